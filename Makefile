@@ -1,0 +1,50 @@
+# Two commands do everything, set-up included:
+#   make lab     JupyterLab on the notebooks
+#   make test    every test and every notebook
+# All paths are relative, so the folder may have spaces and accents in its name.
+
+PYTHON ?= python3
+VENV   := .venv/bin/python
+
+# One BLAS thread: faster than two on these small matrices, and the same result everywhere.
+export OPENBLAS_NUM_THREADS ?= 1
+
+# `make env PYTHON=python3.12` means that Python; plain `make env` takes .venv as it is.
+ifneq ($(origin PYTHON),file)
+ENV_ARGS := --this-python
+endif
+
+.DEFAULT_GOAL := help
+.PHONY: help env lab test notebooks lint format lock clean
+
+help:  ## list these targets
+	@sed -n 's/^\([a-z]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-10s %s\n' "$$name" "$$text"; done
+
+env:  ## build .venv if it is missing, broken or older than the lock (PYTHON=python3.12 takes that one)
+	@command -v "$(PYTHON)" >/dev/null 2>&1 || { echo "There is no program '$(PYTHON)' here: install Python 3.11 or newer, or name one: make env PYTHON=python3.12" >&2; exit 1; }
+	@"$(PYTHON)" tools/make_env.py $(ENV_ARGS)
+
+lab: env  ## open JupyterLab on notebooks/ (LAB_ARGS is passed on, for example LAB_ARGS=--no-browser)
+	@$(VENV) -m jupyterlab --notebook-dir=notebooks $(LAB_ARGS)
+
+test: env  ## run every test, then every notebook, unsolved and solved (TEST_ARGS is passed to pytest on tests/)
+	@$(VENV) tools/run_tests.py $(TEST_ARGS)
+
+notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs (NB=notebooks/02_... takes one)
+	@$(VENV) tools/build_notebooks.py $(NB)
+
+lint: env  ## ruff check, ruff format --check, pyright
+	@$(VENV) -m ruff check --quiet
+	@$(VENV) -m ruff format --check --quiet
+	@$(VENV) tools/run_pyright.py
+
+format: env  ## let ruff mend and format the code and the notebooks
+	@$(VENV) -m ruff check --fix --quiet
+	@$(VENV) -m ruff format
+
+lock: env  ## write requirements.txt anew from pyproject.toml (needs uv; LOCK_ARGS=--upgrade takes newer versions)
+	@uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --annotation-style line --only-binary :all: --extra lab --extra test --extra data $(LOCK_ARGS) --quiet --output-file requirements.txt pyproject.toml
+
+clean:  ## remove .venv, build/ and all caches
+	@rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
