@@ -1,0 +1,24 @@
+"""Angles live on a circle: the one place where that is taken care of."""
+
+import numpy as np
+
+
+def wrap(angle):
+    """Bring angles into the half-open interval (-pi, pi].
+
+    Parameters
+    ----------
+    angle : array_like
+        Angles of any shape, radians.
+
+    Returns
+    -------
+    ndarray or float
+        The same directions in (-pi, pi], radians.
+
+    Examples
+    --------
+    >>> float(wrap(3 * np.pi))
+    3.141592653589793
+    """
+    return np.pi - (np.pi - angle) % (2 * np.pi)

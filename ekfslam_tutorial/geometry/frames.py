@@ -1,0 +1,262 @@
+"""Reference frames: where a robot stands, or a sensor on its robot.
+
+A frame is a state vector and the two transforms it defines. `Frame2` and `Frame3` have the same methods, so all that
+is built on them works in 2D and in 3D. A frame never changes: a new pose is a new frame.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .angles import wrap
+from .quaternions import CONJUGATE, q2Q, q2qc, q2R_q, q2v, q_prod, unit
+
+
+def _mul(A, v):
+    return (A @ v[..., None])[..., 0]
+
+
+def _columns(*blocks):
+    """Blocks side by side; leading axes broadcast."""
+    lead = np.broadcast_shapes(*(b.shape[:-2] for b in blocks))
+    return np.concatenate([np.broadcast_to(b, lead + b.shape[-2:]) for b in blocks], axis=-1)
+
+
+class _Frame:
+    """What frames of both dimensions share: it needs `t`, `R` and `R_o`, the derivative of R by the orientation."""
+
+    x: np.ndarray
+    size: int
+    dim: int
+
+    def __post_init__(self):
+        x = np.asarray(self.x, dtype=float)
+        if x.ndim == 0 or x.shape[-1] != self.size:
+            raise ValueError(f"{type(self).__name__} needs {self.size} numbers {self.fields}, got shape {x.shape}")
+        object.__setattr__(self, "x", x)
+
+    @cached_property
+    def t(self):
+        """Position, shape (..., dim), metres."""
+        return self.x[..., : self.dim]
+
+    @cached_property
+    def Rt(self):
+        """Transposed rotation matrix, shape (..., dim, dim)."""
+        return np.swapaxes(self.R, -1, -2)
+
+    def to_frame(self, p, w=1.0):
+        """Express points in this frame: p_F = R' (p - t).
+
+        Parameters
+        ----------
+        p : ndarray, shape (..., dim)
+            Points in the parent frame.
+        w : float or ndarray, shape (..., 1)
+            Homogeneous weight: 1 for points, 0 for directions; p_F = R' (p - w t).
+
+        Returns
+        -------
+        pf : ndarray, shape (..., dim)
+        PF_f : ndarray, shape (..., dim, size)
+            Derivative with respect to the frame's state vector.
+        PF_p : ndarray, shape (..., dim, dim)
+        """
+        d = p - w * self.t
+        pf = _mul(self.Rt, d)
+        PF_t = -np.asarray(w)[..., None] * self.Rt
+        PF_o = np.einsum("...ijk,...i->...jk", self.R_o, d)
+        PF_f = _columns(PF_t, PF_o)
+        return pf, PF_f, np.broadcast_to(self.Rt, PF_f.shape[:-1] + (self.dim,))
+
+    def from_frame(self, pf, w=1.0):
+        """Express points of this frame in its parent: p = R p_F + t.
+
+        Parameters
+        ----------
+        pf : ndarray, shape (..., dim)
+            Points in this frame.
+        w : float or ndarray, shape (..., 1)
+            Homogeneous weight: 1 for points, 0 for directions; p = R p_F + w t.
+
+        Returns
+        -------
+        p : ndarray, shape (..., dim)
+        P_f : ndarray, shape (..., dim, size)
+            Derivative with respect to the frame's state vector.
+        P_pf : ndarray, shape (..., dim, dim)
+        """
+        p = _mul(self.R, pf) + w * self.t
+        P_t = np.asarray(w)[..., None] * np.eye(self.dim)
+        P_o = np.einsum("...ijk,...j->...ik", self.R_o, pf)
+        P_f = _columns(P_t, P_o)
+        return p, P_f, np.broadcast_to(self.R, P_f.shape[:-1] + (self.dim,))
+
+    def __eq__(self, other):
+        return type(self) is type(other) and np.array_equal(self.x, other.x)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame2(_Frame):
+    """Reference frame in the plane.
+
+    Parameters
+    ----------
+    x : array_like, shape (..., 3)
+        [x, y, theta]: position in metres and heading in radians, counter-clockwise from the parent's x axis.
+    """
+
+    x: np.ndarray
+    size, dim, dof, fields = 3, 2, 3, "[x, y, theta]"
+
+    @cached_property
+    def theta(self):
+        """Heading, radians."""
+        return self.x[..., 2]
+
+    @cached_property
+    def R(self):
+        """Rotation matrix [[cos, -sin], [sin, cos]], shape (..., 2, 2)."""
+        c, s = np.cos(self.theta), np.sin(self.theta)
+        return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+
+    @cached_property
+    def R_o(self):
+        """Derivative of R by the heading, shape (..., 2, 2, 1)."""
+        R = self.R
+        return np.stack([R[..., :, 1], -R[..., :, 0]], -1)[..., None]
+
+    def compose(self, G):
+        """Frame G, given in this frame, expressed in this frame's parent.
+
+        Returns
+        -------
+        FG : Frame2
+        FG_f, FG_g : ndarray, shape (..., 3, 3)
+        """
+        t, T_f, T_g = self.from_frame(G.t)
+        x = np.concatenate([t, np.expand_dims(self.theta + G.theta, -1)], -1)
+        FG_f, FG_g = _eye_like(T_f, 3), _eye_like(T_f, 3)
+        FG_f[..., :2, :] = T_f
+        FG_g[..., :2, :2] = T_g
+        return Frame2(x), FG_f, FG_g
+
+    def inverse(self):
+        """The parent's frame expressed in this one. Returns I, I_f (..., 3, 3)."""
+        t, T_f, _ = self.to_frame(np.zeros(2))
+        I_f = -_eye_like(T_f, 3)
+        I_f[..., :2, :] = T_f
+        return Frame2(np.concatenate([t, np.expand_dims(-self.theta, -1)], -1)), I_f
+
+    def normalized(self):
+        """The same frame with its heading in (-pi, pi]. Returns N, N_f (..., 3, 3)."""
+        x = np.concatenate([self.t, wrap(self.x[..., 2:])], -1)
+        return Frame2(x), _eye_like(x[..., None], 3)
+
+    def minus(self, G):
+        """Difference of poses, for errors: [t - t_G; wrapped heading difference].
+
+        Returns
+        -------
+        e : ndarray, shape (..., 3)
+        E_f : ndarray, shape (..., 3, 3)
+            Derivative with respect to this frame; the covariance of `e` is E_f P E_f'.
+        """
+        e = self.x - G.x
+        e = np.concatenate([e[..., :2], wrap(e[..., 2:])], -1)
+        return e, _eye_like(e[..., None], 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame3(_Frame):
+    """Reference frame in space.
+
+    Parameters
+    ----------
+    x : array_like, shape (..., 7)
+        [t; q]: position in metres and orientation quaternion [a b c d], Hamilton, local to global.
+    """
+
+    x: np.ndarray
+    size, dim, dof, fields = 7, 3, 6, "[t(3), q(4)]"
+
+    @cached_property
+    def q(self):
+        """Orientation quaternion, shape (..., 4)."""
+        return self.x[..., 3:]
+
+    @cached_property
+    def R(self):
+        """Rotation matrix R = q2R(q), shape (..., 3, 3)."""
+        return 0.5 * _mul(self.R_o, self.q[..., None, :])
+
+    @cached_property
+    def R_o(self):
+        """Derivative of R by the quaternion, shape (..., 3, 3, 4)."""
+        return q2R_q(self.q)
+
+    @property
+    def R_q(self):
+        """The same as `R_o`, by the manual's name."""
+        return self.R_o
+
+    def compose(self, G):
+        """Frame G, given in this frame, expressed in this frame's parent.
+
+        Returns
+        -------
+        FG : Frame3
+        FG_f, FG_g : ndarray, shape (..., 7, 7)
+        """
+        t, T_f, T_g = self.from_frame(G.t)
+        q, Q_q, Q_gq = q_prod(self.q, G.q)
+        FG_f, FG_g = np.zeros((*t.shape[:-1], 7, 7)), np.zeros((*t.shape[:-1], 7, 7))
+        FG_f[..., :3, :], FG_f[..., 3:, 3:] = T_f, Q_q
+        FG_g[..., :3, :3], FG_g[..., 3:, 3:] = T_g, Q_gq
+        return Frame3(np.concatenate([t, np.broadcast_to(q, (*t.shape[:-1], 4))], -1)), FG_f, FG_g
+
+    def inverse(self):
+        """The parent's frame expressed in this one. Returns I, I_f (..., 7, 7)."""
+        t, T_f, _ = self.to_frame(np.zeros(3))
+        qc, _ = q2qc(self.q)
+        I_f = np.zeros((*t.shape[:-1], 7, 7))
+        I_f[..., :3, :], I_f[..., 3:, 3:] = T_f, CONJUGATE
+        return Frame3(np.concatenate([t, qc], -1)), I_f
+
+    def normalized(self):
+        """The same frame with a unit quaternion. Returns N, N_f (..., 7, 7).
+
+        The Jacobian of the quaternion is the projector on the tangent plane of the unit sphere: a covariance that
+        passes through it has no part left along q, which no measurement could ever remove.
+        """
+        q, Q_q = unit(self.q)
+        N_f = _eye_like(Q_q, 7)
+        N_f[..., 3:, 3:] = Q_q
+        return Frame3(np.concatenate([self.t, q], -1)), N_f
+
+    def minus(self, G):
+        """Difference of poses in the tangent space, for errors: [t - t_G; v], v the rotation vector of q_G* q.
+
+        Returns
+        -------
+        e : ndarray, shape (..., 6)
+            Metres, and radians in the frame G; the rotation is the shorter one.
+        E_f : ndarray, shape (..., 6, 7)
+            Derivative with respect to this frame; the covariance of `e` is E_f P E_f', of full rank 6.
+        """
+        Q = q2Q(q2qc(G.q)[0])
+        dq = _mul(Q, self.q)
+        sign = np.where(dq[..., :1] < 0, -1.0, 1.0)
+        v, V_dq = q2v(sign * dq)
+        E_f = np.zeros((*v.shape[:-1], 6, 7))
+        E_f[..., :3, :3] = np.eye(3)
+        E_f[..., 3:, 3:] = sign[..., None] * V_dq @ Q
+        return np.concatenate([self.t - G.t, v], -1), E_f
+
+
+def _eye_like(J, n):
+    """A stack of n x n identities, one for each leading index of J, that may be written to."""
+    E = np.zeros((*J.shape[:-2], n, n))
+    E[...] = np.eye(n)
+    return E
