@@ -33,16 +33,18 @@ test: env  ## run every test, then every notebook, unsolved and solved (TEST_ARG
 notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs (NB=notebooks/02_... takes one)
 	@$(VENV) tools/build_notebooks.py $(NB)
 
+# pyright runs on Node: the system's, else the one that playwright brings.
 lint: env  ## ruff check, ruff format --check, pyright
-	@$(VENV) -m ruff check --quiet
+	@$(VENV) -m ruff check --output-format concise --quiet
 	@$(VENV) -m ruff format --check --quiet
-	@$(VENV) tools/run_pyright.py
+	@PATH="$$PATH:$$($(VENV) -c 'import pathlib, playwright; print(pathlib.Path(playwright.__file__).parent / "driver")')" PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(VENV) -m pyright
 
 format: env  ## let ruff mend and format the code and the notebooks
 	@$(VENV) -m ruff check --fix --quiet
 	@$(VENV) -m ruff format
 
-lock: env  ## write requirements.txt anew from pyproject.toml (needs uv; LOCK_ARGS=--upgrade takes newer versions)
+lock:  ## write requirements.txt anew from pyproject.toml (needs uv; LOCK_ARGS=--upgrade takes newer versions)
+	@command -v uv >/dev/null 2>&1 || { echo "make lock needs the program uv: install it outside .venv, for example with pipx install uv" >&2; exit 1; }
 	@uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --annotation-style line --only-binary :all: --extra lab --extra test --extra data $(LOCK_ARGS) --quiet --output-file requirements.txt pyproject.toml
 
 clean:  ## remove .venv, build/ and all caches

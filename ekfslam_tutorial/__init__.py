@@ -9,8 +9,8 @@ The folders are the floors of a house. Each one builds only on those above it:
 ``course``, ``cli``
     What the notebooks and the command line ``ekfslam`` need.
 
-Import the parts by name, for example ``from ekfslam_tutorial.ekf import Map``. This file imports nothing, so that
-reading the core never starts the plotting libraries.
+Import the parts by name, for example ``from ekfslam_tutorial.ekf import Map``. This file imports nothing,
+so that using the core never starts the plotting libraries.
 """
 
 __version__ = "0.1.0"

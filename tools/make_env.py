@@ -1,19 +1,19 @@
 """Build or repair the environment ``.venv`` next to this repository's ``requirements.txt``.
 
-``make env`` runs this file; ``python tools/make_env.py`` does the same where there is no make. Standard library
-only. This file must also *parse* on old Pythons, so that they get a sentence instead of a SyntaxError.
+``make env`` runs this file; ``python tools/make_env.py`` does the same where there is no make. Standard
+library only, and nothing that Python 3.6 cannot parse: an old Python gets a sentence, not a SyntaxError.
 
 The file ``.venv/complete.json`` is written last. It says for which lock, which Python and which folder the
-environment was made. If it is there and fits, nothing is done; if it is not there, the environment is half-made and
-is built anew; if only the lock has changed, the environment is brought up to date in place.
+environment was made. If it is there and fits, nothing is done. If it is not there, the environment is
+half-made and is built anew. If only the lock has changed, the environment is brought up to date in place.
 """
 
 import sys
 
-if sys.version_info < (3, 11):
+if sys.version_info < (3, 11):  # noqa: UP036
     sys.exit(
-        "ekfslam_tutorial needs Python 3.11 or newer, this is Python %d.%d (%s). Name a newer one: make env PYTHON=python3.12"
-        % (sys.version_info[0], sys.version_info[1], sys.executable)
+        f"ekfslam_tutorial needs Python 3.11 or newer; {sys.executable} is {sys.version.split()[0]}. "
+        "Name a newer one: make env PYTHON=python3.12"
     )
 
 import argparse
@@ -39,22 +39,22 @@ NEEDED_MB = 1100  # measured: 850 MB installed, and the downloads while they are
 CAUSES = [
     (
         r"No space left on device|Errno 28|not enough space|Disk quota exceeded",
-        "the disk is full: free about %d MB, then run the same command again" % NEEDED_MB,
+        f"the disk is full: free about {NEEDED_MB} MB, then run the same command again",
     ),
     (
         r"DO NOT MATCH THE HASHES",
-        "a downloaded package is not the file that the lock names: try again; if it stays, do not install it and tell us",
+        "a downloaded package is not the file that the lock names: try again; if it stays, tell us",
     ),
     (
-        r"Temporary failure in name resolution|Name or service not known|NewConnectionError|nodename nor servname"
-        r"|getaddrinfo failed|Failed to establish a new connection|Network is unreachable|Connection refused"
-        r"|Read timed out|ConnectTimeoutError|ProxyError|Connection reset",
+        r"Temporary failure in name resolution|Name or service not known|nodename nor servname"
+        r"|getaddrinfo failed|NewConnectionError|Failed to establish a new connection|Network is unreachable"
+        r"|Connection refused|Read timed out|ConnectTimeoutError|ProxyError|Connection reset",
         "the package index cannot be reached: check the network (and pip's proxy or mirror settings), "
         "then run the same command again; it goes on where it stopped",
     ),
     (
         r"CERTIFICATE_VERIFY_FAILED",
-        "the package index's certificate is not trusted: set PIP_CERT to your organisation's certificate file",
+        "the package index's certificate is not trusted: set PIP_CERT to your network's certificate file",
     ),
     (
         r"No matching distribution found",
@@ -66,7 +66,7 @@ CAUSES = [
 
 def main():
     parser = argparse.ArgumentParser(description="Build or repair .venv.")
-    parser.add_argument("--this-python", action="store_true", help="rebuild if .venv uses another Python version")
+    parser.add_argument("--this-python", action="store_true", help="rebuild if .venv has another version")
     options = parser.parse_args()
     try:
         if not fits(options.this_python):
@@ -75,12 +75,12 @@ def main():
                     build(options.this_python)
     except OSError as error:
         cause = explain(str(error)) or str(error)
-        sys.exit("Cannot build the environment %s: %s." % (VENV, cause))
+        sys.exit(f"Cannot build the environment {VENV}: {cause}.")
     except KeyboardInterrupt:
         sys.exit("\nStopped. The environment is half-made; the next `make env` completes it.")
 
 
-# -- what there is ----------------------------------------------------------------------------------------------
+# -- what there is ---
 
 
 def wanted():
@@ -123,10 +123,10 @@ def fits(this_python):
 
 
 def version():
-    return "%d.%d" % sys.version_info[:2]
+    return f"{sys.version_info[0]}.{sys.version_info[1]}"
 
 
-# -- the work ---------------------------------------------------------------------------------------------------
+# -- the work ---
 
 
 def build(this_python):
@@ -137,7 +137,7 @@ def build(this_python):
     pip("install", "--require-hashes", "--only-binary=:all:", "-r", "requirements.txt", steps=count_locked())
     pip("install", "--no-deps", "--no-build-isolation", "--editable", ".")
     record()
-    say("The environment .venv is ready (%s MB, Python %s)" % (size_mb(VENV), recorded()["python"]))
+    say(f"The environment .venv is ready ({size_mb(VENV)} MB, Python {recorded()['python']})")
 
 
 def create():
@@ -145,26 +145,26 @@ def create():
     check_venv_module()
     free_mb = shutil.disk_usage(ROOT).free // 10**6
     if free_mb < NEEDED_MB:
-        sys.exit("The environment needs about %d MB and only %d MB are free on this disk." % (NEEDED_MB, free_mb))
+        sys.exit(f"The environment needs about {NEEDED_MB} MB and only {free_mb} MB are free on this disk.")
     if VENV.is_symlink():
         VENV.unlink()
     elif VENV.exists():
-        say("The environment .venv is incomplete, or was made elsewhere or for another Python: building it anew")
+        say("The environment .venv is incomplete, was moved, or has another Python: building it anew")
         shutil.rmtree(VENV)
     else:
-        say("Building the environment .venv with Python %s (once; about 260 MB are downloaded)" % version())
+        say(f"Building the environment .venv with Python {version()} (once; about 260 MB are downloaded)")
     run = subprocess.run([sys.executable, "-m", "venv", str(VENV)], capture_output=True, text=True, cwd=ROOT)
     if run.returncode:
         text = run.stdout + run.stderr
-        sys.exit("python -m venv failed: %s." % (explain(text) or text.strip().splitlines()[-1]))
+        sys.exit(f"python -m venv failed: {explain(text) or text.strip().splitlines()[-1]}.")
 
 
 def check_venv_module():
     if all(importlib.util.find_spec(name) for name in ("venv", "ensurepip")):
         return
     sys.exit(
-        "This Python (%s) has no venv module. On Debian and Ubuntu: sudo apt install python3-venv (or python%s-venv)."
-        % (sys.executable, version())
+        f"This Python ({sys.executable}) has no venv module. On Debian and Ubuntu: "
+        f"sudo apt install python3-venv (or python{version()}-venv)."
     )
 
 
@@ -186,13 +186,13 @@ def pip(*arguments, steps=0):
             encoding="utf-8",
             errors="replace",
         )
-        for line in process.stdout:
+        for line in process.stdout or ():
             log.write(line)
-            if steps and line.startswith("Collecting "):
+            if steps and " (from -r requirements.txt" in line:
                 done += 1
-                progress("fetching package %d of about %d" % (done, steps), done)
+                progress(f"package {done} of at most {steps}", done)
             elif steps and line.startswith("Installing collected"):
-                progress("unpacking about %d packages (half a minute)" % steps, 0)
+                progress(f"unpacking {done} packages (half a minute)", 0)
     if steps and sys.stdout.isatty():
         print()
     if process.wait():
@@ -205,7 +205,7 @@ def fail():
     if cause is None:
         errors = [line for line in lines if line.startswith("ERROR")] or lines[-1:]
         cause = errors[0] if errors else "pip failed without a message"
-    sys.exit("Cannot install the packages: %s.\n(pip's full report: %s)" % (cause, LOG.relative_to(ROOT)))
+    sys.exit(f"Cannot install the packages: {cause}.\n(pip's full report: {LOG.relative_to(ROOT)})")
 
 
 def explain(text):
@@ -215,16 +215,16 @@ def explain(text):
 
 def record():
     """Write the stamp in one step, as the very last thing."""
-    run = subprocess.run(
-        [str(PYTHON), "-c", "import sys; print('%d.%d' % sys.version_info[:2])"], capture_output=True, text=True
-    )
+    code = "import sys; print(sys.version_info[0], sys.version_info[1], sep='.')"
+    run = subprocess.run([str(PYTHON), "-c", code], capture_output=True, text=True, check=True)
     partial = STAMP.with_suffix(".part")
-    partial.write_text(json.dumps(dict(wanted(), python=run.stdout.strip()), indent=1) + "\n", encoding="utf-8")
+    text = json.dumps({**wanted(), "python": run.stdout.strip()}, indent=1)
+    partial.write_text(text + "\n", encoding="utf-8")
     os.replace(partial, STAMP)
 
 
 def count_locked():
-    return sum(re.match(r"[A-Za-z0-9]", line) is not None for line in LOCK.read_text(encoding="utf-8").splitlines())
+    return len(re.findall(r"^[A-Za-z0-9]", LOCK.read_text(encoding="utf-8"), re.MULTILINE))
 
 
 def size_mb(folder):
@@ -255,7 +255,7 @@ def say(text):
 def progress(text, step):
     """Overwrite one line on a terminal; elsewhere print every 25th."""
     if sys.stdout.isatty():
-        print("\r  %-60s" % text, end="", flush=True)
+        print(f"\r  {text:60}", end="", flush=True)
     elif step % 25 == 0:
         say("  " + text)
 

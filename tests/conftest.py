@@ -1,0 +1,40 @@
+"""What all tests share. The two settings must stand before the first import of numpy and matplotlib."""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+
+def _folder(variable, what):
+    """Return the folder that the environment variable names, or skip the test and say why."""
+    name = os.environ.get(variable)
+    if not name:
+        pytest.skip(f"{what}: {variable} is not set")
+    folder = Path(name)
+    if not folder.is_dir():
+        pytest.fail(f"{variable} names {name}, which is not a folder")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def data_dir():
+    """Folder of the real logs as their publishers give them (EKFSLAM_DATA)."""
+    return _folder("EKFSLAM_DATA", "the real logs are not here")
+
+
+@pytest.fixture(scope="session")
+def golden_dir():
+    """Folder of the numbers recorded from other programs (EKFSLAM_GOLDEN)."""
+    return _folder("EKFSLAM_GOLDEN", "the recorded reference numbers are not here")
+
+
+@pytest.fixture
+def rng():
+    """A random generator that starts anew, with the same seed, in each test."""
+    return np.random.default_rng(20260401)

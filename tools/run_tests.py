@@ -1,0 +1,89 @@
+"""Run every test, then every notebook as a student gets it, then every notebook with its exercises solved.
+
+``make test`` runs this file: three pytest runs, one after the other (a notebook's cells share one kernel, so
+nothing runs in parallel). A failure does not stop the later runs; the last lines say what passed where.
+Arguments are passed to pytest for the first run: ``make test TEST_ARGS="-k jacobian -x"``.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+SOLVED = Path("build/solved")
+NBVAL = ["--nbval-current-env", "--nbval-cell-timeout=120"]
+
+
+def main(arguments):
+    os.chdir(ROOT)
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    runs = [
+        run("tests", "tests", *arguments),
+        run("notebooks", "--nbval", *NBVAL, "--nbval-sanitize-with", "tests/nbval.cfg", "notebooks"),
+        solve() or run("notebooks, solved", "--nbval-lax", *NBVAL, str(SOLVED)),
+    ]
+    return summary(runs)
+
+
+def solve():
+    """Write the solved copies; return None, or the record of a failed run if they cannot be made."""
+    shutil.rmtree(SOLVED, ignore_errors=True)
+    command = [sys.executable, "-m", "ekfslam_tutorial.course.build", "solved", str(SOLVED)]
+    if subprocess.run(command, check=False).returncode == 0:
+        return None
+    return {"name": "notebooks, solved", "ok": False, "passed": 0, "failed": 1, "skipped": 0, "s": 0.0}
+
+
+def run(name, *arguments):
+    """Run pytest once and return what it counted."""
+    print(f"\n== {name} ==", flush=True)
+    started = time.monotonic()
+    environment = dict(os.environ)
+    if "nbval" in arguments[0]:
+        environment.pop("MPLBACKEND", None)  # the kernel chooses its own: inline
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder, "report.xml")
+        command = [sys.executable, "-m", "pytest", "-q", f"--junitxml={report}", *arguments]
+        code = subprocess.run(command, env=environment, check=False).returncode
+        if code == 2:
+            sys.exit("Stopped.")
+        counts = count(report)
+    return {"name": name, "ok": code == 0, "s": time.monotonic() - started, **counts}
+
+
+def count(report):
+    """Return how many tests passed, failed and were skipped, from pytest's JUnit report."""
+    if not report.exists():
+        return {"passed": 0, "failed": 1, "skipped": 0}
+    suites = list(ET.parse(report).getroot().iter("testsuite"))
+    total, bad, skipped = (
+        sum(int(suite.get(key, 0)) for suite in suites for key in keys)
+        for keys in (("tests",), ("failures", "errors"), ("skipped",))
+    )
+    return {"passed": total - bad - skipped, "failed": bad, "skipped": skipped}
+
+
+def summary(runs):
+    """Print one line per run and one for all; return the exit code."""
+    print("\n== summary ==")
+    for r in runs:
+        word = "ok" if r["ok"] else "FAILED"
+        counts = f"{r['passed']:5} passed {r['failed']:4} failed {r['skipped']:4} skipped"
+        print(f"{r['name']:18} {counts} {r['s']:7.0f} s  {word}")
+    # A run that pytest calls bad without naming a bad test (nothing collected, for example) is one failure.
+    failed = sum(r["failed"] or (not r["ok"]) for r in runs)
+    passed, skipped = (sum(r[key] for r in runs) for key in ("passed", "skipped"))
+    print(f"{passed} passed, {failed} failed, {skipped} skipped")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit("\nStopped.")
