@@ -1,0 +1,22 @@
+"""Models of motion, sensors and landmarks, and the observation chain that joins them.
+
+Lives here: one file per model, each a frozen dataclass of its parameters, and `observation.py`, the chain rule.
+May not: know of maps, filters, robots or ids.
+"""
+
+from . import landmarks, motion, sensors
+from .contracts import check_landmark, check_motion, check_pair, check_sensor
+from .observation import observe, retro_project, to_sensor
+
+__all__ = [
+    "check_landmark",
+    "check_motion",
+    "check_pair",
+    "check_sensor",
+    "landmarks",
+    "motion",
+    "observe",
+    "retro_project",
+    "sensors",
+    "to_sensor",
+]

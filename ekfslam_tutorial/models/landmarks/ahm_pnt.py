@@ -1,0 +1,71 @@
+"""Anchored homogeneous point: a homogeneous point whose origin is where it was first seen from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry import unit
+from .projective import anchored, anchored_point, anchored_ray, scalar
+
+
+@dataclass(frozen=True)
+class AhmPnt:
+    """A point l = [x0; m; rho] at p = x0 + m / rho: anchor x0 (m), direction m, inverse distance rho (1/m).
+
+    Solà et al., "Impact of landmark parametrization on monocular EKF-SLAM", IJCV 97 (2012), section 3.3.
+    m is a unit vector at birth only: corrections may change its norm, and the point keeps its meaning.
+
+    Parameters
+    ----------
+    dim : int
+        2 in the plane (5 numbers), 3 in space (7 numbers).
+    """
+
+    dim: int = 3
+
+    @property
+    def size(self):
+        """Length of the state."""
+        return 2 * self.dim + 1
+
+    def _split(self, l):
+        d = self.dim
+        return l[..., :d], l[..., d:-1], l[..., -1:]
+
+    def to_frame(self, F, l):
+        """Anchor as a point, m as a direction. Returns l_F, LF_f, LF_l."""
+        t, m, rho = self._split(l)
+        t, T_f, T_t = F.to_frame(t)
+        m, M_f, M_m = F.to_frame(m, 0.0)
+        return anchored(t, m, rho, T_f, T_t, M_f, M_m)
+
+    def from_frame(self, F, l):
+        """Anchor as a point, m as a direction. Returns l, L_f, L_lf."""
+        t, m, rho = self._split(l)
+        t, T_f, T_t = F.from_frame(t)
+        m, M_f, M_m = F.from_frame(m, 0.0)
+        return anchored(t, m, rho, T_f, T_t, M_f, M_m)
+
+    def point(self, l):
+        """p = x0 + m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity."""
+        t, m, rho = self._split(l)
+        return anchored_point(t, m, rho, np.broadcast_to(np.eye(self.dim), (*m.shape, self.dim)))
+
+    def ray(self, l):
+        """v = x0 rho + m, turned round where rho < 0. Returns v, V_l."""
+        t, m, rho = self._split(l)
+        return anchored_ray(t, m, rho, np.broadcast_to(np.eye(self.dim), (*m.shape, self.dim)))
+
+    def from_ray(self, v, n):
+        """l = [0; v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""
+        m, M_v = unit(v)
+        d = self.dim
+        L_v = np.zeros((*m.shape[:-1], self.size, d))
+        L_v[..., d:-1, :] = M_v
+        return np.concatenate([np.zeros_like(m), m, scalar(n, m)], -1), L_v, np.eye(self.size)[:, -1:]
+
+    def from_point(self, p):
+        """l = [0; p / |p|; 1 / |p|]. Returns l, L_p, L_n (no columns)."""
+        l, L_v, L_n = self.from_ray(p, 1 / np.sqrt((p * p).sum(-1))[..., None])
+        RHO_p = -(l[..., -1:] ** 2)[..., None] * l[..., None, self.dim : -1]
+        return l, L_v + L_n @ RHO_p, np.zeros((self.size, 0))

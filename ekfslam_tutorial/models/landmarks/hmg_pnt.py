@@ -1,0 +1,70 @@
+"""Homogeneous point: straight lines and planes stay what they are, and infinity is a number."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...geometry import unit
+from .projective import along, homogeneous, scalar
+
+
+@dataclass(frozen=True)
+class HmgPnt:
+    """A point l = [m; rho] at p = m / rho; m is a direction from the world's origin.
+
+    Born from a ray, m is a unit vector of the sensor frame and rho the inverse distance (1/m).
+    Solà et al., "Impact of landmark parametrization on monocular EKF-SLAM", IJCV 97 (2012), section 3.2.
+
+    Parameters
+    ----------
+    dim : int
+        2 in the plane, 3 in space.
+    """
+
+    dim: int = 3
+
+    @property
+    def size(self):
+        """Length of the state."""
+        return self.dim + 1
+
+    def to_frame(self, F, l):
+        """m_F = R' (m - rho t), rho_F = rho. Returns l_F, LF_f, LF_l."""
+        m, rho = l[..., :-1], l[..., -1:]
+        mf, M_f, M_m = F.to_frame(m, rho)
+        M_rho = -(F.Rt @ F.t[..., None])
+        return homogeneous(mf, rho, M_f, M_m, M_rho)
+
+    def from_frame(self, F, l):
+        """m = R m_F + rho_F t, rho = rho_F. Returns l, L_f, L_lf."""
+        mf, rho = l[..., :-1], l[..., -1:]
+        m, M_f, M_mf = F.from_frame(mf, rho)
+        return homogeneous(m, rho, M_f, M_mf, F.t[..., None])
+
+    def point(self, l):
+        """p = m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity."""
+        m, rho = l[..., :-1], l[..., -1:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            p = m / rho
+            I = np.broadcast_to(np.eye(self.dim), (*m.shape, self.dim))
+            return p, np.concatenate([I, -p[..., None]], -1) / rho[..., None]
+
+    def ray(self, l):
+        """v = m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l."""
+        m, rho = l[..., :-1], l[..., -1:]
+        s = along(rho)
+        V_m = s[..., None] * np.eye(self.dim)
+        return s * m, np.concatenate([V_m, np.zeros((*m.shape, 1))], -1)
+
+    def from_ray(self, v, n):
+        """l = [v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""
+        m, M_v = unit(v)
+        l, L_v = np.concatenate([m, scalar(n, m)], -1), np.concatenate([M_v, np.zeros((*m.shape[:-1], 1, self.dim))], -2)
+        return l, L_v, np.eye(self.size)[:, -1:]
+
+    def from_point(self, p):
+        """l = [p / |p|; 1 / |p|]. Returns l, L_p, L_n (no columns)."""
+        m, M_p = unit(p)
+        rho = 1 / np.sqrt((p * p).sum(-1))[..., None]
+        RHO_p = -(rho**2)[..., None] * m[..., None, :]
+        return np.concatenate([m, rho], -1), np.concatenate([M_p, RHO_p], -2), np.zeros((self.size, 0))

@@ -1,0 +1,106 @@
+"""Inverse-depth point: six numbers for a point whose distance is not known yet."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from .projective import anchored, anchored_point, anchored_ray, scalar
+
+POLE = 1e-8  # radians: how near to the z axis a direction may come, see `vec2py`
+
+
+def py2vec(py):
+    """Pitch and yaw to a unit direction: m = [cos p cos y, cos p sin y, sin p].
+
+    Parameters
+    ----------
+    py : ndarray, shape (..., 2)
+        Elevation over the x-y plane and azimuth from x, radians.
+
+    Returns
+    -------
+    m : ndarray, shape (..., 3)
+    M_py : ndarray, shape (..., 3, 2)
+    """
+    (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (py[..., 0], py[..., 1]))
+    m = np.stack([cp * cy, cp * sy, sp], -1)
+    M_p = np.stack([-sp * cy, -sp * sy, cp], -1)
+    M_y = np.stack([-cp * sy, cp * cy, np.zeros_like(cp)], -1)
+    return m, np.stack([M_p, M_y], -1)
+
+
+def vec2py(v):
+    """Direction of any length to pitch and yaw.
+
+    Returns
+    -------
+    py : ndarray, shape (..., 2)
+        [atan2(z, hypot(x, y)), atan2(y, x)], radians.
+    PY_v : ndarray, shape (..., 2, 3)
+
+    Notes
+    -----
+    On the z axis the yaw has no meaning. A camera looks along its z axis, so a direction can come to lie there on
+    its way through the sensor frame. It is moved off the axis by `POLE` radians then, 3e-6 pixels in a camera of
+    focal length 320, and the chain of Jacobians holds through it.
+    """
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    x = np.where(x * x + y * y < (POLE * z) ** 2, POLE * np.abs(z), x)
+    r2 = x * x + y * y
+    r = np.sqrt(r2)
+    P_v = np.stack([-x * z / r, -y * z / r, r], -1) / (r2 + z * z)[..., None]
+    Y_v = np.stack([-y, x, np.zeros_like(x)], -1) / r2[..., None]
+    return np.stack([np.arctan2(z, r), np.arctan2(y, x)], -1), np.stack([P_v, Y_v], -2)
+
+
+@dataclass(frozen=True)
+class IdpPnt:
+    """A point l = [x0; pitch; yaw; rho] at p = x0 + m(pitch, yaw) / rho, rho the inverse distance (1/m).
+
+    Civera, Davison, Montiel, "Inverse depth parametrization for monocular SLAM", IEEE T-RO 24(5), 2008; pitch is
+    positive upwards here, as in the manual.
+    """
+
+    dim: ClassVar[int] = 3
+    size: ClassVar[int] = 6
+
+    def to_frame(self, F, l):
+        """Anchor as a point, direction through its vector. Returns l_F, LF_f, LF_l."""
+        return self._change(F.to_frame, l)
+
+    def from_frame(self, F, l):
+        """Anchor as a point, direction through its vector. Returns l, L_f, L_lf."""
+        return self._change(F.from_frame, l)
+
+    @staticmethod
+    def _change(transform, l):
+        t, T_f, T_t = transform(l[..., :3])
+        m, M_py = py2vec(l[..., 3:5])
+        m2, M2_f, M2_m = transform(m, 0.0)
+        py, PY_m2 = vec2py(m2)
+        return anchored(t, py, l[..., 5:], T_f, T_t, PY_m2 @ M2_f, PY_m2 @ M2_m @ M_py)
+
+    def point(self, l):
+        """p = x0 + m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity."""
+        m, M_py = py2vec(l[..., 3:5])
+        return anchored_point(l[..., :3], m, l[..., 5:], M_py)
+
+    def ray(self, l):
+        """v = x0 rho + m, turned round where rho < 0. Returns v, V_l."""
+        m, M_py = py2vec(l[..., 3:5])
+        return anchored_ray(l[..., :3], m, l[..., 5:], M_py)
+
+    def from_ray(self, v, n):
+        """l = [0; pitch, yaw of v; n], n the prior inverse distance. Returns l, L_v, L_n."""
+        py, PY_v = vec2py(v)
+        L_v = np.zeros((*v.shape[:-1], 6, 3))
+        L_v[..., 3:5, :] = PY_v
+        return np.concatenate([np.zeros_like(v), py, scalar(n, v)], -1), L_v, np.eye(6)[:, 5:]
+
+    def from_point(self, p):
+        """l = [0; pitch, yaw of p; 1 / |p|]. Returns l, L_p, L_n (no columns)."""
+        rho = 1 / np.sqrt((p * p).sum(-1))[..., None]
+        l, L_v, L_n = self.from_ray(p, rho)
+        RHO_p = -(rho**3)[..., None] * p[..., None, :]
+        return l, L_v + L_n @ RHO_p, np.zeros((6, 0))

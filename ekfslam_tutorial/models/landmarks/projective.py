@@ -1,0 +1,53 @@
+"""What landmarks with an inverse distance share."""
+
+import numpy as np
+
+
+def along(rho):
+    """+1 in front of the anchor, -1 behind: the sign that keeps a ray a point up to a *positive* scale.
+
+    An inverse distance that a correction has turned negative puts the point behind; zero is infinity, ahead.
+    """
+    return np.where(rho < 0, -1.0, 1.0)
+
+
+def scalar(n, v):
+    """A prior n of one number, repeated for each of the vectors v: shape (..., 1)."""
+    return np.broadcast_to(n, (*v.shape[:-1], 1))
+
+
+def homogeneous(m, rho, M_f, M_m, M_rho):
+    """State [m; rho] and its Jacobians by the frame and by the state, from those of m; rho stays what it was."""
+    lead, d = M_f.shape[:-2], m.shape[-1]
+    l = np.concatenate([m, np.broadcast_to(rho, (*m.shape[:-1], 1))], -1)
+    L_f = np.zeros((*lead, d + 1, M_f.shape[-1]))
+    L_l = np.zeros((*lead, d + 1, d + 1))
+    L_f[..., :d, :] = M_f
+    L_l[..., :d, :d], L_l[..., :d, d:], L_l[..., d, d] = M_m, M_rho, 1
+    return l, L_f, L_l
+
+
+def anchored(t, m, rho, T_f, T_t, M_f, M_m):
+    """State [t; m; rho] of anchor, direction and inverse distance, with its Jacobians by the frame and the state."""
+    lead, d, k = T_f.shape[:-2], t.shape[-1], m.shape[-1]
+    l = np.concatenate([t, m, rho], -1)
+    L_f = np.zeros((*lead, d + k + 1, T_f.shape[-1]))
+    L_l = np.zeros((*lead, d + k + 1, d + k + 1))
+    L_f[..., :d, :], L_f[..., d : d + k, :] = T_f, M_f
+    L_l[..., :d, :d], L_l[..., d : d + k, d : d + k], L_l[..., -1, -1] = T_t, M_m, 1
+    return l, L_f, L_l
+
+
+def anchored_point(t, m, rho, M_u):
+    """Point p = t + m / rho of a landmark whose direction has the Jacobian M_u. Returns p, P_l."""
+    I = np.broadcast_to(np.eye(t.shape[-1]), (*t.shape, t.shape[-1]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        p = t + m / rho
+        return p, np.concatenate([I, M_u / rho[..., None], -(m / rho**2)[..., None]], -1)
+
+
+def anchored_ray(t, m, rho, M_u):
+    """Ray v = t rho + m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l."""
+    s = along(rho)
+    V_t = rho[..., None] * np.eye(t.shape[-1])
+    return s * (t * rho + m), s[..., None] * np.concatenate([V_t, M_u, t[..., None]], -1)

@@ -1,0 +1,62 @@
+"""Unicycle: forward speed and turn rate, the velocity model of wheeled robots."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...geometry import Frame2
+
+SMALL = 1e-4  # radians: below it sin(a)/a and its like are replaced by series, next term under 1e-17
+
+
+@dataclass(frozen=True)
+class Unicycle:
+    """Robot state [x, y, theta]; control u = [v, w], forward speed (m/s) and turn rate (rad/s), constant over dt.
+
+    The robot drives the exact circular arc (Thrun, Burgard, Fox, "Probabilistic Robotics", eq. 5.9), written so that
+    it is smooth through w = 0: with a = w dt,
+
+        x2 = x + R(theta) v dt [sin(a)/a, (1 - cos a)/a],   theta2 = theta + a.
+    """
+
+    frame: ClassVar = Frame2
+    size: ClassVar[int] = 3
+    control_fields: ClassVar = {"v": 1, "w_deg": 1}
+    state_fields: ClassVar = {}
+
+    def move(self, x, u, dt):
+        """One step of `dt` seconds.
+
+        Parameters
+        ----------
+        x : ndarray, shape (..., 3)
+        u : ndarray, shape (..., 2)
+        dt : float
+
+        Returns
+        -------
+        x2 : ndarray, shape (..., 3)
+        X_x : ndarray, shape (..., 3, 3)
+        X_u : ndarray, shape (..., 3, 2)
+        """
+        step, S_u = self._arc(np.asarray(u, float), dt)
+        F, X_x, X_s = Frame2(x).compose(Frame2(step))
+        return F.x, X_x, X_s @ S_u
+
+    @staticmethod
+    def _arc(u, dt):
+        """The step [dx, dy, dtheta] in the robot frame and its derivative by [v, w]."""
+        v, a = u[..., 0], u[..., 1] * dt
+        small = np.abs(a) < SMALL
+        safe = np.where(small, 1.0, a)
+        s = np.where(small, 1 - a**2 / 6, np.sin(safe) / safe)  # sin(a) / a
+        c = np.where(small, a / 2 - a**3 / 24, (1 - np.cos(safe)) / safe)  # (1 - cos a) / a
+        s_a = np.where(small, -a / 3, (np.cos(safe) - s) / safe)
+        c_a = np.where(small, 0.5 - a**2 / 8, (np.sin(safe) - c) / safe)
+
+        zero, one = np.zeros_like(a), np.ones_like(a)
+        step = np.stack([v * dt * s, v * dt * c, a], -1)
+        S_v = np.stack([dt * s, dt * c, zero], -1)
+        S_w = dt * np.stack([v * dt * s_a, v * dt * c_a, one], -1)
+        return step, np.stack([S_v, S_w], -1)

@@ -1,0 +1,93 @@
+"""The observation chain, written once for 2D and 3D, every sensor and every point landmark.
+
+Direct model (manual, section 5.1): landmark -> robot frame -> sensor frame -> measurement space.
+Inverse model (manual, section 5.2): measurement and prior -> sensor frame -> robot frame -> landmark.
+"""
+
+
+def to_sensor(Rf, Sf, sensor, lmk, l):
+    """Landmarks seen from a sensor: points in the sensor frame, or rays towards them.
+
+    Parameters
+    ----------
+    Rf, Sf : Frame2 or Frame3
+        Robot frame in the world; sensor frame in the robot.
+    sensor : SensorModel
+        Its `bearing_only` tells whether a ray will do.
+    lmk : LmkType
+    l : ndarray, shape (..., lmk.size)
+        Landmark states.
+
+    Returns
+    -------
+    v : ndarray, shape (..., d)
+        Point in the sensor frame in metres; for a bearing-only sensor a point up to a positive scale.
+    V_r, V_s, V_l : ndarray, shape (..., d, size)
+        With respect to the robot frame, the sensor frame and the landmark.
+    """
+    lr, LR_r, LR_l = lmk.to_frame(Rf, l)
+    ls, LS_s, LS_lr = lmk.to_frame(Sf, lr)
+    v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
+
+    V_lr = V_ls @ LS_lr
+    return v, V_lr @ LR_r, V_ls @ LS_s, V_lr @ LR_l
+
+
+def observe(Rf, Sf, sensor, lmk, l):
+    """Direct observation model: the expected measurement e = h(Rf, Sf, l). Manual, section 5.1.
+
+    Parameters are those of `to_sensor`.
+
+    Returns
+    -------
+    e : ndarray, shape (..., m)
+        Expected measurement.
+    E_r, E_s, E_l : ndarray, shape (..., m, size)
+        With respect to the robot frame, the sensor frame and the landmark.
+    """
+    v, V_r, V_s, V_l = to_sensor(Rf, Sf, sensor, lmk, l)
+    e, E_v = sensor.project(v)
+    return e, E_v @ V_r, E_v @ V_s, E_v @ V_l
+
+
+def retro_project(Rf, Sf, sensor, lmk, y, n):
+    """Inverse observation model: the landmark l = g(Rf, Sf, y, n). Manual, section 5.2.
+
+    Parameters
+    ----------
+    Rf, Sf, sensor, lmk
+        As in `to_sensor`.
+    y : ndarray, shape (..., m)
+        Measurement.
+    n : ndarray, shape (..., k)
+        Prior of what the sensor does not measure (an inverse distance, 1/m); empty where it measures all.
+
+    Returns
+    -------
+    l : ndarray, shape (..., lmk.size)
+    L_r, L_s, L_y, L_n : ndarray, shape (..., lmk.size, ·)
+        With respect to the robot frame, the sensor frame, the measurement and the prior (k columns, maybe none).
+
+    Raises
+    ------
+    TypeError
+        If the landmark type cannot be started from what the sensor measures.
+    """
+    v, V_y = sensor.retro(y)
+    try:
+        ls, LS_v, LS_n = lmk.from_ray(v, n) if sensor.bearing_only else lmk.from_point(v)
+    except AttributeError as error:
+        raise TypeError(f"{_name(lmk)} cannot be started by {_name(sensor)}: {_missing(sensor)}") from error
+    lr, LR_s, LR_ls = lmk.from_frame(Sf, ls)
+    l, L_r, L_lr = lmk.from_frame(Rf, lr)
+
+    L_ls = L_lr @ LR_ls
+    return l, L_r, L_lr @ LR_s, L_ls @ LS_v @ V_y, L_ls @ LS_n
+
+
+def _name(model):
+    return type(model).__name__
+
+
+def _missing(sensor):
+    return "one ray does not fix it" if sensor.bearing_only else "it cannot be made from a point"

@@ -1,0 +1,168 @@
+"""Omnidirectional camera: a mirror or a fish-eye lens, with polynomials instead of a lens model.
+
+Scaramuzza, Martinelli, Siegwart, "A flexible technique for accurate omnidirectional camera calibration", ICVS 2006.
+Axes as for the pin-hole camera: x right, y down, z along the optical axis.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from ...geometry import unit
+from .pin_hole import Imager, vector
+
+
+def polynomial(a, x):
+    """Value and derivatives of a_0 + a_1 x + a_2 x^2 + ... Returns f, f_x, F_a (..., len(a))."""
+    n = np.arange(len(a))
+    powers = np.asarray(x)[..., None] ** n
+    slopes = n[1:] * powers[..., :-1]
+    return powers @ a, slopes @ np.asarray(a, float)[1:], powers
+
+
+def omni_project(p, d):
+    """Direction to metric image point: radius f(theta) with the forward polynomial d, theta the elevation of p.
+
+    theta = atan2(z, r), r = hypot(x, y): pi/2 on the optical axis. Returns u, U_p (..., 2, 3), U_d (..., 2, len(d)).
+    On the axis itself u = 0, and the derivatives are not finite.
+    """
+    xy, z = p[..., :2], p[..., 2:]
+    r = np.sqrt((xy * xy).sum(-1))[..., None]
+    rho, rho_theta, RHO_d = polynomial(d, np.arctan2(z, r)[..., 0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        axis = xy / r
+        THETA_p = np.concatenate([-z * axis, r], -1) / (r * r + z * z)
+        AXIS_p = np.concatenate([unit(xy)[1], np.zeros((*xy.shape, 1))], -1)
+        U_p = axis[..., :, None] * (rho_theta[..., None] * THETA_p)[..., None, :] + rho[..., None, None] * AXIS_p
+        u = np.where(r > 0, axis * rho[..., None], 0.0)
+        return u, U_p, axis[..., :, None] * RHO_d[..., None, :]
+
+
+def omni_retro(u, c):
+    """Metric image point to unit ray: [u; g(|u|)], normalised, with the backward polynomial c.
+
+    Returns p (..., 3), P_u (..., 3, 2), P_c (..., 3, len(c)).
+    """
+    r = np.sqrt((u * u).sum(-1))
+    z, z_r, Z_c = polynomial(c, r)
+    axis = u / np.where(r > 0, r, 1.0)[..., None]
+    p, P_v = unit(np.concatenate([u, z[..., None]], -1))
+    V_u = np.concatenate([np.broadcast_to(np.eye(2), (*u.shape, 2)), (z_r[..., None] * axis)[..., None, :]], -2)
+    return p, P_v @ V_u, P_v[..., :, 2:] * Z_c[..., None, :]
+
+
+def omni_pixellise(u, k):
+    """Metric image point to pixel [c x + d y + xc, e x + y + yc], k = [xc, yc, c, d, e]. Returns y, Y_u, Y_k."""
+    xc, yc, c, d, e = k
+    A = np.array([[c, d], [e, 1.0]])
+    x, y, zero, one = u[..., 0], u[..., 1], np.zeros_like(u[..., 0]), np.ones_like(u[..., 0])
+    Y_k = np.stack([np.stack([one, zero, x, y, zero], -1), np.stack([zero, one, zero, zero, x], -1)], -2)
+    return u @ A.T + [xc, yc], A, Y_k
+
+
+def omni_depixellise(y, k):
+    """Pixel to metric image point, the inverse of `omni_pixellise`. Returns u, U_y, U_k."""
+    xc, yc, c, d, e = k
+    U_y = np.linalg.inv(np.array([[c, d], [e, 1.0]]))
+    u = (y - np.array([xc, yc])) @ U_y.T
+    return u, U_y, -U_y @ omni_pixellise(u, k)[2]
+
+
+def omni_cam(p, k, d):
+    """Omnidirectional camera: point in the camera frame to pixel. Returns y, Y_p, Y_k, Y_d."""
+    u, U_p, U_d = omni_project(p, d)
+    y, Y_u, Y_k = omni_pixellise(u, k)
+    return y, Y_u @ U_p, Y_k, Y_u @ U_d
+
+
+def inv_omni_cam(y, k, c):
+    """Inverse omnidirectional camera: pixel to unit ray. Returns p, P_y, P_k, P_c."""
+    u, U_y, U_k = omni_depixellise(y, k)
+    p, P_u, P_c = omni_retro(u, c)
+    return p, P_u @ U_y, P_u @ U_k, P_c
+
+
+@dataclass(frozen=True)
+class OmniCam(Imager):
+    """Omnidirectional camera: measures the pixel [u, v] of a point; a bearing, no distance.
+
+    Parameters
+    ----------
+    k : sequence of 5 floats
+        Affine pixel map [xc, yc, c, d, e]: centre in pixels, and [[c, d], [e, 1]].
+    d : sequence of floats
+        Forward polynomial, lowest power first: image radius (pixels) from the elevation over the mirror plane (rad).
+    c : sequence of floats, optional
+        Backward polynomial, lowest power first: z from the image radius. Calibration tools give both, and each is a
+        fit. Without it the inverse of the forward polynomial is found numerically, exact.
+    image_size : sequence of 2 floats
+        Width and height, pixels.
+    pixel_std : float
+        Standard deviation of the measurement noise, pixels.
+    fov : float
+        Opening angle round the optical axis within which points are seen, rad; pi is a half space.
+    """
+
+    k: tuple
+    d: tuple
+    c: tuple | None = field(default=None, kw_only=True)
+    image_size: tuple = field(default=(1280.0, 960.0), kw_only=True)
+    pixel_std: float = field(default=1.0, kw_only=True)
+    fov: float = field(default=np.pi, kw_only=True)
+
+    dim: ClassVar[int] = 3
+    bearing_only: ClassVar[bool] = True
+    units: ClassVar = ("px", "px")
+
+    def __post_init__(self):
+        self.check_image()
+        k = vector(self, "k", 5)
+        if k[2] == k[3] * k[4]:
+            raise ValueError(f"OmniCam: k = [xc, yc, c, d, e] is singular, c - d e must not be zero, got {self.k!r}")
+        vector(self, "d")
+        if self.c is not None:
+            vector(self, "c")
+
+    @cached_property
+    def R(self):
+        """Measurement noise covariance, pixel_std^2 I."""
+        return self.pixel_std**2 * np.eye(2)
+
+    def project(self, p):
+        """Point or ray in the camera frame to pixel. Returns y, Y_p."""
+        y, Y_p, _, _ = omni_cam(np.asarray(p, float), self.k, self.d)
+        return y, Y_p
+
+    def retro(self, y):
+        """Pixel to a unit ray. Returns v, V_y."""
+        y = np.asarray(y, float)
+        if self.c is not None:
+            v, V_y, _, _ = inv_omni_cam(y, self.k, self.c)
+            return v, V_y
+        u, U_y, _ = omni_depixellise(y, self.k)
+        v, V_u = self._exact_retro(u)
+        return v, V_u @ U_y
+
+    def _exact_retro(self, u, iterations=50):
+        """Unit ray whose forward projection is u: Newton's method on the elevation, from the middle of the view."""
+        r = np.sqrt((u * u).sum(-1))
+        theta = np.full_like(r, np.pi / 2 - self.fov / 4)
+        with np.errstate(all="ignore"):
+            for _ in range(iterations):
+                rho, slope, _ = polynomial(self.d, theta)
+                theta = np.clip(theta - (rho - r) / slope, np.pi / 2 - self.fov, np.pi / 2)
+            rho, slope, _ = polynomial(self.d, theta)
+            theta = np.where(np.abs(rho - r) <= 1e-9 * (1 + r), theta, np.nan)
+            axis, AXIS_u = unit(u)
+            c, s = np.cos(theta)[..., None], np.sin(theta)[..., None]
+            THETA_u = axis / slope[..., None]
+            V_theta = np.concatenate([-s * axis, c], -1)
+            V_u = np.concatenate([c[..., None] * AXIS_u, np.zeros((*c.shape, 2))], -2)
+        return np.concatenate([c * axis, s], -1), V_u + V_theta[..., :, None] * THETA_u[..., None, :]
+
+    def visible(self, y, p):
+        """Whether points lie in the field of view and in the image."""
+        angle = np.arctan2(np.sqrt((p[..., :2] ** 2).sum(-1)), p[..., 2])
+        return self.inside(y) & (angle < self.fov / 2)

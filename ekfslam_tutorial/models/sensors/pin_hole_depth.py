@@ -1,0 +1,51 @@
+"""Pin-hole camera with a depth channel (RGB-D): it measures all three coordinates of a point."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from .pin_hole import PinHole
+
+
+@dataclass(frozen=True)
+class PinHoleDepth(PinHole):
+    """Camera that measures [u, v, depth]: pixel, and the distance along its optical axis (not the range).
+
+    Parameters
+    ----------
+    k, d, c, image_size, pixel_std
+        As in `PinHole`.
+    depth_std : float
+        Standard deviation of the depth, m.
+    """
+
+    depth_std: float = field(default=0.1, kw_only=True)
+
+    bearing_only: ClassVar[bool] = False
+    units: ClassVar = ("px", "px", "m")
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not 0 < self.depth_std < np.inf:
+            raise ValueError(f"PinHoleDepth: depth_std must be a positive number, got {self.depth_std!r}")
+
+    @cached_property
+    def R(self):
+        """Measurement noise covariance, diag(pixel_std^2, pixel_std^2, depth_std^2)."""
+        return np.diag([self.pixel_std**2, self.pixel_std**2, self.depth_std**2])
+
+    def project(self, p):
+        """Point in the camera frame to [u, v, z]. Returns y, Y_p."""
+        u, U_p = super().project(p)
+        z = np.asarray(p, float)[..., 2:]
+        Z_p = np.broadcast_to([0.0, 0.0, 1.0], (*z.shape, 3))
+        return np.concatenate([u, z], -1), np.concatenate([U_p, Z_p], -2)
+
+    def retro(self, y):
+        """[u, v, depth] to a point in the camera frame: depth times the ray. Returns v, V_y."""
+        y = np.asarray(y, float)
+        ray, RAY_u = super().retro(y[..., :2])
+        s = y[..., 2:]
+        return s * ray, np.concatenate([s[..., None] * RAY_u, ray[..., None]], -1)

@@ -1,0 +1,88 @@
+"""Range and bearing in the plane: the sensor of the lecture."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from ...geometry import wrap
+
+
+def polar(p):
+    """Point in the plane to range and bearing: [hypot(x, y), atan2(y, x)].
+
+    Returns
+    -------
+    y : ndarray, shape (..., 2)
+        Metres and radians.
+    Y_p : ndarray, shape (..., 2, 2)
+        Not finite at the sensor itself, where the bearing has no meaning.
+    """
+    x, y = p[..., 0], p[..., 1]
+    r = np.hypot(x, y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        c, s = x / r, y / r
+        Y_p = np.stack([np.stack([c, s], -1), np.stack([-s / r, c / r], -1)], -2)
+    return np.stack([r, np.arctan2(y, x)], -1), Y_p
+
+
+@dataclass(frozen=True)
+class RangeBearing:
+    """Distance r (m) and direction beta (rad, counter-clockwise from the sensor's x axis) of a point.
+
+    Parameters
+    ----------
+    range_std, bearing_std : float
+        Standard deviations of the measurement noise, m and rad.
+    max_range : float
+        No point further away than this is seen, m.
+    fov : float
+        Width of the field of view, centred on the x axis, rad.
+    """
+
+    range_std: float
+    bearing_std: float
+    max_range: float = np.inf
+    fov: float = 2 * np.pi
+
+    dim: ClassVar[int] = 2
+    bearing_only: ClassVar[bool] = False
+    units: ClassVar = ("m", "rad")
+
+    def __post_init__(self):
+        _positive(self, "range_std", "bearing_std", "max_range", "fov")
+
+    @cached_property
+    def R(self):
+        """Measurement noise covariance, diag(range_std^2, bearing_std^2)."""
+        return np.diag([self.range_std**2, self.bearing_std**2])
+
+    def project(self, p):
+        """Point in the sensor frame to [range, bearing]. Returns y, Y_p."""
+        return polar(np.asarray(p, float))
+
+    def retro(self, y):
+        """[range, bearing] to a point in the sensor frame: r [cos beta, sin beta]. Returns v, V_y."""
+        y = np.asarray(y, float)
+        r, c, s = y[..., :1], np.cos(y[..., 1:]), np.sin(y[..., 1:])
+        u, n = np.concatenate([c, s], -1), np.concatenate([-s, c], -1)
+        return r * u, np.stack([u, r * n], -1)
+
+    def residual(self, y, e):
+        """Innovation y - e with the bearing wrapped into (-pi, pi]."""
+        z = np.subtract(y, e)
+        z[..., 1] = wrap(z[..., 1])
+        return z
+
+    def visible(self, y, p):
+        """Whether points are in range and in the field of view."""
+        return (y[..., 0] <= self.max_range) & (np.abs(wrap(y[..., 1])) <= self.fov / 2) & (y[..., 0] > 0)
+
+
+def _positive(model, *names):
+    """Refuse parameters that are not positive numbers."""
+    for name in names:
+        value = getattr(model, name)
+        if not value > 0:
+            raise ValueError(f"{type(model).__name__}: {name} must be a positive number, got {value!r}")
