@@ -1,0 +1,21 @@
+"""The stochastic map and the few operations that an extended Kalman filter does on it.
+
+Lives here: a mean, a covariance, ranges in them, and matrices.
+May not: know what a range stands for. No frames, sensors, robots or landmarks here.
+"""
+
+from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform
+from .stochastic_map import Map, MapFull
+
+__all__ = [
+    "Innovation",
+    "Map",
+    "MapFull",
+    "augment",
+    "correct",
+    "covariance",
+    "cross",
+    "innovation",
+    "predict",
+    "transform",
+]

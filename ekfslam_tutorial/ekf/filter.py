@@ -1,0 +1,207 @@
+"""The extended Kalman filter on a stochastic map, in seven short functions.
+
+A *block* is a pair `(range, Jacobian)`: the derivative of something by the state in that range. A range of `None` means
+that the state is known; its block drops out. So the same `correct` does
+
+* mapping with known poses, where the robot is known (the lecture),
+* localisation, where the landmarks are known,
+* SLAM, where nothing is known,
+* self-calibration, where the sensor's own frame is in the map as well.
+
+Names: z innovation, Z its covariance, E covariance of the expectation, R of the measurement, U of the control
+(manual, figs. 4 and 9). Only the blocks are multiplied: H is never written out.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dtrtri
+
+from .blas import subtract_product
+
+
+@dataclass(frozen=True)
+class Innovation:
+    """Innovation z = y - e with its covariance Z.
+
+    Parameters
+    ----------
+    z : ndarray, shape (m,)
+    Z : ndarray, shape (m, m)
+
+    Raises
+    ------
+    ValueError
+        When used, if Z is not positive definite.
+    """
+
+    z: np.ndarray
+    Z: np.ndarray
+
+    @cached_property
+    def iL(self):
+        """Inverse of the Cholesky factor: Z = L L', Z^-1 = iL' iL."""
+        L, info = dpotrf(self.Z, lower=1, clean=1)
+        if info != 0:
+            raise ValueError(f"the innovation covariance must be positive definite, got {np.asarray(self.Z).tolist()}")
+        return dtrtri(L, lower=1)[0]
+
+    @property
+    def md2(self):
+        """Squared Mahalanobis distance z' Z^-1 z: chi-square with m degrees of freedom, if all is well."""
+        w = self.iL @ self.z
+        return float(w @ w)
+
+
+def predict(map, r, x, X_x, X_u, U):
+    """Motion of the state in range r: its own covariance, and its covariance with everything else.
+
+        P_rr = X_x P_rr X_x' + X_u U X_u',    P_rm = X_x P_rm
+
+    All other states stand still, so their blocks of P do not change.
+
+    Parameters
+    ----------
+    map : Map
+    r : slice
+    x : ndarray, shape (k,)
+        State after the motion.
+    X_x, X_u : ndarray, shape (k, k) and (k, nu)
+        Jacobians of the motion, taken at the state *before* the motion.
+    U : ndarray, shape (nu, nu)
+        Covariance of the control.
+    """
+    P_mr = map.P[:, r] @ X_x.T
+    P_rr = X_x @ P_mr[r] + X_u @ U @ X_u.T
+
+    map.x[r] = x
+    map.P[:, r] = P_mr
+    map.P[r, :] = P_mr.T
+    map.P[r, r] = P_rr
+
+
+def cross(map, blocks):
+    """Cross-covariance of the whole map with something that depends on the blocks: P H'.
+
+    Parameters
+    ----------
+    map : Map
+    blocks : iterable of (slice or None, ndarray of shape (m, k))
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+    """
+    PHt = [map.P[:, r] @ J.T for r, J in blocks if r is not None]
+    return sum(PHt[1:], start=PHt[0]) if PHt else np.zeros((map.n, len(blocks[0][1])))
+
+
+def covariance(PHt, blocks):
+    """Covariance of something that depends on the blocks: H P H', shape (m, m).
+
+    Parameters
+    ----------
+    PHt : ndarray, shape (n, m)
+        From `cross`.
+    blocks : iterable of (slice or None, ndarray of shape (m, k))
+    """
+    m = PHt.shape[1]
+    return sum((J @ PHt[r] for r, J in blocks if r is not None), start=np.zeros((m, m)))
+
+
+def innovation(z, E, R):
+    """Innovation of a measurement: z with the covariance Z = E + R.
+
+    Parameters
+    ----------
+    z : ndarray, shape (m,)
+        Measurement minus expectation, angles wrapped.
+    E, R : ndarray, shape (m, m)
+        Covariance of the expectation, H P H', and of the measurement noise.
+    """
+    return Innovation(z, E + R)
+
+
+def correct(map, PHt, inn):
+    """Correction of the whole map by one innovation.
+
+        K = P H' Z^-1,    x = x + K z,    P = P - K H P
+
+    With Z = L L' and W = P H' L^-T the last line is P - W W': half the work, and symmetric by construction.
+
+    Parameters
+    ----------
+    map : Map
+    PHt : ndarray, shape (n, m)
+        From `cross`.
+    inn : Innovation
+    """
+    W = PHt @ inn.iL.T
+    map.x[:] += W @ (inn.iL @ inn.z)
+    subtract_product(map.P, W)
+
+
+def augment(map, l, blocks, Q):
+    """A new state l = g(x, noise), correlated with those it depends on.
+
+        P_lm = L_x P,    P_ll = L_x P L_x' + Q
+
+    With known poses there are no blocks, and this is the lecture's formula: zero cross-covariance, and P_ll = Q.
+
+    Parameters
+    ----------
+    map : Map
+    l : ndarray, shape (k,)
+        Mean of the new state.
+    blocks : iterable of (slice or None, ndarray of shape (k, ·))
+        Derivatives of g by the states in the map.
+    Q : ndarray, shape (k, k)
+        Covariance of all that is not in the map: L_y R L_y' of the measurement, and L_n N L_n' of the prior.
+
+    Returns
+    -------
+    slice
+        Range of the new state.
+
+    Raises
+    ------
+    MapFull
+        If it does not fit. Nothing has been changed then.
+    """
+    PLt = cross(map, blocks)
+    P_ll = covariance(PLt, blocks) + Q
+    return map.add(l, 0.5 * (P_ll + P_ll.T), PLt.T)
+
+
+def transform(map, r, x, J):
+    """Replace the state in range r by a function of itself: its covariances follow by the Jacobian J.
+
+    Normalising a quaternion and turning an inverse-depth point into a Euclidean one are both this.
+
+    Parameters
+    ----------
+    map : Map
+    r : slice
+        Range of the old state, of length k.
+    x : ndarray, shape (k2,), k2 <= k
+        New state.
+    J : ndarray, shape (k2, k)
+        Derivative of the new state by the old one.
+
+    Returns
+    -------
+    slice
+        Range of the new state: the head of r. The rest of r is free again.
+    """
+    P_mr = map.P[:, r] @ J.T
+    P_rr = J @ P_mr[r]
+
+    head, tail = slice(r.start, r.start + len(x)), slice(r.start + len(x), r.stop)
+    map.x[head] = x
+    map.P[:, head] = P_mr
+    map.P[head, :] = P_mr.T
+    map.P[head, head] = P_rr
+    if tail.start < tail.stop:
+        map.remove(tail)
+    return head
