@@ -78,7 +78,7 @@ def predict(map, r, x, X_x, X_u, U):
     map.x[r] = x
     map.P[:, r] = P_mr
     map.P[r, :] = P_mr.T
-    map.P[r, r] = P_rr
+    map.P[r, r] = _symmetric(P_rr)
 
 
 def cross(map, blocks):
@@ -171,7 +171,7 @@ def augment(map, l, blocks, Q):
     """
     PLt = cross(map, blocks)
     P_ll = covariance(PLt, blocks) + Q
-    return map.add(l, 0.5 * (P_ll + P_ll.T), PLt.T)
+    return map.add(l, _symmetric(P_ll), PLt.T)
 
 
 def transform(map, r, x, J):
@@ -201,7 +201,12 @@ def transform(map, r, x, J):
     map.x[head] = x
     map.P[:, head] = P_mr
     map.P[head, :] = P_mr.T
-    map.P[head, head] = P_rr
+    map.P[head, head] = _symmetric(P_rr)
     if tail.start < tail.stop:
         map.remove(tail)
     return head
+
+
+def _symmetric(P):
+    """A covariance without the rounding errors that make A P A' differ from its transpose."""
+    return 0.5 * (P + P.T)

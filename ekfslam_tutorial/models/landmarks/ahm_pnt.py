@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry import unit
-from .projective import anchored, anchored_point, anchored_ray, scalar
+from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar
 
 
 @dataclass(frozen=True)
@@ -69,3 +69,11 @@ class AhmPnt:
         l, L_v, L_n = self.from_ray(p, 1 / np.sqrt((p * p).sum(-1))[..., None])
         RHO_p = -(l[..., -1:] ** 2)[..., None] * l[..., None, self.dim : -1]
         return l, L_v + L_n @ RHO_p, np.zeros((self.size, 0))
+
+    def ahead(self, l, min_rho):
+        """The landmark with an inverse distance that is not negative."""
+        return ahead(l, min_rho)
+
+    def linearity(self, l, P, camera):
+        """Linearity index, seen from a camera at this place; below about 0.1 a Euclidean point will do."""
+        return linearity(l[self.dim : -1], l[-1], self.point(l)[0], P[-1, -1], camera)

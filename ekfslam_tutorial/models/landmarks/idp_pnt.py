@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .projective import anchored, anchored_point, anchored_ray, scalar
+from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar
 
 POLE = 1e-8  # radians: how near to the z axis a direction may come, see `vec2py`
 
@@ -104,3 +104,11 @@ class IdpPnt:
         l, L_v, L_n = self.from_ray(p, rho)
         RHO_p = -(rho**3)[..., None] * p[..., None, :]
         return l, L_v + L_n @ RHO_p, np.zeros((6, 0))
+
+    def ahead(self, l, min_rho):
+        """The landmark with an inverse distance that is not negative."""
+        return ahead(l, min_rho)
+
+    def linearity(self, l, P, camera):
+        """Linearity index, seen from a camera at this place; below about 0.1 a Euclidean point will do."""
+        return linearity(py2vec(l[3:5])[0], l[-1], self.point(l)[0], P[-1, -1], camera)

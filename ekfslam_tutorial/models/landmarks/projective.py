@@ -51,3 +51,24 @@ def anchored_ray(t, m, rho, M_u):
     s = along(rho)
     V_t = rho[..., None] * np.eye(t.shape[-1])
     return s * (t * rho + m), s[..., None] * np.concatenate([V_t, M_u, t[..., None]], -1)
+
+
+def ahead(l, min_rho):
+    """The landmark itself, or with the inverse distance min_rho where a correction has turned it negative."""
+    if l[-1] >= 0:
+        return l
+    return np.concatenate([l[:-1], [min_rho]])
+
+
+def linearity(m, rho, p, var_rho, camera):
+    """Linearity index of an anchored point: small where a Euclidean Gaussian would do as well.
+
+        L = 4 sigma_d / d |cos a|,    sigma_d = sigma_rho / rho^2
+
+    d is the distance from the camera to the point, a the angle between the direction m of its birth and the direction
+    from which it is seen now. Civera, Davison, Montiel, "Inverse depth to depth conversion for monocular SLAM",
+    ICRA 2007, eq. 10 and 17.
+    """
+    d = p - camera
+    d1 = np.sqrt(d @ d)
+    return 4 * np.sqrt(var_rho) / rho**2 / d1 * abs(m @ d) / (np.sqrt(m @ m) * d1)

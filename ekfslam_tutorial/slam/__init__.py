@@ -1,0 +1,31 @@
+"""Robots, sensors, landmarks and observations, and the steps of EKF-SLAM on them: Solà's interface level.
+
+Lives here: the only code that sees objects and the map together, and the only one that changes them.
+May not: simulate, read files or draw.
+"""
+
+from .association import Jcbb, KnownIds, Matches, NearestNeighbour
+from .objects import Event, Lmk, Obs, Rob, Sen, Tim
+from .options import Options
+from .steps import add_landmark, correct_known_lmks, init_new_lmks, move, normalize, place, project_lmks
+
+__all__ = [
+    "Event",
+    "Jcbb",
+    "KnownIds",
+    "Lmk",
+    "Matches",
+    "NearestNeighbour",
+    "Obs",
+    "Options",
+    "Rob",
+    "Sen",
+    "Tim",
+    "add_landmark",
+    "correct_known_lmks",
+    "init_new_lmks",
+    "move",
+    "normalize",
+    "place",
+    "project_lmks",
+]

@@ -1,0 +1,65 @@
+"""What the user may decide about the estimation (manual: `Opt`)."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..models.landmarks import EucPnt
+from .association import KnownIds
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of the estimation.
+
+    Parameters
+    ----------
+    lmk_type : LmkType
+        How new landmarks are stored.
+    n, N : array_like, shape (k,) and (k, k)
+        Prior of what a bearing-only sensor does not measure, mean and covariance: an inverse distance, 1/m
+        (manual: nonObsMean, nonObsStd). Used where the sensor leaves something open.
+    association : callable
+        `KnownIds()`, `NearestNeighbour(...)` or `Jcbb(...)`.
+    n_updates : int or None
+        At most so many corrections per sensor and frame, the most uncertain expectations first; None for no limit.
+    md2_threshold : float
+        Innovation gate: a measurement with a squared Mahalanobis distance of this or more is not used
+        (manual: MD2th).
+    reproject : bool
+        Compute each expectation again from the corrected map before its own correction.
+    reparametrize : bool
+        Turn a landmark into a Euclidean point when it has become linear enough.
+    lin_test : float
+        Threshold of that linearity test (manual: linTestIdp).
+    n_inits : tuple of 2 int, or None
+        At most so many new landmarks per sensor: in the first frame, and in each later one; None for no limit.
+    init_margin : float
+        A new landmark must be seen at least so far inside the sensor's measurement space (pixels, for a camera).
+    max_lmks : int or None
+        Most landmarks in the map.
+    min_search : int
+        Landmarks looked for at least so often may be deleted.
+    min_match_ratio, min_inlier_ratio : float
+        They are, if found in less than this share of the searches, or used in less than this share of the matches.
+    min_rho : float
+        An inverse distance that a correction turned negative is set to this (1/m).
+    """
+
+    lmk_type: Any = EucPnt()
+    n: Any = (0.01,)
+    N: Any = ((0.25,),)
+    association: Any = field(default_factory=KnownIds)
+    n_updates: int | None = None
+    md2_threshold: float = np.inf
+    reproject: bool = True
+    reparametrize: bool = False
+    lin_test: float = 0.1
+    n_inits: tuple | None = None
+    init_margin: float = 0.0
+    max_lmks: int | None = None
+    min_search: int = 10
+    min_match_ratio: float = 0.0
+    min_inlier_ratio: float = 0.0
+    min_rho: float = 1e-3

@@ -1,0 +1,350 @@
+"""The steps of EKF-SLAM (manual, section 4.2): move, correct known landmarks, initialise new ones.
+
+For every frame, every robot moves; then each of its sensors corrects with the landmarks that it knows and starts the
+ones that it does not. The order matters: a measurement that starts a landmark has been used, and must not correct it.
+"""
+
+import numpy as np
+
+from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict, transform
+from ..models.landmarks import EucPnt
+from ..models.observation import retro_project, to_sensor
+from .objects import Event, Lmk, Obs
+
+# --- robots and sensors ----------------------------------------------------------------------------------------------
+
+
+def place(map, obj, x, P=None):
+    """Put a robot or a sensor where it starts: into the map with covariance P, or known if there is none.
+
+    Parameters
+    ----------
+    map : Map
+    obj : Rob or Sen
+    x : ndarray, shape (k,)
+    P : ndarray, shape (k, k), optional
+
+    Raises
+    ------
+    ValueError
+        If P is not a covariance.
+    """
+    if P is None:
+        obj.x, obj.r = np.asarray(x, float), None
+    else:
+        obj.x, obj.r = None, map.add(x, P)
+
+
+def normalize(map, obj):
+    """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading."""
+    if obj.r is None:
+        return
+    N, N_f = obj.frame(map).normalized()
+    transform(map, frame_range(obj, N), N.x, N_f)
+
+
+def frame_range(obj, F):
+    """Range of the frame in the map; a robot's state may have velocities behind it."""
+    return None if obj.r is None else slice(obj.r.start, obj.r.start + F.size)
+
+
+def move(map, rob, dt):
+    """Motion of a robot by its control `rob.u` with covariance `rob.U` (manual: `motion`).
+
+    Parameters
+    ----------
+    map : Map
+    rob : Rob
+        With a known state (r is None) only the state moves: the control is taken as true.
+    dt : float
+        Duration of the step, s.
+
+    Raises
+    ------
+    ValueError
+        If the control or its covariance is not finite or has the wrong shape.
+    """
+    _check_control(rob)
+    normalize(map, rob)
+    x, X_x, X_u = rob.motion.move(rob.state(map), rob.u, dt)
+    if rob.r is None:
+        rob.x = np.concatenate([rob.motion.frame(x[: rob.motion.frame.size]).normalized()[0].x, x[rob.motion.frame.size :]])
+    else:
+        predict(map, rob.r, x, X_x, X_u, rob.U)
+        normalize(map, rob)
+
+
+def _check_control(rob):
+    m = sum(rob.motion.control_fields.values())
+    fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
+    if np.shape(rob.u) != (m,) or not np.isfinite(rob.u).all():
+        raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
+    if rob.r is not None and (np.shape(rob.U) != (m, m) or not np.isfinite(rob.U).all()):
+        raise ValueError(f"robot {rob.id}: the control covariance must be a finite {m} x {m} matrix, got {rob.U}")
+
+
+# --- observations ----------------------------------------------------------------------------------------------------
+
+
+def project_lmks(map, rob, sen, lmks):
+    """Expected observations of landmarks by one sensor: all landmarks of a type in one call.
+
+    Parameters
+    ----------
+    map : Map
+    rob : Rob
+    sen : Sen
+    lmks : iterable of Lmk
+
+    Returns
+    -------
+    list of Obs
+        In the order of `lmks`: expectation e, its covariance E = H P H', Jacobian blocks, visibility.
+    """
+    lmks = list(lmks)
+    Rf, Sf = rob.frame(map), sen.frame(map)
+    rr, rs = frame_range(rob, Rf), sen.r
+    obs = [None] * len(lmks)
+    for kind, members in _by_type(lmks):
+        group = [lmks[i] for i in members]
+        l = np.array([lmk.state(map) for lmk in group])
+        v, *V = to_sensor(Rf, Sf, sen.model, kind, l)
+        e, E_v = sen.model.project(v)
+        E_r, E_s, E_l = (E_v @ J for J in V)
+        E = _covariances(map, rr, rs, group, E_r, E_s, E_l)
+        visible = sen.model.visible(e, v) & np.isfinite(E).all((-1, -2))
+        for k, i in enumerate(members):
+            blocks = ((rr, E_r[k]), (rs, E_s[k]), (group[k].r, E_l[k]))
+            obs[i] = Obs(sen.id, group[k].id, e[k], E[k], blocks, v[k], bool(visible[k]))
+    return obs
+
+
+def _by_type(lmks):
+    """Indices of the landmarks of each type."""
+    groups = {}
+    for i, lmk in enumerate(lmks):
+        groups.setdefault(lmk.type, []).append(i)
+    return groups.items()
+
+
+def _covariances(map, rr, rs, lmks, E_r, E_s, E_l):
+    """Covariances H P H' of many expectations at once, shape (len(lmks), m, m)."""
+    n, m = E_l.shape[:2]
+    known = lmks[0].r is None
+    parts = [(r, J) for r, J in ((rr, E_r), (rs, E_s)) if r is not None]
+    H = np.concatenate([J for _, J in parts] + ([] if known else [E_l]), -1) if parts or not known else None
+    if H is None:
+        return np.zeros((n, m, m))
+    shared = [np.arange(r.start, r.stop) for r, _ in parts]
+    own = [] if known else [np.array([lmk.r.start for lmk in lmks])[:, None] + np.arange(E_l.shape[-1])]
+    rows = np.concatenate([np.broadcast_to(s, (n, len(s))) for s in shared] + own, -1)
+    return H @ map.P[rows[:, :, None], rows[:, None, :]] @ np.swapaxes(H, -1, -2)
+
+
+# --- corrections -----------------------------------------------------------------------------------------------------
+
+
+def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
+    """Correct the map with the landmarks that are in it (manual: `correctKnownLmks`).
+
+    Active search: all landmarks are projected in one call; the visible ones are matched; those with the most uncertain
+    expectation come first, at most `opt.n_updates` of them; each is projected again from the map as corrected so far.
+
+    Parameters
+    ----------
+    map : Map
+    rob : Rob
+    sen : Sen
+    lmks : dict of int to Lmk
+        Landmarks may be reparametrised, and deleted.
+    obs : dict of (int, int) to Obs
+        Gets this sensor's observations of this frame, by (sensor id, landmark id).
+    raw : raw measurements: `ids` (k,), `y` (k, m), `R` (k, m, m) or None
+    opt : Options
+
+    Returns
+    -------
+    events : list of Event
+    new : list of int
+        Indices of the raw measurements that may start landmarks.
+
+    Raises
+    ------
+    ValueError
+        If a measurement is not finite or has the wrong shape.
+    """
+    _check_raw(raw, sen)
+    normalize(map, rob)
+    normalize(map, sen)
+    for key in [key for key in obs if key[0] == sen.id]:
+        del obs[key]
+    expected = project_lmks(map, rob, sen, sorted(lmks.values(), key=lambda lmk: lmk.slot))
+    obs.update({(sen.id, o.lmk): o for o in expected})
+    seen = [o for o in expected if o.visible]
+    matches = opt.association(map, seen, raw, sen.model)
+
+    events = []
+    for o in most_uncertain(seen, opt.n_updates):
+        events += _search(map, rob, sen, lmks[o.lmk], o, matches.pairs.get(o.lmk), raw, opt)
+    events += [Event("deletion", rob.id, sen.id, id) for id in _delete_bad(map, lmks, seen, opt)]
+    return events, matches.new
+
+
+def most_uncertain(obs, n_max):
+    """Observations by decreasing uncertainty of the expectation, det(E), at most n_max of them."""
+    if not obs:
+        return []
+    order = np.argsort(-np.linalg.det(np.array([o.E for o in obs])), kind="stable")[:n_max]
+    return [obs[i] for i in order]
+
+
+def _search(map, rob, sen, lmk, o, index, raw, opt):
+    """Look for one landmark: match, project again, gate, correct. Returns the events."""
+    lmk.n_search += 1
+    o.measured, o.matched, o.index = True, index is not None, index
+    events = [Event("search", rob.id, sen.id, lmk.id, o.matched)]
+    if index is None:
+        return events
+
+    lmk.n_match += 1
+    camera = rob.frame(map).from_frame(sen.frame(map).t)[0]
+    if opt.reproject:
+        (again,) = project_lmks(map, rob, sen, [lmk])
+        o.e, o.E, o.blocks, o.v = again.e, again.E, again.blocks, again.v
+    o.y, o.R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
+    PHt = cross(map, o.blocks)
+    inn = innovation(sen.model.residual(o.y, o.e), covariance(PHt, o.blocks), o.R)
+    o.z, o.Z, o.md2 = inn.z, inn.Z, inn.md2
+    accepted = inn.md2 < opt.md2_threshold
+    events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))
+    if not accepted:
+        return events
+
+    lmk.n_inlier += 1
+    correct(map, PHt, inn)
+    o.updated = True
+    normalize(map, rob)
+    normalize(map, sen)
+    _tidy(map, lmk, camera, opt)
+    events.append(Event("correction", rob.id, sen.id, lmk.id))
+    return events
+
+
+def _tidy(map, lmk, camera, opt):
+    """After a correction: an inverse distance stays positive; a landmark that has become linear becomes Euclidean."""
+    if lmk.r is None:
+        return
+    if hasattr(lmk.type, "ahead"):
+        map.x[lmk.r] = lmk.type.ahead(map.x[lmk.r], opt.min_rho)
+    if opt.reparametrize and hasattr(lmk.type, "linearity"):
+        l = map.x[lmk.r]
+        if lmk.type.linearity(l, map.P[lmk.r, lmk.r], camera) < opt.lin_test:
+            p, P_l = lmk.type.point(l)
+            lmk.type, lmk.r = EucPnt(len(p)), transform(map, lmk.r, p, P_l)
+
+
+def _delete_bad(map, lmks, seen, opt):
+    """Delete landmarks that are rarely found, or rarely fit when found. Returns their ids."""
+    bad = []
+    for lmk in (lmks[o.lmk] for o in seen):
+        unstable = lmk.n_match < opt.min_match_ratio * lmk.n_search
+        inconsistent = lmk.n_inlier < opt.min_inlier_ratio * lmk.n_match
+        if lmk.n_search >= opt.min_search and (unstable or inconsistent):
+            bad.append(lmk.id)
+    for id in bad:
+        lmk = lmks.pop(id)
+        if lmk.r is not None:
+            map.remove(lmk.r)
+    return bad
+
+
+def _check_raw(raw, sen):
+    m = len(sen.model.R)
+    if np.shape(raw.y) != (len(raw.ids), m):
+        raise ValueError(
+            f"sensor {sen.id}: measurements must have shape {(len(raw.ids), m)}, one row per id, got {np.shape(raw.y)}"
+        )
+    bad = np.flatnonzero(~np.isfinite(raw.y).all(-1)) if m else []
+    if len(bad):
+        raise ValueError(
+            f"sensor {sen.id}: measurement {int(bad[0])} of landmark {int(raw.ids[bad[0]])} must be finite, "
+            f"got {np.asarray(raw.y)[bad[0]].tolist()}"
+        )
+
+
+# --- new landmarks ---------------------------------------------------------------------------------------------------
+
+
+def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
+    """Start landmarks from measurements that belong to none (manual: `initNewLmk`).
+
+    Parameters
+    ----------
+    map, rob, sen, lmks, raw, opt
+        As in `correct_known_lmks`.
+    new : list of int
+        Indices of the measurements that may start a landmark, from `correct_known_lmks`.
+    n_max : int, optional
+        Most landmarks to start.
+
+    Returns
+    -------
+    list of Event
+        initialisation, or refused where the map had no room: the run can go on.
+    """
+    events = []
+    for i in new:
+        if n_max is not None and len(events) >= n_max:
+            break
+        id = opt.association.birth_id(raw, i, lmks)
+        if id is None or not _well_inside(sen.model, raw.y[i], opt.init_margin):
+            continue
+        try:
+            lmk = add_landmark(map, rob, sen, lmks, id, raw.y[i], None if raw.R is None else raw.R[i], opt)
+        except MapFull:
+            events.append(Event("refused", rob.id, sen.id, id))
+            continue
+        lmks[id] = lmk
+        events.append(Event("initialisation", rob.id, sen.id, id))
+    return events
+
+
+def add_landmark(map, rob, sen, lmks, id, y, R, opt):
+    """One new landmark in the map, from one measurement: the inverse observation model and `augment`.
+
+    Returns
+    -------
+    Lmk
+        Not yet in `lmks`.
+
+    Raises
+    ------
+    MapFull
+        If there is no room for it.
+    TypeError
+        If the landmark type cannot be started by this sensor.
+    """
+    if opt.max_lmks is not None and len(lmks) >= opt.max_lmks:
+        raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
+    kind = sen.lmk_type or opt.lmk_type
+    Rf, Sf = rob.frame(map), sen.frame(map)
+    n, N = (np.array(opt.n, float), np.array(opt.N, float)) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
+    R = sen.model.R if R is None else R
+
+    l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
+    blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
+    r = augment(map, l, blocks, L_y @ R @ L_y.T + L_n @ N @ L_n.T)
+    return Lmk(id, kind, r=r, slot=_free_slot(lmks), n=n, N=N)
+
+
+def _free_slot(lmks):
+    """The first index that no landmark has."""
+    taken = {lmk.slot for lmk in lmks.values()}
+    return next(i for i in range(len(taken) + 1) if i not in taken)
+
+
+def _well_inside(sensor, y, margin):
+    """Whether a measurement would still be visible if each of its numbers were off by the margin."""
+    off = margin * np.concatenate([np.zeros((1, len(y))), np.eye(len(y)), -np.eye(len(y))])
+    v, _ = sensor.retro(y + off)
+    return bool(np.all(sensor.visible(y + off, v)))
