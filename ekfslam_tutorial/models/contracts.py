@@ -114,7 +114,9 @@ def check_motion(model, dt=0.1):
         for u in (rng.normal(size=n_u), 1e-6 * rng.normal(size=n_u), np.zeros(n_u)):
             x2, X_x, X_u = model.move(x, u, dt)
             assert np.shape(x2) == (model.size,), f"move gives shape {np.shape(x2)}; it must be ({model.size},)"
-            assert np.shape(X_u) == (model.size, n_u), f"X_u has shape {np.shape(X_u)}; it must be ({model.size}, {n_u})"
+            assert np.shape(X_u) == (model.size, n_u), (
+                f"X_u has shape {np.shape(X_u)}; it must be ({model.size}, {n_u})"
+            )
             check_jacobians(lambda x, u: model.move(x, u, dt), x, u)
     X, U = rng.normal(size=(4, model.size)), rng.normal(size=(4, n_u))
     _check_stack(model.move(X, U, dt), [model.move(x, u, dt) for x, u in zip(X, U, strict=True)], "move")

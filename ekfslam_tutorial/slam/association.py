@@ -207,4 +207,3 @@ class _Search:
         for k, (i, _) in enumerate(pairs):
             Z[k * self.m : (k + 1) * self.m, k * self.m : (k + 1) * self.m] += self.R[i]
         return float(z @ np.linalg.solve(Z, z))
-

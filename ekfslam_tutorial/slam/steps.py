@@ -68,7 +68,9 @@ def move(map, rob, dt):
     normalize(map, rob)
     x, X_x, X_u = rob.motion.move(rob.state(map), rob.u, dt)
     if rob.r is None:
-        rob.x = np.concatenate([rob.motion.frame(x[: rob.motion.frame.size]).normalized()[0].x, x[rob.motion.frame.size :]])
+        rob.x = np.concatenate(
+            [rob.motion.frame(x[: rob.motion.frame.size]).normalized()[0].x, x[rob.motion.frame.size :]]
+        )
     else:
         predict(map, rob.r, x, X_x, X_u, rob.U)
         normalize(map, rob)
@@ -328,7 +330,9 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
         raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
     kind = sen.lmk_type or opt.lmk_type
     Rf, Sf = rob.frame(map), sen.frame(map)
-    n, N = (np.array(opt.n, float), np.array(opt.N, float)) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
+    n, N = (
+        (np.array(opt.n, float), np.array(opt.N, float)) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
+    )
     R = sen.model.R if R is None else R
 
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)

@@ -59,7 +59,10 @@ class HmgPnt:
     def from_ray(self, v, n):
         """l = [v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""
         m, M_v = unit(v)
-        l, L_v = np.concatenate([m, scalar(n, m)], -1), np.concatenate([M_v, np.zeros((*m.shape[:-1], 1, self.dim))], -2)
+        l, L_v = (
+            np.concatenate([m, scalar(n, m)], -1),
+            np.concatenate([M_v, np.zeros((*m.shape[:-1], 1, self.dim))], -2),
+        )
         return l, L_v, np.eye(self.size)[:, -1:]
 
     def from_point(self, p):
