@@ -25,6 +25,7 @@ FOLDER = ROOT / "notebooks"
 LIMIT_KB = 600
 CELL_TIMEOUT_S = 600
 WIDGET = "application/vnd.jupyter.widget-view+json"
+COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 PASSING = {"execution", "collapsed", "scrolled", "ExecuteTime"}  # cell metadata that says nothing to a reader
 KERNELSPEC = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
 
@@ -49,7 +50,7 @@ def main(names):
                 print(f"{len(text.encode()) / 1000:6.0f} kB {time.monotonic() - started:6.1f} s", flush=True)
             except (Refused, CellExecutionError, OSError, ValueError) as error:
                 bad.append(path.name)
-                print(f"NOT STORED\n{error}\n", flush=True)
+                print(f"NOT STORED\n{COLOURS.sub('', str(error))}\n", flush=True)
     return f"Not stored: {', '.join(bad)}." if bad else 0
 
 
@@ -73,6 +74,7 @@ def build(path):
         coalesce_streams=True,
         record_timing=False,
         store_widget_state=False,
+        extra_arguments=["--IPKernelApp.log_level=ERROR"],
         resources={"metadata": {"path": str(path.parent)}},
     )
     client.execute()

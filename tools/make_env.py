@@ -86,7 +86,11 @@ def main():
 def wanted():
     """Return what a complete environment of this repository records of itself, Python aside."""
     digest = hashlib.sha256()
-    for name in ("requirements.txt", "pyproject.toml"):
+    for name in (
+        "requirements.txt",
+        "pyproject.toml",
+        "ekfslam_tutorial/__init__.py",
+    ):  # the last: the version
         digest.update((ROOT / name).read_bytes())
     return {"sources": digest.hexdigest(), "folder": str(ROOT)}
 
@@ -94,32 +98,37 @@ def wanted():
 def recorded():
     """Return what ``.venv`` records of itself, or an empty dict if it is missing or half-made."""
     try:
-        return json.loads(STAMP.read_text(encoding="utf-8"))
+        stamp = json.loads(STAMP.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
+    return stamp if isinstance(stamp, dict) else {}
 
 
 def alive():
-    """Tell whether the interpreter of ``.venv`` starts and is new enough."""
-    if not PYTHON.exists():
-        return False
-    code = "import sys; sys.exit(sys.version_info < (3, 11))"
+    """Tell whether the interpreter of ``.venv`` starts."""
     try:
-        return subprocess.run([str(PYTHON), "-I", "-S", "-c", code], capture_output=True).returncode == 0
+        return subprocess.run([str(PYTHON), "-I", "-S", "-c", ""], capture_output=True).returncode == 0
     except OSError:
         return False
 
 
+def packages():
+    """Return the names in ``site-packages``: one folder and one ``NAME-VERSION.dist-info`` per package."""
+    folders = [*VENV.glob("lib/python3*/site-packages"), *VENV.glob("Lib/site-packages")]
+    return {path.name for folder in folders for path in folder.iterdir() if path.name != "__pycache__"}
+
+
 def usable(this_python):
-    """Tell whether ``.venv`` was once complete, here, and for a Python that still runs."""
+    """Tell whether ``.venv`` was made here, still runs, and has lost no package since it was complete."""
     has = recorded()
-    same_python = has.get("python") == version() or not this_python
-    return bool(has) and same_python and has.get("folder") == str(ROOT) and alive()
+    if has.get("folder") != str(ROOT) or (this_python and has.get("python") != version()):
+        return False
+    return alive() and packages().issuperset(has.get("packages", []))
 
 
 def fits(this_python):
     """Tell whether nothing has to be done."""
-    return usable(this_python) and recorded()["sources"] == wanted()["sources"]
+    return usable(this_python) and recorded().get("sources") == wanted()["sources"]
 
 
 def version():
@@ -149,10 +158,10 @@ def create():
     if VENV.is_symlink():
         VENV.unlink()
     elif VENV.exists():
-        say("The environment .venv is incomplete, was moved, or has another Python: building it anew")
+        say("The environment .venv is incomplete, damaged, moved, or has another Python: building it anew")
         shutil.rmtree(VENV)
     else:
-        say(f"Building the environment .venv with Python {version()} (once; about 260 MB are downloaded)")
+        say(f"Building the environment .venv with Python {version()} (once; about 210 MB are downloaded)")
     run = subprocess.run([sys.executable, "-m", "venv", str(VENV)], capture_output=True, text=True, cwd=ROOT)
     if run.returncode:
         text = run.stdout + run.stderr
@@ -218,7 +227,8 @@ def record():
     code = "import sys; print(sys.version_info[0], sys.version_info[1], sep='.')"
     run = subprocess.run([str(PYTHON), "-c", code], capture_output=True, text=True, check=True)
     partial = STAMP.with_suffix(".part")
-    text = json.dumps({**wanted(), "python": run.stdout.strip()}, indent=1)
+    state = {**wanted(), "python": run.stdout.strip(), "packages": sorted(packages())}
+    text = json.dumps(state, indent=1)
     partial.write_text(text + "\n", encoding="utf-8")
     os.replace(partial, STAMP)
 
