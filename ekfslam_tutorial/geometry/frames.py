@@ -17,12 +17,6 @@ def _mul(A, v):
     return (A @ v[..., None])[..., 0]
 
 
-def _columns(*blocks):
-    """Blocks side by side; leading axes broadcast."""
-    lead = np.broadcast_shapes(*(b.shape[:-2] for b in blocks))
-    return np.concatenate([np.broadcast_to(b, lead + b.shape[-2:]) for b in blocks], axis=-1)
-
-
 class _Frame:
     """What frames of both dimensions share: it needs `t`, `R` and `R_o`, the derivative of R by the orientation."""
 
@@ -64,11 +58,10 @@ class _Frame:
         PF_p : ndarray, shape (..., dim, dim)
         """
         d = p - w * self.t
-        pf = _mul(self.Rt, d)
-        PF_t = -np.asarray(w)[..., None] * self.Rt
-        PF_o = np.einsum("...ijk,...i->...jk", self.R_o, d)
-        PF_f = _columns(PF_t, PF_o)
-        return pf, PF_f, np.broadcast_to(self.Rt, PF_f.shape[:-1] + (self.dim,))
+        PF_f = np.empty((*d.shape[:-1], self.dim, self.size))
+        PF_f[..., : self.dim] = -np.asarray(w)[..., None] * self.Rt
+        PF_f[..., self.dim :] = self._contract(self._Ro_rows, d)
+        return _mul(self.Rt, d), PF_f, self.Rt
 
     def from_frame(self, pf, w=1.0):
         """Express points of this frame in its parent: p = R p_F + t.
@@ -88,10 +81,25 @@ class _Frame:
         P_pf : ndarray, shape (..., dim, dim)
         """
         p = _mul(self.R, pf) + w * self.t
-        P_t = np.asarray(w)[..., None] * np.eye(self.dim)
-        P_o = np.einsum("...ijk,...j->...ik", self.R_o, pf)
-        P_f = _columns(P_t, P_o)
-        return p, P_f, np.broadcast_to(self.R, P_f.shape[:-1] + (self.dim,))
+        P_f = np.empty((*p.shape[:-1], self.dim, self.size))
+        P_f[..., : self.dim] = np.asarray(w)[..., None] * np.eye(self.dim)
+        P_f[..., self.dim :] = self._contract(self._Ro_columns, pf)
+        return p, P_f, self.R
+
+    @cached_property
+    def _Ro_rows(self):
+        """R_o[i, j, k] as a matrix of rows i: v' R_o is one matrix product."""
+        return self.R_o.reshape(*self.R_o.shape[:-2], -1)
+
+    @cached_property
+    def _Ro_columns(self):
+        """R_o[i, j, k] as a matrix of rows j."""
+        return np.swapaxes(self.R_o, -3, -2).reshape(*self.R_o.shape[:-2], -1)
+
+    def _contract(self, Ro, v):
+        """Sum over the rows of R_o of R_o times v: derivative of R' v, or of R v, by the orientation."""
+        J = v[..., None, :] @ Ro
+        return J.reshape(*J.shape[:-2], self.dim, self.size - self.dim)
 
     def __eq__(self, other):
         return type(self) is type(other) and np.array_equal(self.x, other.x)
@@ -119,13 +127,17 @@ class Frame2(_Frame):
     def R(self):
         """Rotation matrix [[cos, -sin], [sin, cos]], shape (..., 2, 2)."""
         c, s = np.cos(self.theta), np.sin(self.theta)
-        return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+        R = np.empty((*self.x.shape[:-1], 2, 2))
+        R[..., 0, 0], R[..., 0, 1] = c, -s
+        R[..., 1, 0], R[..., 1, 1] = s, c
+        return R
 
     @cached_property
     def R_o(self):
         """Derivative of R by the heading, shape (..., 2, 2, 1)."""
-        R = self.R
-        return np.stack([R[..., :, 1], -R[..., :, 0]], -1)[..., None]
+        R_o = np.empty((*self.x.shape[:-1], 2, 2, 1))
+        R_o[..., 0, 0], R_o[..., 1, 0] = self.R[..., :, 1], -self.R[..., :, 0]
+        return R_o
 
     def compose(self, G):
         """Frame G, given in this frame, expressed in this frame's parent.

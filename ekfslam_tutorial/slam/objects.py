@@ -81,6 +81,7 @@ class Sen:
     x: np.ndarray | None = None
     r: slice | None = None
     lmk_type: Any = None
+    _known: Any = field(default=None, repr=False)
 
     def state(self, map):
         """Frame vector: the map's estimate, or the known one."""
@@ -88,7 +89,11 @@ class Sen:
 
     def frame(self, map):
         """Frame of the sensor on its robot."""
-        return self.frame_type(self.state(map))
+        if self.r is not None:
+            return self.frame_type(map.x[self.r])
+        if self._known is None or self._known.x is not self.x:
+            self._known = self.frame_type(self.x)  # it never changes: its rotation matrix is computed once
+        return self._known
 
 
 @dataclass

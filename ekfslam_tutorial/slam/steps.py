@@ -103,8 +103,11 @@ def project_lmks(map, rob, sen, lmks):
     list of Obs
         In the order of `lmks`: expectation e, its covariance E = H P H', Jacobian blocks, visibility.
     """
-    lmks = list(lmks)
-    Rf, Sf = rob.frame(map), sen.frame(map)
+    return _project(map, rob, sen, rob.frame(map), sen.frame(map), list(lmks))
+
+
+def _project(map, rob, sen, Rf, Sf, lmks):
+    """`project_lmks` with the frames at hand."""
     rr, rs = frame_range(rob, Rf), sen.r
     obs = [None] * len(lmks)
     for kind, members in _by_type(lmks):
@@ -209,9 +212,9 @@ def _search(map, rob, sen, lmk, o, index, raw, opt):
         return events
 
     lmk.n_match += 1
-    camera = rob.frame(map).from_frame(sen.frame(map).t)[0]
+    Rf, Sf = rob.frame(map), sen.frame(map)
     if opt.reproject:
-        (again,) = project_lmks(map, rob, sen, [lmk])
+        (again,) = _project(map, rob, sen, Rf, Sf, [lmk])
         o.e, o.E, o.blocks, o.v = again.e, again.E, again.blocks, again.v
     o.y, o.R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
     PHt = cross(map, o.blocks)
@@ -223,6 +226,7 @@ def _search(map, rob, sen, lmk, o, index, raw, opt):
         return events
 
     lmk.n_inlier += 1
+    camera = Rf.R @ Sf.t + Rf.t
     correct(map, PHt, inn)
     o.updated = True
     normalize(map, rob)

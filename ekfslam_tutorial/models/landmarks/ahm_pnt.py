@@ -49,12 +49,12 @@ class AhmPnt:
     def point(self, l):
         """p = x0 + m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity."""
         t, m, rho = self._split(l)
-        return anchored_point(t, m, rho, np.broadcast_to(np.eye(self.dim), (*m.shape, self.dim)))
+        return anchored_point(t, m, rho, np.eye(self.dim))
 
     def ray(self, l):
         """v = x0 rho + m, turned round where rho < 0. Returns v, V_l."""
         t, m, rho = self._split(l)
-        return anchored_ray(t, m, rho, np.broadcast_to(np.eye(self.dim), (*m.shape, self.dim)))
+        return anchored_ray(t, m, rho, np.eye(self.dim))
 
     def from_ray(self, v, n):
         """l = [0; v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""

@@ -23,11 +23,13 @@ def py2vec(py):
     m : ndarray, shape (..., 3)
     M_py : ndarray, shape (..., 3, 2)
     """
-    (cp, sp), (cy, sy) = ((np.cos(a), np.sin(a)) for a in (py[..., 0], py[..., 1]))
-    m = np.stack([cp * cy, cp * sy, sp], -1)
-    M_p = np.stack([-sp * cy, -sp * sy, cp], -1)
-    M_y = np.stack([-cp * sy, cp * cy, np.zeros_like(cp)], -1)
-    return m, np.stack([M_p, M_y], -1)
+    c, s = np.cos(py), np.sin(py)
+    cp, cy, sp, sy = c[..., 0], c[..., 1], s[..., 0], s[..., 1]
+    m, M_py = np.empty((*py.shape[:-1], 3)), np.empty((*py.shape[:-1], 3, 2))
+    m[..., 0], m[..., 1], m[..., 2] = cp * cy, cp * sy, sp
+    M_py[..., 0, 0], M_py[..., 1, 0], M_py[..., 2, 0] = -sp * cy, -sp * sy, cp
+    M_py[..., 0, 1], M_py[..., 1, 1], M_py[..., 2, 1] = -m[..., 1], m[..., 0], 0
+    return m, M_py
 
 
 def vec2py(v):
@@ -48,10 +50,13 @@ def vec2py(v):
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
     x = np.where(x * x + y * y < (POLE * z) ** 2, POLE * np.abs(z), x)
     r2 = x * x + y * y
-    r = np.sqrt(r2)
-    P_v = np.stack([-x * z / r, -y * z / r, r], -1) / (r2 + z * z)[..., None]
-    Y_v = np.stack([-y, x, np.zeros_like(x)], -1) / r2[..., None]
-    return np.stack([np.arctan2(z, r), np.arctan2(y, x)], -1), np.stack([P_v, Y_v], -2)
+    r, n2 = np.sqrt(r2), r2 + z * z
+    py, PY_v = np.empty((*v.shape[:-1], 2)), np.empty((*v.shape[:-1], 2, 3))
+    py[..., 0], py[..., 1] = np.arctan2(z, r), np.arctan2(y, x)
+    k = z / (r * n2)
+    PY_v[..., 0, 0], PY_v[..., 0, 1], PY_v[..., 0, 2] = -x * k, -y * k, r / n2
+    PY_v[..., 1, 0], PY_v[..., 1, 1], PY_v[..., 1, 2] = -y / r2, x / r2, 0
+    return py, PY_v
 
 
 @dataclass(frozen=True)

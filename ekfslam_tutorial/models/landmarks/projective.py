@@ -40,17 +40,25 @@ def anchored(t, m, rho, T_f, T_t, M_f, M_m):
 
 def anchored_point(t, m, rho, M_u):
     """Point p = t + m / rho of a landmark whose direction has the Jacobian M_u. Returns p, P_l."""
-    I = np.broadcast_to(np.eye(t.shape[-1]), (*t.shape, t.shape[-1]))
+    d, k = M_u.shape[-2:]
     with np.errstate(divide="ignore", invalid="ignore"):
         p = t + m / rho
-        return p, np.concatenate([I, M_u / rho[..., None], -(m / rho**2)[..., None]], -1)
+        P_l = np.empty((*t.shape[:-1], d, d + k + 1))
+        P_l[..., :d] = np.eye(d)
+        P_l[..., d:-1] = M_u / rho[..., None]
+        P_l[..., -1] = -m / rho**2
+    return p, P_l
 
 
 def anchored_ray(t, m, rho, M_u):
     """Ray v = t rho + m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l."""
+    d, k = M_u.shape[-2:]
+    V_l = np.empty((*t.shape[:-1], d, d + k + 1))
+    V_l[..., :d] = rho[..., None] * np.eye(d)
+    V_l[..., d:-1] = M_u
+    V_l[..., -1] = t
     s = along(rho)
-    V_t = rho[..., None] * np.eye(t.shape[-1])
-    return s * (t * rho + m), s[..., None] * np.concatenate([V_t, M_u, t[..., None]], -1)
+    return s * (t * rho + m), s[..., None] * V_l
 
 
 def ahead(l, min_rho):

@@ -17,8 +17,10 @@ def project(p):
     """Perspective projection up = [x/z, y/z]. Returns up, UP_p (..., 2, 3). Not finite at z = 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         up = p[..., :2] / p[..., 2:]
-        I = np.broadcast_to(np.eye(2), (*up.shape, 2))
-        return up, np.concatenate([I, -up[..., None]], -1) / p[..., 2:, None]
+        UP_p = np.empty((*up.shape, 3))
+        UP_p[..., :2] = np.eye(2)
+        UP_p[..., 2] = -up
+        return up, UP_p / p[..., 2:, None]
 
 
 def retro(up, s):
@@ -37,6 +39,8 @@ def radial(u, d):
     UD_u : ndarray, shape (..., 2, 2)
     UD_d : ndarray, shape (..., 2, len(d))
     """
+    if not len(d):
+        return u, np.eye(2), np.empty((*u.shape, 0))
     d = np.asarray(d, float)
     k = np.arange(1, len(d) + 1)
     r2 = (u * u).sum(-1)[..., None]
@@ -65,6 +69,8 @@ def exact_undistort(ud, d, iterations=25):
 
     NaN where the distortion has no inverse (beyond the fold of a strong barrel distortion).
     """
+    if not len(d):
+        return ud, np.eye(2)
     rd = np.sqrt((ud * ud).sum(-1))
     r = rd.copy()
     k = np.arange(1, len(d) + 1)
@@ -109,17 +115,20 @@ def inv_distortion(d, n, k):
 
 def pixellise(ud, k):
     """Metric image point to pixel [u0 + au x, v0 + av y]. Returns u, U_ud (2, 2), U_k (..., 2, 4)."""
-    u0, v0, au, av = k
-    U_k = np.concatenate([np.broadcast_to(np.eye(2), (*ud.shape, 2)), ud[..., None] * np.eye(2)], -1)
-    return [u0, v0] + ud * [au, av], np.diag([au, av]), U_k
+    centre, focal = np.array(k[:2]), np.array(k[2:])
+    U_k = np.empty((*ud.shape, 4))
+    U_k[..., :2] = np.eye(2)
+    U_k[..., 2:] = ud[..., None] * np.eye(2)
+    return centre + ud * focal, np.diag(focal), U_k
 
 
 def depixellise(u, k):
     """Pixel to metric image point [(u - u0)/au, (v - v0)/av]. Returns ud, UD_u (2, 2), UD_k (..., 2, 4)."""
-    u0, v0, au, av = k
-    ud = (u - np.array([u0, v0])) / [au, av]
-    UD_u = np.diag([1 / au, 1 / av])
-    UD_k = np.concatenate([np.broadcast_to(-UD_u, (*ud.shape, 2)), -ud[..., None] * UD_u], -1)
+    centre, focal = np.array(k[:2]), np.array(k[2:])
+    ud, UD_u = (u - centre) / focal, np.diag(1 / focal)
+    UD_k = np.empty((*ud.shape, 4))
+    UD_k[..., :2] = -UD_u
+    UD_k[..., 2:] = -ud[..., None] * UD_u
     return ud, UD_u, UD_k
 
 
@@ -189,7 +198,8 @@ class Imager:
 
     def inside(self, u):
         """Whether pixels lie in the image, borders included."""
-        return ((u[..., :2] >= 0) & (u[..., :2] <= np.asarray(self.image_size))).all(-1)
+        u, v = u[..., 0], u[..., 1]
+        return (u >= 0) & (v >= 0) & (u <= self.image_size[0]) & (v <= self.image_size[1])
 
     def residual(self, y, e):
         """Innovation y - e, pixels."""

@@ -23,8 +23,11 @@ def polar(p):
     r = np.hypot(x, y)
     with np.errstate(divide="ignore", invalid="ignore"):
         c, s = x / r, y / r
-        Y_p = np.stack([np.stack([c, s], -1), np.stack([-s / r, c / r], -1)], -2)
-    return np.stack([r, np.arctan2(y, x)], -1), Y_p
+        e, E_p = np.empty(p.shape), np.empty((*p.shape, 2))
+        e[..., 0], e[..., 1] = r, np.arctan2(y, x)
+        E_p[..., 0, 0], E_p[..., 0, 1] = c, s
+        E_p[..., 1, 0], E_p[..., 1, 1] = -s / r, c / r
+    return e, E_p
 
 
 @dataclass(frozen=True)
