@@ -30,7 +30,7 @@ def half_axes(cov: Array) -> Array:
         Half-axes, shortest first, in the units of the square root of `cov`.
     """
     cov = np.asarray(cov, dtype=float)
-    finite = np.isfinite(cov).all(axis=(-2, -1))[..., None, None]
+    finite = np.isfinite(cov).all(axis=(-2, -1), keepdims=True)
     D, V = np.linalg.eigh(np.where(finite, (cov + np.swapaxes(cov, -1, -2)) / 2, 0.0))
     A = V * np.sqrt(np.maximum(D, 0.0))[..., None, :]
     return np.where(finite, A, np.nan)
@@ -56,9 +56,7 @@ def ellipse_points(mean: Array, cov: Array, k: float = 3, n: int = 60) -> Array:
     """
     mean, A = np.asarray(mean, dtype=float), half_axes(cov)
     if mean.shape[-1:] != (2,) or A.shape[-2:] != (2, 2):
-        raise ValueError(
-            f"an ellipse needs mean (..., 2) and cov (..., 2, 2), got {mean.shape} and {A.shape}"
-        )
+        raise ValueError(f"an ellipse needs mean (..., 2) and cov (..., 2, 2), got {mean.shape} and {A.shape}")
     a = np.linspace(0, 2 * np.pi, n)
     circle = np.stack([np.cos(a), np.sin(a)], axis=-1)  # (n, 2)
     return mean[..., None, :] + k * circle @ np.swapaxes(A, -1, -2)
@@ -85,14 +83,10 @@ def ellipsoid_wires(mean: Array, cov: Array, k: float = 3, n: int = 33) -> Array
     """
     mean, A = np.asarray(mean, dtype=float), half_axes(cov)
     if mean.shape[-1:] != (3,) or A.shape[-2:] != (3, 3):
-        raise ValueError(
-            f"an ellipsoid needs mean (..., 3) and cov (..., 3, 3), got {mean.shape} and {A.shape}"
-        )
+        raise ValueError(f"an ellipsoid needs mean (..., 3) and cov (..., 3, 3), got {mean.shape} and {A.shape}")
     a = np.linspace(0, 2 * np.pi, n)
     c, s, o = np.cos(a), np.sin(a), np.zeros(n)
-    circles = np.stack(
-        [np.stack([c, s, o], -1), np.stack([o, c, s], -1), np.stack([s, o, c], -1)]
-    )  # (3, n, 3)
+    circles = np.stack([np.stack([c, s, o], -1), np.stack([o, c, s], -1), np.stack([s, o, c], -1)])  # (3, n, 3)
     return mean[..., None, None, :] + k * circles @ np.swapaxes(A, -1, -2)[..., None, :, :]
 
 

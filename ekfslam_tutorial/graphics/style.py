@@ -15,6 +15,7 @@ from __future__ import annotations
 from typing import Any
 
 import matplotlib.pyplot as plt
+from cycler import cycler
 
 BLACK, ORANGE, SKY_BLUE, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = OKABE_ITO = (
     "#000000",
@@ -79,7 +80,7 @@ def use_style(dpi: float = 75) -> None:
             "legend.fontsize": 12,
             "legend.framealpha": 0.9,
             "legend.edgecolor": LIGHT_GREY,
-            "axes.prop_cycle": plt.cycler(color=[BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY_BLUE, BLACK]),
+            "axes.prop_cycle": cycler(color=[BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY_BLUE, BLACK]),
             "axes.grid": True,
             "axes.axisbelow": True,
             "axes.spines.top": False,

@@ -1,0 +1,291 @@
+"""MapFig: the world, the robots, the sensors and the estimated map in one figure (manual, figs. 14 and 15).
+
+All artists are made once. `update` only gives them new points, so a film or a live view draws at its full speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .artists import Labels, draw_legend, new_faces, new_line, put
+from .bodies import ground_grid, move_faces, nice_step, outline, robot_body, sensor_body
+from .clip import clip_curves, inside
+from .ellipses import ellipse_points, ellipsoid_wires, sigma_label
+from .states import lmk_points, lmk_states, true_frames
+from .style import BLACK, ESTIMATE, LIGHT_GREY, REJECTED, TRUTH, UPDATED, line, points
+from .views import View, fit_limits
+
+Array = np.ndarray
+
+
+@dataclass
+class BodyArtists:
+    """One robot or sensor: its outline, its faces (estimate only) and, for a robot, its path so far."""
+
+    outline: Any
+    faces: Any = None
+    path: Any = None
+    past: dict[int, Array] = field(default_factory=dict)  # frame number -> position
+
+
+@dataclass
+class LmkArtists:
+    """The estimated landmarks: one line of all means, one line of ellipses for each state, a label each."""
+
+    mean: Any
+    ellipse: dict[str, Any]
+    label: Labels
+
+
+class MapFig:
+    """The map figure.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        The first frame. Its robots say whether the world is flat or in space.
+    k : float
+        Ellipses are drawn at k sigma.
+    view : str, optional
+        ``perspective``, ``top``, ``side`` or ``self``; see `set_view`.
+    limits : (d, 2), optional
+        Lower and upper limit of each axis, metres. By default they follow the contents and only ever grow.
+    labels : bool
+        Write each landmark's id beside it.
+    size : float, optional
+        Half the length of a robot's body, metres; by default 1/30 of the world.
+    title : str
+        What the title says before the time.
+    legend : bool
+        Write the legend under the map. Its entries are in the attribute `legend` in any case.
+    figsize : (width, height)
+        Inches.
+
+    Attributes
+    ----------
+    fig, axes, ground
+        Figure, axes, and the line that draws the floor.
+    sim_rob, sim_sen, est_rob, est_sen : dict
+        Artists of each true and estimated robot and sensor, by id.
+    sim_lmk
+        Line of the true landmarks.
+    est_lmk : LmkArtists
+        ``est_lmk.mean``, ``est_lmk.ellipse`` (by state), ``est_lmk.label``.
+    """
+
+    def __init__(
+        self,
+        snapshot,
+        k=3,
+        view=None,
+        limits=None,
+        labels=True,
+        size=None,
+        title="",
+        legend=True,
+        figsize=(9, 7.2),
+    ):
+        self.dim, self.k, self.title, self.labels = snapshot.robs[0].motion.frame.dim, k, title, labels
+        self.fig = plt.figure(figsize=figsize)
+        self.view = View(self.fig, self.dim, room=1.5 if legend else 0.0)
+        self.axes = self.view.axes
+        self._fixed = limits is not None
+        self.limits = np.array(limits, dtype=float) if self._fixed else fit_limits(self._contents(snapshot))
+        self.size = size or np.ptp(self.limits[:2], axis=1).max() / 30
+        self.sens = {sen.id: sen for sen in snapshot.sens}
+        self._make(snapshot, figsize)
+        self.set_view(view or ("perspective" if self.dim == 3 else "top"))
+        self.update(snapshot)
+        self.legend = self._legend_entries(snapshot)
+        if legend:
+            draw_legend(self.fig, self.legend)
+
+    def set_view(self, view: str, sensor=None) -> None:
+        """Choose a view; it shows with the next `update`.
+
+        Parameters
+        ----------
+        view : str
+            In space: ``perspective``, ``top``, ``side``, or ``self``, the map as a sensor would see it.
+            In the plane: ``top``, the whole map, or ``self``, the map round a sensor.
+        sensor : optional
+            Id of the sensor for ``self``; by default the first.
+        """
+        sen = self.sens.get(sensor, None) if sensor is not None else next(iter(self.sens.values()), None)
+        if view == "self" and sen is None:
+            raise ValueError(f"no sensor {sensor!r} to look from; known ids: {list(self.sens)}")
+        self.view.choose(view, sen)
+
+    def orbit(self, angle: float) -> None:
+        """Turn the camera round the vertical axis by an angle, radians."""
+        self.view.orbit(angle)
+
+    # ------------------------------------------------------------------------------------------- making the artists
+
+    def _make(self, snapshot, figsize) -> None:
+        ax = self.axes
+        self.heading = self.fig.text(0.5, 0.975, "", ha="center", va="top", fontsize=14 if figsize[0] >= 6 else 12)
+        self.ground = new_line(ax, color=LIGHT_GREY, linewidth=0.8, zorder=0)
+        self.est_rob: dict[Any, BodyArtists] = {}
+        self.est_sen: dict[Any, BodyArtists] = {}
+        self.sim_rob: dict[Any, BodyArtists] = {}
+        self.sim_sen: dict[Any, BodyArtists] = {}
+        wire = dict(linewidth=1.1, zorder=3)
+        self.est_lmk = LmkArtists(
+            mean=new_line(ax, **points(ESTIMATE, markersize=4.0), zorder=5),
+            ellipse={
+                "estimate": new_line(ax, **line(ESTIMATE, **wire)),
+                "updated": new_line(ax, **line(UPDATED, linewidth=1.8, zorder=4)),
+                "rejected": new_line(ax, **line(REJECTED, linewidth=2.0, zorder=4)),
+            },
+            label=Labels(ax, fontsize=10, color=BLACK, ha="left", va="bottom", zorder=8, clip_on=True),
+        )
+        self.rob_ellipse = new_line(ax, **line(ESTIMATE, **wire))
+        self.rob_label = Labels(ax, fontsize=12, color=ESTIMATE["color"], zorder=9)
+        self.sim_lmk = new_line(ax, **points(TRUTH, markersize=9.0, markeredgewidth=1.0), zorder=4)
+        for rob in snapshot.robs:
+            self.est_rob[rob.id] = self._body(ESTIMATE, path=True)
+        for sen in snapshot.sens:
+            self.est_sen[sen.id] = self._body(ESTIMATE)
+        for rob in true_frames(snapshot):
+            self._true_body(rob)
+        for sen in getattr(snapshot, "sim_sens", None) or []:
+            self.sim_sen[sen.id] = self._body(TRUTH)
+
+    def _body(self, style, path=False) -> BodyArtists:
+        ax, estimate = self.axes, style is ESTIMATE
+        edge = dict(color=style["color"], linewidth=1.0, zorder=6 if estimate else 7)
+        return BodyArtists(
+            outline=new_line(ax, **edge),
+            faces=new_faces(ax, facecolor=style["color"], alpha=0.6, linewidth=0, zorder=6) if estimate else None,
+            path=new_line(ax, **line(style, linewidth=1.8, zorder=5 if estimate else 6)) if path else None,
+        )
+
+    def _true_body(self, rob) -> BodyArtists:
+        if rob not in self.sim_rob:  # in a recording, the truth may begin late
+            self.sim_rob[rob] = self._body(TRUTH, path=True)
+        return self.sim_rob[rob]
+
+    def _legend_entries(self, snapshot) -> dict[str, Any]:
+        entries = {"estimated path and robot": next(iter(self.est_rob.values())).path}
+        if self.sim_rob:
+            entries["true path and robot"] = next(iter(self.sim_rob.values())).path
+        entries["estimated landmark, id"] = self.est_lmk.mean
+        if getattr(snapshot, "sim_lmk", None) is not None:
+            entries["true landmark"] = self.sim_lmk
+        entries[sigma_label(self.k, self.dim)] = self.est_lmk.ellipse["estimate"]
+        entries["... updated in this frame"] = self.est_lmk.ellipse["updated"]
+        entries["... rejected in this frame"] = self.est_lmk.ellipse["rejected"]
+        return entries
+
+    # ------------------------------------------------------------------------------------------------ every frame
+
+    def update(self, snapshot) -> None:
+        """Show another frame in the same artists. The caller decides when to draw the canvas."""
+        if not self._fixed:
+            self.limits = fit_limits(self._contents(snapshot), self.limits)
+        robs = {rob.id: rob.frame(snapshot.map) for rob in snapshot.robs}
+        sens = {sen.id: robs[sen.robot].compose(sen.frame(snapshot.map))[0] for sen in snapshot.sens}
+        region = self.view.show(self.limits, sens)
+        self._update_truth(snapshot, region)
+        for id, frame in robs.items():
+            self._place(self.est_rob[id], self._robot(id), frame, region, snapshot.k)
+        for id, frame in sens.items():
+            self._place(self.est_sen[id], self._sensor(id), frame, region)
+        self._update_robot_ellipses(snapshot, region)
+        self._update_lmks(snapshot, region)
+        put(self.ground, clip_curves(self._ground(), region))
+        n = len(snapshot.lmks)
+        self.heading.set_text(
+            f"{self.title + ': ' if self.title else ''}frame {snapshot.k}, t = {snapshot.t:.1f} s, "
+            f"{n} landmark{'s' * (n != 1)}"
+        )
+
+    def _update_truth(self, snapshot, region) -> None:
+        frames = true_frames(snapshot)
+        for id, frame in frames.items():
+            self._place(self._true_body(id), self._robot(id), frame, region, snapshot.k)
+        for sen in getattr(snapshot, "sim_sens", None) or []:
+            frame = frames[sen.robot].compose(sen.frame)[0]
+            self._place(self.sim_sen[sen.id], self._sensor(sen.id), frame, region)
+        put(self.sim_lmk, _keep(_true_points(snapshot, self.dim), region))
+
+    def _robot(self, id):
+        return robot_body(self.dim, 0 if self._carries_the_eye(id) else self.size)
+
+    def _sensor(self, id):
+        return sensor_body(self.dim, 0 if self._carries_the_eye(self.sens[id].robot) else 0.9 * self.size)
+
+    def _carries_the_eye(self, rob) -> bool:
+        """Whether the view is from this robot in space: its own body would only stand in the picture."""
+        return self.dim == 3 and self.view.name == "self" and self.view.sensor.robot == rob
+
+    def _place(self, body: BodyArtists, faces, frame, region, k=None) -> None:
+        """Move a body to its frame, and lengthen its path if it has one."""
+        faces = move_faces(faces, frame)
+        put(body.outline, clip_curves(outline(faces), region))
+        if body.faces is not None:
+            body.faces.set_visible(bool(inside(np.concatenate(faces), region).all()))
+            body.faces.set_verts(faces)
+        if body.path is not None and k is not None:
+            if body.past and k <= next(reversed(body.past)):  # gone back, or drawn twice
+                body.past = {j: p for j, p in body.past.items() if j < k}
+            body.past[k] = frame.t
+            put(body.path, clip_curves(np.array(list(body.past.values())), region))
+
+    def _update_robot_ellipses(self, snapshot, region) -> None:
+        d, names, where = self.dim, {}, {}
+        uncertain = [rob for rob in snapshot.robs if rob.r is not None]
+        mean = np.array([rob.frame(snapshot.map).t for rob in uncertain]).reshape(-1, d)
+        cov = np.array([snapshot.map.P[rob.r, rob.r][:d, :d] for rob in uncertain]).reshape(-1, d, d)
+        put(self.rob_ellipse, clip_curves(self._ellipses(mean, cov), region))
+        if len(snapshot.robs) > 1:  # one robot needs no name
+            for rob in snapshot.robs:
+                names[rob.id] = f"  {rob.name or rob.id}"
+                where[rob.id] = _keep(rob.frame(snapshot.map).t[None], region)[0]
+        self.rob_label.put(where, names)
+
+    def _update_lmks(self, snapshot, region) -> None:
+        ids, mean, cov = lmk_points(snapshot, self.dim)
+        states = lmk_states(snapshot)
+        curves = self._ellipses(mean, cov)
+        mean = _keep(mean, region)
+        put(self.est_lmk.mean, mean)
+        drawn_as = np.array([states[id] if states.get(id) in self.est_lmk.ellipse else "estimate" for id in ids])
+        for state, artist in self.est_lmk.ellipse.items():
+            put(artist, clip_curves(curves[drawn_as == state], region))
+        if self.labels:
+            self.est_lmk.label.put(dict(zip(ids, mean, strict=True)), {id: f" {id}" for id in ids})
+
+    def _ellipses(self, mean, cov) -> Array:
+        return (ellipse_points if self.dim == 2 else ellipsoid_wires)(mean, cov, self.k)
+
+    def _ground(self) -> Array:
+        limits = self.view.shown
+        height = np.clip(0.0, *limits[2]) if self.dim == 3 else 0.0
+        return ground_grid(limits, nice_step(np.ptp(limits[:2], axis=1).max()), height)
+
+    def _contents(self, snapshot) -> Array:
+        """Points that the limits must hold: robots, true landmarks, estimates that know where they are."""
+        d = self.dim
+        robs = [rob.frame(snapshot.map).t for rob in snapshot.robs]
+        _, mean, cov = lmk_points(snapshot, d)
+        world = np.concatenate([np.array(robs), *(f.t[None] for f in true_frames(snapshot).values())])
+        world = np.concatenate([world, _true_points(snapshot, d)])
+        spread = self.k * np.sqrt(np.trace(cov, axis1=1, axis2=2))
+        near = np.linalg.norm(mean - world[0], axis=1)
+        return np.concatenate([world, mean[spread < 0.5 * near]])
+
+
+def _true_points(snapshot, dim: int) -> Array:
+    sim_lmk = getattr(snapshot, "sim_lmk", None)
+    return np.zeros((0, dim)) if sim_lmk is None else np.asarray(sim_lmk.points, dtype=float)
+
+
+def _keep(p: Array, region) -> Array:
+    """Return the points, those outside the region as NaN."""
+    return np.where(inside(p, region)[:, None], p, np.nan)

@@ -1,0 +1,245 @@
+"""Panels: one question, one axes. Errors against their sigmas, consistency, the covariance matrix, strips of frames.
+
+Every panel takes plain arrays and draws into the axes it is given, or into a new figure; it returns the axes, whose
+``figure`` can be shown or saved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from scipy.stats import chi2
+
+from .ellipses import sigma_label
+from .style import BLACK, BLUE, ESTIMATE, GREY, ORANGE, REJECTED, VERMILLION, line
+
+Array = np.ndarray
+
+
+def _axes(ax: Axes | None, figsize=(8.0, 4.0)) -> Axes:
+    return plt.subplots(figsize=figsize, layout="constrained")[1] if ax is None else ax
+
+
+def _legend_above(ax: Axes) -> None:
+    """Put the legend over the axes, where it hides no data."""
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0, ncols=3, frameon=False)
+
+
+def error_panel(
+    t: Array, error: Array, sigma: Array, k: float = 3, name: str = "error", unit: str = "m", ax: Axes | None = None
+) -> Axes:
+    """Draw an error over time inside its band of +- k sigma; what lies outside is marked.
+
+    Parameters
+    ----------
+    t, error, sigma : (F,)
+        Time in seconds; estimate minus truth; the standard deviation that the filter states. NaN leaves a gap.
+    k : float
+        Half width of the band in sigmas.
+    name, unit : str
+        Label of the vertical axis.
+    """
+    ax = _axes(ax)
+    t, error, sigma = (np.asarray(a, dtype=float) for a in (t, error, sigma))
+    band = k * sigma
+    out = np.abs(error) > band
+    known = np.isfinite(error) & np.isfinite(sigma)
+    ax.fill_between(
+        t, -band, band, color=BLUE, alpha=0.15, linewidth=0, label=f"±{sigma_label(k, 1)}".replace(" interval", "")
+    )
+    ax.plot(t, band, color=BLUE, linewidth=0.8)
+    ax.plot(t, -band, color=BLUE, linewidth=0.8)
+    ax.axhline(0, color=GREY, linewidth=0.8)
+    ax.plot(t, error, **line(ESTIMATE, linewidth=1.5), label="estimate - truth")
+    if out.any():
+        share = 100 * out.sum() / max(known.sum(), 1)
+        ax.plot(
+            t[out], error[out], color=REJECTED["color"], marker="x", linestyle="none", label=f"outside: {share:.1f} %"
+        )
+    ax.set(xlabel="t (s)", ylabel=f"{name} ({unit})", xlim=(t[0], t[-1]) if len(t) > 1 else None)
+    _legend_above(ax)
+    return ax
+
+
+def error_panels(
+    t: Array, errors: Array, sigmas: Array, k: float = 3, names: Sequence[str] = (), units: Sequence[str] = ()
+) -> Array:
+    """Draw one error panel under the other.
+
+    Parameters
+    ----------
+    t : (F,)
+    errors, sigmas : (F, d)
+    names, units : sequences of d strings
+
+    Returns
+    -------
+    (d,) array of axes
+    """
+    errors, sigmas = np.asarray(errors, dtype=float), np.asarray(sigmas, dtype=float)
+    d = errors.shape[1]
+    names, units = list(names) or [f"error {i}" for i in range(d)], list(units) or ["m"] * d
+    _, axes = plt.subplots(d, 1, figsize=(8, 2.4 * d + 0.6), sharex=True, squeeze=False, layout="constrained")
+    for i, ax in enumerate(axes[:, 0]):
+        error_panel(t, errors[:, i], sigmas[:, i], k, names[i], units[i], ax=ax)
+        ax.label_outer()
+    return axes[:, 0]
+
+
+def consistency_panel(
+    t: Array,
+    value: Array,
+    dof: float | Array,
+    runs: int = 1,
+    probability: float = 0.95,
+    name: str = "NEES",
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw NEES or NIS over time with the chi-square band that an honest filter stays in.
+
+    The mean of `runs` independent values with `dof` degrees of freedom, times runs, is chi-square distributed with
+    runs * dof degrees of freedom (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and
+    navigation", 2001, section 5.4). Above the band the filter is over-confident, below it is over-cautious.
+
+    Parameters
+    ----------
+    t, value : (F,)
+        Time, and the value averaged over the runs. NaN where there is none.
+    dof : float or (F,)
+        Degrees of freedom of one value; it may change from frame to frame.
+    runs : int
+        Number of Monte-Carlo runs that were averaged.
+    probability : float
+        Probability inside the band.
+    name : str
+        What is shown.
+    """
+    ax = _axes(ax)
+    t, value = np.asarray(t, dtype=float), np.asarray(value, dtype=float)
+    dof = np.broadcast_to(np.asarray(dof, dtype=float), value.shape)
+    tail = (1 - probability) / 2
+    low, high = (chi2.ppf(p, np.maximum(dof, 1e-9) * runs) / runs for p in (tail, 1 - tail))
+    known = np.isfinite(value)
+    within = 100 * ((value >= low) & (value <= high))[known].mean() if known.any() else np.nan
+    mean = value[known].mean() if known.any() else np.nan
+
+    ax.fill_between(t, low, high, color=BLUE, alpha=0.15, linewidth=0, label=f"{100 * probability:g} % band")
+    ax.plot(t, dof, color=BLACK, linestyle="--", linewidth=1.2, label="expected value")
+    ax.plot(t, value, color=BLUE, linewidth=1.2, marker=".", markersize=3, label=f"{name}: {within:.0f} % in the band")
+    above = value > high
+    ax.plot(t[above], value[above], color=VERMILLION, marker="x", linestyle="none", label="over-confident")
+    ax.axhline(mean, color=ORANGE, linestyle=":", linewidth=1.8, label=f"mean {mean:.3g}")
+    top = np.nanmax(np.concatenate([high, value[known]])) if known.any() else high.max()
+    if top > 20 * high.max():
+        ax.set_yscale("log")
+    else:
+        ax.set_ylim(0, 1.1 * top)
+    runs_text = f", mean of {runs} runs" if runs > 1 else ""
+    ax.set(xlabel="t (s)", ylabel=f"{name}{runs_text} (-)", xlim=(t[0], t[-1]) if len(t) > 1 else None)
+    _legend_above(ax)
+    return ax
+
+
+def covariance_panel(
+    P: Array, blocks: Mapping[str, Any], correlation: bool = True, ax: Axes | None = None, title: str = ""
+) -> Axes:
+    """Draw a covariance matrix as a picture, divided into blocks with names.
+
+    Parameters
+    ----------
+    P : (n, n)
+        Covariance.
+    blocks : mapping of str to slice or int
+        Name of each block in the order of the states, with its range or its length: ``{"rob": slice(0, 3), "L1": 2}``.
+        States between the blocks that are in no block are left out.
+    correlation : bool
+        Show correlation coefficients, which compare metres with radians, instead of covariances.
+    """
+    P = np.asarray(P, dtype=float)
+    index, edges = _block_index(blocks)
+    A = P[np.ix_(index, index)]
+    if correlation:
+        s = np.sqrt(np.maximum(np.diag(A), 0))
+        A = np.divide(A, np.outer(s, s), out=np.zeros_like(A), where=np.outer(s, s) > 0)
+    limit = 1.0 if correlation else max(np.abs(A).max(initial=0), np.finfo(float).tiny)
+    ax = _axes(ax, (6.4, 5.4))
+    image = ax.imshow(A, cmap="PuOr_r", vmin=-limit, vmax=limit, interpolation="nearest")
+    for e in edges[1:-1] - 0.5:
+        ax.axhline(e, color=BLACK, linewidth=0.7)
+        ax.axvline(e, color=BLACK, linewidth=0.7)
+    middle = (edges[:-1] + edges[1:] - 1) / 2
+    every = max(1, int(np.ceil(len(middle) / 16)))  # more names than that would run into each other
+    names = [name if i % every == 0 else "" for i, name in enumerate(blocks)]
+    ax.set_xticks(middle, names, rotation=90 if len(middle) > 8 else 0)
+    ax.set_yticks(middle, names)
+    ax.tick_params(length=0)
+    ax.grid(False)
+    ax.spines[:].set_visible(True)
+    label = "correlation (-)" if correlation else "covariance (products of the states' units)"
+    ax.figure.colorbar(image, ax=ax, label=label, fraction=0.046, pad=0.03)
+    ax.set_title(title)
+    return ax
+
+
+def _block_index(blocks: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Return the state numbers of all blocks, and where each begins and the last ends."""
+    index, at = [], 0
+    for r in blocks.values():
+        r = slice(at, at + r) if isinstance(r, (int, np.integer)) else r
+        index.append(np.arange(r.start, r.stop))
+        at = r.stop
+    edges = np.cumsum([0] + [len(i) for i in index])
+    return np.concatenate(index) if index else np.zeros(0, dtype=int), edges
+
+
+def film_strip(
+    images: Sequence[Array],
+    captions: Sequence[str] = (),
+    columns: int | None = None,
+    width: float = 12,
+    legend: Mapping[str, Any] | None = None,
+):
+    """Put frames side by side: a film that can be printed.
+
+    Parameters
+    ----------
+    images : sequence of (h, w, 3) arrays
+        Pictures of equal size, for example by `grab`.
+    captions : sequence of str
+        A line above each.
+    columns : int, optional
+        Frames in a row; by default all.
+    width : float
+        Width of the figure, inches.
+    legend : mapping of str to artist, optional
+        One legend for the strip, for example ``MapFig.legend``.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    if len(images) == 0:
+        raise ValueError("a film strip needs at least one image, got none")
+    columns = columns or len(images)
+    rows = -(-len(images) // columns)
+    h, w = np.shape(images[0])[:2]
+    cell = width / columns
+    fig, axes = plt.subplots(
+        rows,
+        columns,
+        figsize=(width, rows * (cell * h / w + 0.35) + 0.6 * bool(legend)),
+        squeeze=False,
+        layout="constrained",
+    )
+    for i, ax in enumerate(axes.flat):
+        ax.axis("off")
+        if i < len(images):
+            ax.imshow(images[i], aspect="equal")
+            ax.set_title(captions[i] if i < len(captions) else "", fontsize=13)
+    if legend:
+        fig.legend(legend.values(), legend.keys(), loc="outside lower center", ncols=4, frameon=False)
+    return fig

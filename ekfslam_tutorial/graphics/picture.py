@@ -1,0 +1,145 @@
+"""The whole run in one picture: paths, map, truth where it is known, and a caption that is computed from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .artists import dim_of, draw_legend
+from .bodies import ground_grid, nice_step
+from .clip import box, clip_curves
+from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated, sigma_label
+from .style import BLACK, DEAD_RECKONING, ESTIMATE, LIGHT_GREY, TRUTH, line, points
+from .views import View, fit_limits
+
+Array = np.ndarray
+
+
+def map_picture(
+    path: Array | Mapping[str, Array],
+    mean: Array,
+    cov: Array,
+    ids=None,
+    true_path: Array | Mapping[str, Array] | None = None,
+    true_points: Array | None = None,
+    true_ids=None,
+    dead_reckoning: Array | Mapping[str, Array] | None = None,
+    k: float = 3,
+    title: str = "",
+    ax: Any = None,
+    figsize=(9, 8),
+):
+    """Draw trajectories and map over the truth.
+
+    Parameters
+    ----------
+    path : (F, d) array, or one for each robot by name
+        Estimated positions, d = 2 or 3, metres. NaN leaves a gap.
+    mean, cov : (n, d), (n, d, d)
+        Estimated landmarks.
+    ids : sequence of n, optional
+        Their ids: labels, and the partners in `true_ids`.
+    true_path, dead_reckoning : like `path`, optional
+    true_points, true_ids : (N, d), (N,), optional
+        True landmarks and their ids.
+    k : float
+        Ellipses are drawn at k sigma.
+    title : str
+    ax : matplotlib axes, optional
+        2D or 3D, like the data; by default a new figure.
+
+    Returns
+    -------
+    ax
+        The axes; ``ax.figure`` is the figure.
+    caption : str
+        What the picture shows, with numbers: for the log, for ``alt`` texts and for tests. The radius of an
+        ellipse is its longest half-axis; landmark errors are those of the landmarks with a true one of the same id.
+    """
+    paths, truths, dead = (_by_name(p) for p in (path, true_path, dead_reckoning))
+    d = next(iter(paths.values())).shape[1]
+    mean, cov = np.asarray(mean, dtype=float).reshape(-1, d), np.asarray(cov, dtype=float).reshape(-1, d, d)
+    true_points = np.zeros((0, d)) if true_points is None else np.asarray(true_points, dtype=float)
+    ids = list(range(1, len(mean) + 1)) if ids is None else list(ids)
+    view = None
+    if ax is None:
+        view = View(plt.figure(figsize=figsize), d)
+        view.choose("perspective" if d == 3 else "top")
+        ax = view.axes
+
+    spread = k * np.linalg.norm(half_axes(cov)[..., -1], axis=-1)  # longest half-axis of each ellipse
+    world = np.concatenate([*paths.values(), *truths.values(), true_points])
+    size = np.ptp(fit_limits(world), axis=1).max()
+    limits = fit_limits(np.concatenate([world, mean[spread < 0.5 * size]]))
+    if view is None:
+        _frame(ax, limits)
+    else:
+        view.show(limits, {})
+
+    _plot_paths(ax, dead, DEAD_RECKONING, "dead reckoning", zorder=2)
+    _plot_paths(ax, paths, ESTIMATE, "estimated path", zorder=4)
+    _plot_paths(ax, truths, TRUTH, "true path", zorder=5)
+    curves = (ellipse_points if d == 2 else ellipsoid_wires)(mean, cov, k)
+    rows = clip_curves(curves, box(limits))
+    ax.plot(*rows.T, **line(ESTIMATE, linewidth=1.1), zorder=3, label=sigma_label(k, d))
+    ax.plot(*mean.T, **points(ESTIMATE), zorder=6, label="estimated landmark")
+    if len(true_points):
+        ax.plot(*true_points.T, **points(TRUTH, markeredgewidth=1.1), zorder=5, label="true landmark")
+    for id, p in zip(ids, mean, strict=True):
+        if ((p >= limits[:, 0]) & (p <= limits[:, 1])).all():
+            ax.text(*p, f" {id}", fontsize=12 if len(ids) <= 40 else 9, color=BLACK, ha="left", va="bottom", zorder=7)
+    handles, names = ax.get_legend_handles_labels()
+    if view is None:
+        ax.set_title(title)
+        ax.legend(handles, names, loc="best")
+    else:
+        ax.figure.text(0.5, 0.975, title, ha="center", va="top", fontsize=14)
+        ground = ground_grid(limits, nice_step(np.ptp(limits[:2], axis=1).max()), np.clip(0.0, *limits[-1]))
+        ax.plot(*nan_separated(ground).T, color=LIGHT_GREY, linewidth=0.8, zorder=0)
+        draw_legend(ax.figure, dict(zip(names, handles, strict=True)))
+    return ax, _caption(paths, truths, mean, spread, ids, true_points, true_ids, k)
+
+
+def _by_name(path) -> dict[str, Array]:
+    if path is None:
+        return {}
+    path = path if isinstance(path, Mapping) else {"": path}
+    return {name: np.asarray(p, dtype=float) for name, p in path.items()}
+
+
+def _plot_paths(ax, paths, style, label, zorder) -> None:
+    for i, (name, p) in enumerate(paths.items()):
+        ax.plot(*p.T, **line(style, linewidth=1.8), zorder=zorder, label=label if i == 0 else None)
+        known = np.flatnonzero(np.isfinite(p).all(axis=1))
+        if name and len(known) and style is ESTIMATE and len(paths) > 1:
+            ax.text(*p[known[-1]], f" {name}", color=style["color"], fontsize=12, zorder=8)
+
+
+def _frame(ax, limits) -> None:
+    ax.set(xlim=limits[0], ylim=limits[1], xlabel="x (m)", ylabel="y (m)")
+    if dim_of(ax) == 3:
+        ax.set(zlim=limits[2], zlabel="z (m)")
+        ax.set_box_aspect(np.ptp(limits, axis=1))
+    else:
+        ax.set_aspect("equal")
+
+
+def _caption(paths, truths, mean, spread, ids, true_points, true_ids, k) -> str:
+    """One or two sentences with the numbers that the picture shows."""
+    words = [f"{len(mean)} landmarks mapped"]
+    if len(mean):
+        words.append(f"median {k:g}σ radius {np.median(spread):.2g} m")
+    if len(true_points) and true_ids is not None:
+        true = dict(zip(np.asarray(true_ids).tolist(), true_points, strict=True))
+        errors = [np.linalg.norm(p - true[id]) for id, p in zip(ids, mean, strict=True) if id in true]
+        if errors:
+            words.append(f"largest landmark error {max(errors):.2g} m")
+    for name, truth in truths.items():
+        error = np.linalg.norm(paths[name] - truth, axis=1) if name in paths else np.array([np.nan])
+        if np.isfinite(error).any():
+            who = f" of {name}" if name else ""
+            words.append(f"position RMSE{who} {np.sqrt(np.nanmean(error**2)):.2g} m")
+    return ", ".join(words) + "."

@@ -1,0 +1,54 @@
+"""What the figures read from a snapshot: landmarks as points, the state of each observation, true poses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray
+
+STATES = ("updated", "rejected", "predicted")
+
+
+def obs_state(obs) -> str | None:
+    """Return what became of one landmark in one sensor's frame, or None if the sensor cannot see it.
+
+    ``updated``: measured, and the map was corrected. ``rejected``: measured, but the innovation is outside the
+    gate. ``predicted``: expected in view, but no measurement was matched to it.
+    """
+    if obs.updated:
+        return "updated"
+    if obs.matched:
+        return "rejected"
+    return "predicted" if obs.visible else None
+
+
+def lmk_states(snapshot) -> dict[Any, str]:
+    """Return the state of each landmark that some sensor sees; updated counts before rejected before predicted."""
+    best: dict[Any, str] = {}
+    for (_, lmk), obs in snapshot.obs.items():
+        state = obs_state(obs)
+        if state is not None and STATES.index(state) < STATES.index(best.get(lmk, STATES[-1])) + (lmk not in best):
+            best[lmk] = state
+    return best
+
+
+def lmk_points(snapshot, dim: int) -> tuple[list, Array, Array]:
+    """Return ids, Euclidean means (n, dim) and covariances (n, dim, dim) of the landmarks."""
+    lmks = list(snapshot.lmks.values())
+    points = [lmk.point(snapshot.map) for lmk in lmks]
+    mean = np.array([p for p, _ in points], dtype=float).reshape(-1, dim)
+    cov = np.array([P for _, P in points], dtype=float).reshape(-1, dim, dim)
+    return [lmk.id for lmk in lmks], mean, cov
+
+
+def true_frames(snapshot) -> dict[Any, Any]:
+    """Return the true frame of each robot whose truth is known now: from the simulator or from a recording."""
+    sim = getattr(snapshot, "sim_robs", None) or []
+    frames = {rob.id: rob.frame for rob in sim}
+    for rob, x in (getattr(snapshot, "truth", None) or {}).items():
+        frame = next(r.motion.frame for r in snapshot.robs if r.id == rob)
+        if rob not in frames and np.isfinite(x).all():
+            frames[rob] = frame(x)
+    return frames

@@ -1,0 +1,148 @@
+"""From where a map figure is seen: the axes, their cameras, and limits that follow the contents."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+
+from .bodies import nice_step, ticks
+from .clip import Region, box, pyramid
+
+Array = np.ndarray
+
+# Camera directions: elevation and azimuth, radians. The eye looks at the middle of the world.
+ANGLES = {"perspective": (0.5, -1.05), "top": (np.pi / 2, -np.pi / 2), "side": (0.0, -np.pi / 2)}
+
+
+class WorldAxes(Axes3D):
+    """3D axes whose camera may be put anywhere, not only on a sphere round the world."""
+
+    camera: Array | None = None  # (4, 4) from the world to the picture, or None for matplotlib's own
+
+    def get_proj(self):
+        """Return the projection matrix that draws this figure."""
+        return super().get_proj() if self.camera is None else self.camera
+
+
+class View:
+    """The axes of a map figure and the camera in use.
+
+    Parameters
+    ----------
+    fig : matplotlib Figure
+    dim : int
+        2 gives plain axes with equal scales, 3 gives 3D axes.
+    room : float
+        What to leave free under the axes for a legend, inches.
+    """
+
+    def __init__(self, fig, dim: int, room: float = 1.5):
+        self.dim, self.name, self.shown = dim, "top", np.zeros((dim, 2))
+        self.sensor: Any = None
+        self.axes: Any
+        self.names = (*ANGLES, "self") if dim == 3 else ("top", "self")
+        if dim == 3:
+            # 3D axes are a square; this one is as large as the figure, so that nothing is cut at its sides
+            w, h = fig.get_size_inches()
+            side, middle = max(w, h), (room + h - 0.4) / 2
+            rect = (0.48 - side / w / 2, (middle - side / 2) / h, side / w, side / h)
+            self.axes = WorldAxes(fig, rect=rect, computed_zorder=False)
+            fig.add_axes(self.axes)
+            for axis in (self.axes.xaxis, self.axes.yaxis, self.axes.zaxis):
+                axis.set_pane_color((1, 1, 1, 0))
+        else:
+            w, h = fig.get_size_inches()
+            self.axes = fig.add_axes((0.85 / w, (room + 0.65) / h, 1 - 1.1 / w, 1 - (room + 1.1) / h))
+            self.axes.set_aspect("equal")
+        self.axes.set(xlabel="x (m)", ylabel="y (m)")
+        self.axes.grid(False)
+
+    def choose(self, name: str, sen=None) -> None:
+        """Take a view by its name; ``self`` looks out of the sensor `sen`."""
+        if name not in self.names:
+            raise ValueError(f"a {self.dim}D map figure has the views {', '.join(self.names)}; got {name!r}")
+        self.name, self.sensor = name, sen
+        if self.dim == 3:
+            self.axes.camera = None
+            self.axes.set_proj_type("ortho" if name in ("top", "side") else "persp")
+            self.axes.set_axis_off() if name == "self" else self.axes.set_axis_on()
+            self.shown = np.zeros((3, 2))  # ticks and zoom depend on the view
+            if name in ANGLES:
+                elev, azim = np.degrees(ANGLES[name])
+                self.axes.view_init(elev=elev, azim=azim)
+
+    def orbit(self, angle: float) -> None:
+        """Turn the camera round the vertical axis by an angle, radians."""
+        if self.dim == 2 or self.name == "self":
+            raise ValueError(f"the camera can orbit in a 3D map figure, not in the {self.dim}D view {self.name!r}")
+        self.axes.view_init(elev=self.axes.elev, azim=self.axes.azim + np.degrees(angle))
+
+    def show(self, limits: Array, frames: dict) -> Region:
+        """Set axes and camera for the world's limits and the sensors' frames; return the region to draw in.
+
+        `shown` then holds the limits of the part of the world that the axes show.
+        """
+        before, self.shown = self.shown, limits
+        if self.name == "self":
+            frame = frames[self.sensor.id]
+            if self.dim == 3:
+                half = half_view(self.sensor.model)
+                self.axes.camera = look_from(frame, half)
+                return pyramid(frame, half, near=0.01 * np.ptp(limits, axis=1).max())
+            self.shown = frame.t[:, None] + np.ptp(limits, axis=1).max() / 5 * np.array([-1, 1])
+        if not np.array_equal(self.shown, before):
+            self._set_limits(self.shown)
+        return box(self.shown)
+
+    def _set_limits(self, limits: Array) -> None:
+        ax = self.axes
+        step = nice_step(np.ptp(limits[:2], axis=1).max())
+        ax.set(xlim=limits[0], ylim=limits[1], xticks=ticks(limits[0], step), yticks=ticks(limits[1], step))
+        if self.dim == 3:
+            ax.set(zlim=limits[2], zticks=ticks(limits[2], nice_step(np.ptp(limits[2]), 3)), zlabel="z (m)")
+            ax.set(ylabel="y (m)")
+            if self.name == "top":  # an axis seen from its end is a blot
+                ax.set(zticks=[], zlabel="")
+            if self.name == "side":
+                ax.set(yticks=[], ylabel="")
+            ax.set_box_aspect(np.ptp(limits, axis=1), zoom={"top": 0.8, "side": 1.05}.get(self.name, 0.95))
+
+
+def half_view(model) -> Array:
+    """Return half the width and half the height of a camera's picture at distance 1; 1 and 3/4 if it has none."""
+    k, size = getattr(model, "k", None), getattr(model, "image_size", None)
+    if k is None or size is None or len(k) != 4:
+        return np.array([1.0, 0.75])
+    centre, focal = np.array(k[:2]), np.array(k[2:])
+    return np.maximum(centre, np.array(size) - centre) / focal
+
+
+def look_from(frame, half: Array) -> Array:
+    """Return the matrix that draws the world as a camera sees it: x / z to the right, y / z downwards."""
+    f = 0.08 / max(half)  # matplotlib's 3D axes show about -0.09 to 0.09 of the projected plane
+    lens = np.array([[f, 0, 0, 0], [0, -f, 0, 0], [0, 0, 0, -1], [0, 0, 1, 0]])
+    to_camera = np.eye(4)
+    to_camera[:3, :3], to_camera[:3, 3] = frame.R.T, -frame.R.T @ frame.t
+    return lens @ to_camera
+
+
+def fit_limits(p: Array, old: Array | None = None, margin: float = 0.08) -> Array:
+    """Return limits (d, 2) round the finite points p (n, d), no smaller than the old ones.
+
+    The limits are the old ones, unless a point lies outside; then they grow by a margin, so that they do not
+    change in every frame.
+    """
+    p = p[np.isfinite(p).all(axis=-1)]
+    if old is not None and ((p >= old[:, 0]) & (p <= old[:, 1])).all():
+        return old
+    d = p.shape[1]
+    p = p if len(p) else np.zeros((1, d))
+    if old is not None:
+        p = np.concatenate([p, old.T])
+    low, high = p.min(axis=0), p.max(axis=0)
+    extent = max(np.ptp(p[:, :2], axis=0).max(), 1e-3)
+    wide = np.maximum(high - low, 0.25 * extent)  # never a sheet without thickness
+    middle, half = (low + high) / 2, (0.5 + margin) * wide
+    return np.stack([middle - half, middle + half], axis=1)
