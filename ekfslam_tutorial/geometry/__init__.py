@@ -5,6 +5,7 @@ May not: import anything of this package but `geometry` itself.
 """
 
 from .angles import wrap
+from .arrays import identity
 from .frames import Frame2, Frame3
 from .jacobians import check_jacobians, numerical_jacobian
 from .quaternions import (
@@ -41,6 +42,7 @@ __all__ = [
     "e2R",
     "e2q",
     "hat",
+    "identity",
     "numerical_jacobian",
     "pi2pc",
     "q2Pi",

@@ -10,11 +10,17 @@ from functools import cached_property
 import numpy as np
 
 from .angles import wrap
+from .arrays import identity
 from .quaternions import CONJUGATE, q2Q, q2qc, q2R_q, q2v, q_prod, unit
 
 
 def _mul(A, v):
     return (A @ v[..., None])[..., 0]
+
+
+def _matrix(w):
+    """A weight, ready to multiply matrices as it multiplies vectors."""
+    return w if isinstance(w, float) else np.asarray(w)[..., None]
 
 
 class _Frame:
@@ -59,7 +65,7 @@ class _Frame:
         """
         d = p - w * self.t
         PF_f = np.empty((*d.shape[:-1], self.dim, self.size))
-        PF_f[..., : self.dim] = -np.asarray(w)[..., None] * self.Rt
+        PF_f[..., : self.dim] = -_matrix(w) * self.Rt
         PF_f[..., self.dim :] = self._contract(self._Ro_rows, d)
         return _mul(self.Rt, d), PF_f, self.Rt
 
@@ -82,7 +88,7 @@ class _Frame:
         """
         p = _mul(self.R, pf) + w * self.t
         P_f = np.empty((*p.shape[:-1], self.dim, self.size))
-        P_f[..., : self.dim] = np.asarray(w)[..., None] * np.eye(self.dim)
+        P_f[..., : self.dim] = _matrix(w) * identity(self.dim)
         P_f[..., self.dim :] = self._contract(self._Ro_columns, pf)
         return p, P_f, self.R
 
@@ -262,7 +268,7 @@ class Frame3(_Frame):
         sign = np.where(dq[..., :1] < 0, -1.0, 1.0)
         v, V_dq = q2v(sign * dq)
         E_f = np.zeros((*v.shape[:-1], 6, 7))
-        E_f[..., :3, :3] = np.eye(3)
+        E_f[..., :3, :3] = identity(3)
         E_f[..., 3:, 3:] = sign[..., None] * V_dq @ Q
         return np.concatenate([self.t - G.t, v], -1), E_f
 
@@ -270,5 +276,5 @@ class Frame3(_Frame):
 def _eye_like(J, n):
     """A stack of n x n identities, one for each leading index of J, that may be written to."""
     E = np.zeros((*J.shape[:-2], n, n))
-    E[...] = np.eye(n)
+    E[...] = identity(n)
     return E

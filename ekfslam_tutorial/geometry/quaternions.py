@@ -11,13 +11,15 @@ EKF needs them. Jacobians of a matrix have the shape (3, 3, n).
 
 import numpy as np
 
+from .arrays import identity
+
 # R(q) is quadratic in q, so its derivative is linear: R_q = T q, and by Euler's theorem on homogeneous
 # functions R = R_q q / 2.  T[i, j, k, l] = d^2 R_ij / dq_k dq_l.
 _HAT = np.zeros((3, 3, 3))  # hat(v) = _HAT v
 _HAT[2, 1, 0] = _HAT[0, 2, 1] = _HAT[1, 0, 2] = 1
 _HAT[1, 2, 0] = _HAT[2, 0, 1] = _HAT[0, 1, 2] = -1
 
-_I3 = np.eye(3)
+_I3 = identity(3)
 _T = np.zeros((3, 3, 4, 4))
 _T[:, :, 0, 0] = 2 * _I3  # a^2 I
 _T[:, :, 0, 1:] = 2 * _HAT  # 2 a hat(v)
@@ -58,7 +60,7 @@ def unit(v):
     v = np.asarray(v, float)
     n = np.sqrt((v * v).sum(-1))[..., None]
     u = v / n
-    return u, (np.eye(v.shape[-1]) - u[..., :, None] * u[..., None, :]) / n[..., None]
+    return u, (identity(v.shape[-1]) - u[..., :, None] * u[..., None, :]) / n[..., None]
 
 
 # --- the product -----------------------------------------------------------------------------------------------------
@@ -156,7 +158,7 @@ def R2q(R):
     trace = diagonal.sum(-1)
     # 4 q q' - |q|^2 ... is linear in R: row k of the matrix M below is 4 q_k q, for a unit quaternion.
     M_R = _four_qq_R()
-    M = np.einsum("klij,...ij->...kl", M_R, R) + np.eye(4)
+    M = np.einsum("klij,...ij->...kl", M_R, R) + identity(4)
     k = np.argmax(np.concatenate([trace[..., None], diagonal], axis=-1), axis=-1)
 
     m = np.take_along_axis(M, k[..., None, None], axis=-2)[..., 0, :]  # 4 q_k q

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict, transform
 from ..models.landmarks import EucPnt
-from ..models.observation import retro_project, to_sensor
+from ..models.observation import observe, retro_project, to_sensor
 from .objects import Event, Lmk, Obs
 
 # --- robots and sensors ----------------------------------------------------------------------------------------------
@@ -103,11 +103,8 @@ def project_lmks(map, rob, sen, lmks):
     list of Obs
         In the order of `lmks`: expectation e, its covariance E = H P H', Jacobian blocks, visibility.
     """
-    return _project(map, rob, sen, rob.frame(map), sen.frame(map), list(lmks))
-
-
-def _project(map, rob, sen, Rf, Sf, lmks):
-    """`project_lmks` with the frames at hand."""
+    lmks = list(lmks)
+    Rf, Sf = rob.frame(map), sen.frame(map)
     rr, rs = frame_range(rob, Rf), sen.r
     obs = [None] * len(lmks)
     for kind, members in _by_type(lmks):
@@ -214,11 +211,12 @@ def _search(map, rob, sen, lmk, o, index, raw, opt):
     lmk.n_match += 1
     Rf, Sf = rob.frame(map), sen.frame(map)
     if opt.reproject:
-        (again,) = _project(map, rob, sen, Rf, Sf, [lmk])
-        o.e, o.E, o.blocks, o.v = again.e, again.E, again.blocks, again.v
+        o.e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
+        o.blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
     o.y, o.R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
     PHt = cross(map, o.blocks)
-    inn = innovation(sen.model.residual(o.y, o.e), covariance(PHt, o.blocks), o.R)
+    o.E = covariance(PHt, o.blocks)
+    inn = innovation(sen.model.residual(o.y, o.e), o.E, o.R)
     o.z, o.Z, o.md2 = inn.z, inn.Z, inn.md2
     accepted = inn.md2 < opt.md2_threshold
     events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))

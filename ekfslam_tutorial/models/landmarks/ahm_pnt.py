@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry import unit
+from ...geometry import identity, unit
 from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar
 
 
@@ -49,12 +49,12 @@ class AhmPnt:
     def point(self, l):
         """p = x0 + m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity."""
         t, m, rho = self._split(l)
-        return anchored_point(t, m, rho, np.eye(self.dim))
+        return anchored_point(t, m, rho, identity(self.dim))
 
     def ray(self, l):
         """v = x0 rho + m, turned round where rho < 0. Returns v, V_l."""
         t, m, rho = self._split(l)
-        return anchored_ray(t, m, rho, np.eye(self.dim))
+        return anchored_ray(t, m, rho, identity(self.dim))
 
     def from_ray(self, v, n):
         """l = [0; v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""
@@ -62,7 +62,7 @@ class AhmPnt:
         d = self.dim
         L_v = np.zeros((*m.shape[:-1], self.size, d))
         L_v[..., d:-1, :] = M_v
-        return np.concatenate([np.zeros_like(m), m, scalar(n, m)], -1), L_v, np.eye(self.size)[:, -1:]
+        return np.concatenate([np.zeros_like(m), m, scalar(n, m)], -1), L_v, identity(self.size)[:, -1:]
 
     def from_point(self, p):
         """l = [0; p / |p|; 1 / |p|]. Returns l, L_p, L_n (no columns)."""

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...geometry import identity
+
 
 @dataclass(frozen=True)
 class EucPnt:
@@ -37,12 +39,12 @@ class EucPnt:
 
     def point(self, l):
         """Euclidean point. Returns p, P_l."""
-        return l, np.eye(self.dim)
+        return l, identity(self.dim)
 
     def ray(self, l):
         """The point itself: every point is on its own ray. Returns v, V_l."""
-        return l, np.eye(self.dim)
+        return l, identity(self.dim)
 
     def from_point(self, p):
         """Landmark at a point. Returns l, L_p, L_n (no columns: nothing is left to guess)."""
-        return p, np.eye(self.dim), np.zeros((self.dim, 0))
+        return p, identity(self.dim), np.zeros((self.dim, 0))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry import unit
+from ...geometry import identity, unit
 from .projective import along, homogeneous, scalar
 
 
@@ -46,14 +46,14 @@ class HmgPnt:
         m, rho = l[..., :-1], l[..., -1:]
         with np.errstate(divide="ignore", invalid="ignore"):
             p = m / rho
-            I = np.broadcast_to(np.eye(self.dim), (*m.shape, self.dim))
+            I = np.broadcast_to(identity(self.dim), (*m.shape, self.dim))
             return p, np.concatenate([I, -p[..., None]], -1) / rho[..., None]
 
     def ray(self, l):
         """v = m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l."""
         m, rho = l[..., :-1], l[..., -1:]
         s = along(rho)
-        V_m = s[..., None] * np.eye(self.dim)
+        V_m = s[..., None] * identity(self.dim)
         return s * m, np.concatenate([V_m, np.zeros((*m.shape, 1))], -1)
 
     def from_ray(self, v, n):
@@ -63,7 +63,7 @@ class HmgPnt:
             np.concatenate([m, scalar(n, m)], -1),
             np.concatenate([M_v, np.zeros((*m.shape[:-1], 1, self.dim))], -2),
         )
-        return l, L_v, np.eye(self.size)[:, -1:]
+        return l, L_v, identity(self.size)[:, -1:]
 
     def from_point(self, p):
         """l = [p / |p|; 1 / |p|]. Returns l, L_p, L_n (no columns)."""

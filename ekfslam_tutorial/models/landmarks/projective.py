@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ...geometry import identity
+
 
 def along(rho):
     """+1 in front of the anchor, -1 behind: the sign that keeps a ray a point up to a *positive* scale.
@@ -44,7 +46,7 @@ def anchored_point(t, m, rho, M_u):
     with np.errstate(divide="ignore", invalid="ignore"):
         p = t + m / rho
         P_l = np.empty((*t.shape[:-1], d, d + k + 1))
-        P_l[..., :d] = np.eye(d)
+        P_l[..., :d] = identity(d)
         P_l[..., d:-1] = M_u / rho[..., None]
         P_l[..., -1] = -m / rho**2
     return p, P_l
@@ -54,7 +56,7 @@ def anchored_ray(t, m, rho, M_u):
     """Ray v = t rho + m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l."""
     d, k = M_u.shape[-2:]
     V_l = np.empty((*t.shape[:-1], d, d + k + 1))
-    V_l[..., :d] = rho[..., None] * np.eye(d)
+    V_l[..., :d] = rho[..., None] * identity(d)
     V_l[..., d:-1] = M_u
     V_l[..., -1] = t
     s = along(rho)

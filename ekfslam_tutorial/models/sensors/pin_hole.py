@@ -10,6 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...geometry import identity
+
 # --- the manual's functions: plain arrays, every Jacobian ------------------------------------------------------------
 
 
@@ -18,7 +20,7 @@ def project(p):
     with np.errstate(divide="ignore", invalid="ignore"):
         up = p[..., :2] / p[..., 2:]
         UP_p = np.empty((*up.shape, 3))
-        UP_p[..., :2] = np.eye(2)
+        UP_p[..., :2] = identity(2)
         UP_p[..., 2] = -up
         return up, UP_p / p[..., 2:, None]
 
@@ -26,7 +28,7 @@ def project(p):
 def retro(up, s):
     """Back-projection p = s [up; 1], s the depth along z (..., 1). Returns p, P_up (..., 3, 2), P_s (..., 3, 1)."""
     ray = np.concatenate([up, np.ones((*up.shape[:-1], 1))], -1)
-    P_up = np.concatenate([np.eye(2), np.zeros((1, 2))])
+    P_up = np.concatenate([identity(2), np.zeros((1, 2))])
     return s * ray, np.asarray(s)[..., None] * P_up, ray[..., None]
 
 
@@ -40,14 +42,14 @@ def radial(u, d):
     UD_d : ndarray, shape (..., 2, len(d))
     """
     if not len(d):
-        return u, np.eye(2), np.empty((*u.shape, 0))
+        return u, identity(2), np.empty((*u.shape, 0))
     d = np.asarray(d, float)
     k = np.arange(1, len(d) + 1)
     r2 = (u * u).sum(-1)[..., None]
     powers = r2**k
     f = 1 + (powers @ d)[..., None]
     f_r2 = ((r2 ** (k - 1)) @ (k * d))[..., None]
-    UD_u = f[..., None] * np.eye(2) + 2 * f_r2[..., None] * u[..., :, None] * u[..., None, :]
+    UD_u = f[..., None] * identity(2) + 2 * f_r2[..., None] * u[..., :, None] * u[..., None, :]
     return f * u, UD_u, u[..., :, None] * powers[..., None, :]
 
 
@@ -70,7 +72,7 @@ def exact_undistort(ud, d, iterations=25):
     NaN where the distortion has no inverse (beyond the fold of a strong barrel distortion).
     """
     if not len(d):
-        return ud, np.eye(2)
+        return ud, identity(2)
     rd = np.sqrt((ud * ud).sum(-1))
     r = rd.copy()
     k = np.arange(1, len(d) + 1)
@@ -82,7 +84,7 @@ def exact_undistort(ud, d, iterations=25):
         up = np.where(found & (r >= 0), np.where(rd > 0, r / rd, 1.0), np.nan)[..., None] * ud
         UD_up = distort(up, d)[1]
         solvable = np.isfinite(UD_up).all((-1, -2)) & (np.linalg.det(UD_up) != 0)
-        UP_ud = np.linalg.inv(np.where(solvable[..., None, None], UD_up, np.eye(2)))
+        UP_ud = np.linalg.inv(np.where(solvable[..., None, None], UD_up, identity(2)))
     return up, np.where(solvable[..., None, None], UP_ud, np.nan)
 
 
@@ -117,8 +119,8 @@ def pixellise(ud, k):
     """Metric image point to pixel [u0 + au x, v0 + av y]. Returns u, U_ud (2, 2), U_k (..., 2, 4)."""
     centre, focal = np.array(k[:2]), np.array(k[2:])
     U_k = np.empty((*ud.shape, 4))
-    U_k[..., :2] = np.eye(2)
-    U_k[..., 2:] = ud[..., None] * np.eye(2)
+    U_k[..., :2] = identity(2)
+    U_k[..., 2:] = ud[..., None] * identity(2)
     return centre + ud * focal, np.diag(focal), U_k
 
 
@@ -254,7 +256,7 @@ class PinHole(Imager):
     @cached_property
     def R(self):
         """Measurement noise covariance, pixel_std^2 I."""
-        return self.pixel_std**2 * np.eye(2)
+        return self.pixel_std**2 * identity(2)
 
     def project(self, p):
         """Point or ray in the camera frame to pixel. Returns y, Y_p."""
