@@ -1,0 +1,25 @@
+"""What only the notebooks need: exercises that are checked, widgets, figures with captions.
+
+A notebook calls `check`, `hint`, `reveal`, `progress`, `explore` and `show`. No estimation lives here: what a
+notebook teaches is in the floors above.
+"""
+
+from .checks import check, hint, progress, reveal
+from .controls import Choice, Float, Int, Toggle
+from .figures import show
+from .widgets import explorable, explore, sweep
+
+__all__ = [
+    "Choice",
+    "Float",
+    "Int",
+    "Toggle",
+    "check",
+    "explorable",
+    "explore",
+    "hint",
+    "progress",
+    "reveal",
+    "show",
+    "sweep",
+]

@@ -1,0 +1,111 @@
+"""What a student calls in a notebook: check, hint, reveal, progress."""
+
+from __future__ import annotations
+
+import textwrap
+
+from . import logbook, registry
+from .exercise import Exercise, Verdict
+
+FALLBACK = "The reference solution is used below."
+
+
+def check(id: str, answer=None):
+    """Test an answer; return it if it passes, else say what is wrong and return the reference solution.
+
+    So the rest of the notebook runs in any case.
+
+    Parameters
+    ----------
+    id : str
+        Number of the exercise, "02.3".
+    answer : callable or dict
+        The student's function itself (no brackets), or the dictionary of answers.
+
+    Returns
+    -------
+    callable or dict
+        The answer, or the reference solution.
+
+    Raises
+    ------
+    ValueError
+        If there is no exercise with this id.
+    """
+    exercise = registry.get(id)
+    verdict = exercise.judge(answer)
+    if verdict.status != "not attempted":
+        logbook.attempt(id, verdict.passed)
+    print(report(exercise, verdict))
+    return answer if verdict.passed else exercise.reference
+
+
+def hint(id: str, level: int | None = None):
+    """Print the next hint of an exercise, or the one of the given level (1, 2 or 3)."""
+    exercise = registry.get(id)
+    most = len(exercise.hints)
+    seen = logbook.read().get(id, logbook.EMPTY)["hints"]
+    level = min(seen + 1, most) if level is None else level
+    if level not in range(1, most + 1):
+        raise ValueError(f"exercise {id} has the hints 1 to {most}, got {level!r}")
+    logbook.write(id, hints=max(seen, level))
+    more = f'hint("{id}", {level + 1})' if level < most else f'reveal("{id}")'
+    print(_wrapped(f"[{id}] hint {level} of {most}: {exercise.hints[level - 1]}"))
+    print(f"    More: {more}")
+
+
+def reveal(id: str):
+    """Print the reference solution of an exercise."""
+    exercise = registry.get(id)
+    logbook.write(id, revealed=True)
+    print(f"# [{id}] {exercise.title}: one solution of many\n{exercise.source()}")
+
+
+def progress(notebook: str | None = None):
+    """Print what is done and what is open, for one notebook ("02") or for all.
+
+    Returns
+    -------
+    None
+        The summary is printed.
+    """
+    records = logbook.read()
+    chosen = [e for e in registry.everything() if notebook is None or e.id.split(".")[0] == notebook]
+    if not chosen:
+        raise ValueError(f"there are no exercises of a notebook {notebook!r}")
+    done = sum(bool(records.get(e.id, logbook.EMPTY)["passed"]) for e in chosen)
+    print(f"{done} of {len(chosen)} exercises passed")
+    for exercise in chosen:
+        print(f"  {exercise.id:8} {_state(records.get(exercise.id, logbook.EMPTY)):24} {exercise.title}")
+
+
+def report(exercise, verdict: Verdict) -> str:
+    """Return what `check` prints."""
+    id = exercise.id
+    if verdict.passed:
+        return f"[{id}] passed"
+    if verdict.status == "not attempted":
+        return f"[{id}] not attempted yet: the reference solution is used below."
+    lines = [_wrapped(f"[{id}] failed '{verdict.link}': {verdict.message.rstrip('.')}.")]
+    if verdict.hint:
+        lines.append(_wrapped(f"    Hint: {verdict.hint}"))
+    if verdict.printed.strip():
+        lines.append("    Your function printed:")
+        lines += [f"    | {line[:100]}" for line in verdict.printed.strip().splitlines()[:5]]
+    lines.append(f'    {FALLBACK} More help: hint("{id}")')
+    return "\n".join(lines)
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, 100, subsequent_indent="    ", initial_indent="", break_long_words=False)
+
+
+def _state(record) -> str:
+    if record["passed"]:
+        return f"passed {record['passed'][:10]}"
+    if record["tries"]:
+        return f"tried {record['tries']} times" if record["tries"] > 1 else "tried once"
+    return "not attempted"
+
+
+__all__ = ["Exercise", "check", "hint", "progress", "report", "reveal"]

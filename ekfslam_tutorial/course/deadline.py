@@ -1,0 +1,126 @@
+"""Run code that may hang or flood the screen: with a deadline, its prints caught, on every operating system."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import io
+import sys
+import threading
+import time
+import warnings
+from typing import Any
+
+import numpy as np
+
+
+class TookTooLong(Exception):
+    """The deadline passed."""
+
+
+class Stopped(BaseException):
+    """Put into a thread that must end."""
+
+
+def run(job, seconds):
+    """Call `job` in a thread of its own and wait for at most `seconds`.
+
+    Returns
+    -------
+    value
+        What `job` returned.
+    printed : str
+        What it printed, cut at 2000 characters.
+
+    Raises
+    ------
+    TookTooLong
+        The thread is told to stop, on every operating system, by an exception inside it. A thread that
+        cannot be stopped is a daemon: it does not keep Python from ending.
+    Exception
+        What `job` raised.
+    """
+    box: dict[str, Any] = {}
+
+    def work():
+        try:
+            with np.errstate(all="ignore"):
+                box["value"] = job()
+        except Stopped:
+            pass
+        except BaseException as error:
+            box["error"] = error
+
+    sink = _Sink()
+    with _captured(sink), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        thread = threading.Thread(target=work, daemon=True)
+        try:
+            thread.start()
+        except RuntimeError:  # Python in a browser has no threads: no deadline there
+            work()
+        else:
+            thread.join(seconds)
+            if thread.is_alive():
+                _stop(thread)
+                raise TookTooLong
+    if "error" in box:
+        raise box["error"]
+    if "value" not in box:
+        raise TookTooLong
+    return box["value"], sink.getvalue()
+
+
+def _stop(thread, patience=0.3):
+    """Raise `Stopped` in the thread until it ends.
+
+    Again and again and fast, as a bare ``except:`` catches it: sooner or later one is raised outside the `try`.
+    """
+    until = time.monotonic() + patience
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        while thread.is_alive() and time.monotonic() < until:
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(Stopped))
+            time.sleep(0)
+    finally:
+        sys.setswitchinterval(interval)
+    if thread.is_alive():
+        _survivors.add(thread)
+
+
+_survivors: set[threading.Thread] = set()  # threads that could not be stopped: they stay silent
+
+
+@contextlib.contextmanager
+def _captured(sink):
+    """Send what is printed to `sink`; afterwards drop what surviving threads print."""
+    try:
+        with contextlib.redirect_stdout(sink), contextlib.redirect_stderr(sink):
+            yield
+    finally:
+        if _survivors and not isinstance(sys.stdout, _Muted):
+            sys.stdout, sys.stderr = _Muted(sys.stdout), _Muted(sys.stderr)
+
+
+class _Muted:
+    """A stream that drops what surviving threads print and passes on everything else."""
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def write(self, s):
+        return len(s) if threading.current_thread() in _survivors else self._stream.write(s)
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+
+class _Sink(io.StringIO):
+    """Keeps the first 2000 characters that are printed and drops the rest."""
+
+    def write(self, s):
+        room = 2000 - self.tell()
+        if room > 0 and threading.current_thread() not in _survivors:
+            super().write(s[:room])
+        return len(s)

@@ -1,0 +1,89 @@
+"""What a wrong array has in common with the right one: the slips that happen in every exercise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+DEGREES = 180 / np.pi
+
+
+def diagnose(got, want) -> str:
+    """Name the slip that turns `want` into `got`, or return an empty string.
+
+    Parameters
+    ----------
+    got, want : array_like
+        Numbers of the same shape, the student's and the right ones.
+
+    Returns
+    -------
+    str
+        One sentence, or "" if no common slip explains the difference.
+    """
+    got, want = np.asarray(got, float), np.asarray(want, float)
+    if got.shape != want.shape or not np.isfinite(got).all():
+        return ""
+    for explains, sentence in _SLIPS:
+        with np.errstate(all="ignore"):
+            if explains(got, want):
+                return sentence
+    return _one_entry(got, want)
+
+
+def same(a, b, rtol=1e-5, atol=1e-9) -> bool:
+    """Whether two arrays of one shape are equal but for rounding, relative to their largest entry."""
+    scale = np.max(np.abs(b), initial=0.0)
+    return bool(np.all(np.abs(np.subtract(a, b)) <= atol + rtol * scale))
+
+
+def _is_square(a):
+    return a.ndim == 2 and a.shape[0] == a.shape[1] > 1
+
+
+def _reversed_differs(want):
+    return want.ndim == 1 and want.size > 1 and not same(want[::-1], want)
+
+
+def _turns(got, want):
+    """Whether the arrays differ by whole turns only."""
+    turns = (got - want) / (2 * np.pi)
+    return same(turns, np.round(turns), atol=1e-6) and bool(np.abs(turns).max() > 0.5)
+
+
+# Slips of all entries, the likely ones first. Each: what explains the difference, what to tell the student.
+_SLIPS = (
+    (lambda g, w: not np.any(g), "Yours is zero."),
+    (lambda g, w: same(g, -w), "The sign is the wrong way round."),
+    (lambda g, w: _is_square(w) and same(g, w.T) and not same(w, w.T), "Yours is the transpose."),
+    (lambda g, w: same(g, 2 * w), "Yours is twice as large."),
+    (lambda g, w: same(g, w / 2), "Yours is exactly half: was something counted twice?"),
+    (lambda g, w: same(g, w * DEGREES), "Yours is in degrees: keep to radians."),
+    (lambda g, w: same(g, w / DEGREES), "Yours looks converted from degrees: all angles are in radians already."),
+    (_turns, "Yours is off by whole turns of 2 pi: wrap the angle."),
+    (lambda g, w: same(g**2, w), "Yours is the square root: a covariance holds variances."),
+    (lambda g, w: same(g, w**2), "Yours is the square."),
+    (
+        lambda g, w: same(g, np.round(w)) or same(g, np.trunc(w)),
+        "Yours has lost its decimals: is an array of type int?",
+    ),
+    (lambda g, w: _reversed_differs(w) and same(g, w[::-1]), "The entries are in the wrong order."),
+)
+
+
+def _one_entry(got, want) -> str:
+    """Say it if every wrong entry has the wrong sign, or if only one entry is wrong."""
+    scale = np.max(np.abs(want), initial=0.0)
+    wrong = np.abs(got - want) > 1e-9 + 1e-5 * scale
+    if got.ndim == 0 or not wrong.any():
+        return ""
+    places = [tuple(int(i) for i in place) for place in np.argwhere(wrong)]
+    named = ", ".join(_bracket(p) for p in places[:4]) + (" ..." if len(places) > 4 else "")
+    if same(got[wrong], -want[wrong]):
+        return f"Wrong sign at {named}."
+    if not got[wrong].any():
+        return f"Missing (zero) at {named}."
+    return f"Wrong at {named} only." if len(places) <= want.size // 2 else ""
+
+
+def _bracket(place):
+    return "[" + ", ".join(str(i) for i in place) + "]"

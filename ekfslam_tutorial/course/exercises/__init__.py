@@ -1,0 +1,1 @@
+"""The exercises: one module ``nbNN.py`` per notebook (or several, ``nbNN_topic.py``), found by name."""

@@ -1,0 +1,144 @@
+"""What a property may ask of an answer. Each function raises `Failed` with a sentence for the student."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry import numerical_jacobian, wrap
+from .diagnose import diagnose, same
+
+
+class Failed(Exception):
+    """A property does not hold; the message says what was got and what was expected.
+
+    `hint` replaces the help of the property where the cause is known.
+    """
+
+    def __init__(self, message, hint=""):
+        super().__init__(message)
+        self.hint = hint
+
+
+def array(value, shape, what):
+    """Return `value` as a float array of the given shape.
+
+    Nested lists and tuples will do. What will not: None, text, complex numbers, NaN, another shape (a column
+    (n, 1) is not a vector (n,)).
+    """
+    if value is None:
+        raise Failed(f"{what} is None: is the `return` line missing?")
+    if value is NotImplemented or value is Ellipsis:
+        raise Failed(f"{what} is {value}: put your own expression there")
+    try:
+        a = np.asarray(value)
+        if a.dtype == object:
+            a = np.array(a.tolist(), dtype=float)
+    except (ValueError, TypeError):
+        raise Failed(f"{what} is not an array of numbers: got {_short(value)}") from None
+    if np.iscomplexobj(a):
+        raise Failed(f"{what} has complex numbers: return their real numbers")
+    if a.dtype.kind not in "fiub":
+        raise Failed(f"{what} is not an array of numbers: got {_short(value)}")
+    shape = (shape,) if isinstance(shape, int) else tuple(shape)
+    if a.shape != shape:
+        raise Failed(f"{what} has shape {a.shape}, it must be {shape}" + _shape_help(a.shape, shape))
+    a = a.astype(float)
+    if not np.isfinite(a).all():
+        raise Failed(f"{what} holds NaN or infinity: {_show(a)}")
+    return a
+
+
+def results(value, *names):
+    """Return the tuple of the `len(names)` results that a function must give back."""
+    wanted = f"return {', '.join(names)}"
+    if value is None:
+        raise Failed(f"your function returns None: it must end with `{wanted}`")
+    if not isinstance(value, (tuple, list)) or len(value) != len(names):
+        got = f"{len(value)} values" if isinstance(value, (tuple, list)) else _short(value)
+        raise Failed(f"your function must return {len(names)} results, `{wanted}`; it returns {got}")
+    return tuple(value)
+
+
+def close(got, want, what, rtol=1e-5, atol=1e-8, at=""):
+    """The numbers must be those wanted, up to rounding (`rtol` is relative to the largest entry)."""
+    got, want = np.asarray(got, float), np.asarray(want, float)
+    if not same(got, want, rtol, atol):
+        where = f" for {at}" if at else ""
+        raise Failed(f"{what} is {_show(got)}{where}, it should be {_show(want)}. {diagnose(got, want)}".rstrip())
+
+
+def angle(got, want, what, atol=1e-6, at=""):
+    """The angle must be the one wanted; whole turns of 2 pi more or less do not count."""
+    if abs(wrap(float(got) - float(want))) > atol:
+        where = f" for {at}" if at else ""
+        slip = diagnose(got, want)
+        raise Failed(f"{what} is {float(got):.6g}{where}, it should be {float(want):.6g}. {slip}".rstrip())
+
+
+def jacobian(J, f, x, what, rows=None, cols=None, row=None, rtol=1e-5, atol=1e-7):
+    """`J` must agree with the central differences of `f` at `x`; the message names the worst entry.
+
+    Parameters
+    ----------
+    J : ndarray, shape (m, n)
+    f : callable
+        Function of `x` alone, m numbers. It must be smooth near `x`: leave angles unwrapped.
+    what : str
+        Name of the matrix.
+    rows, cols : sequence of str, optional
+        Names of the outputs and the inputs.
+    row : int, optional
+        Look at this row only.
+    rtol, atol : float
+        Central differences with step 1e-6 are good to about 1e-9; the tolerances leave room for float32.
+    """
+    N = numerical_jacobian(f, np.asarray(x, float))
+    seen = slice(None) if row is None else slice(row, row + 1)
+    error = np.zeros_like(N)
+    error[seen] = np.abs(J - N)[seen]
+    i, j = (int(k) for k in np.unravel_index(np.argmax(error), error.shape))
+    if error[i, j] > atol + rtol * np.abs(N[seen]).max():
+        name = f" = d({rows[i]})/d({cols[j]})" if rows and cols else ""
+        slip = diagnose(J[seen], N[seen]) if row is None else diagnose(J[row], N[row])
+        raise Failed(f"{what}[{i}, {j}]{name} is {J[i, j]:.4g}, finite differences give {N[i, j]:.4g}. {slip}".rstrip())
+
+
+def symmetric(P, what, rtol=1e-9):
+    """A covariance must be symmetric, up to rounding."""
+    if not np.abs(P - P.T).max(initial=0) <= rtol * max(np.abs(P).max(initial=0), 1e-300):
+        i, j = (int(k) for k in np.unravel_index(np.argmax(np.abs(P - P.T)), P.shape))
+        raise Failed(f"{what} is not symmetric: [{i}, {j}] is {P[i, j]:.4g}, [{j}, {i}] is {P[j, i]:.4g}")
+
+
+def psd(P, what, rtol=1e-9):
+    """A covariance has no negative eigenvalue, up to rounding."""
+    least, most = np.linalg.eigvalsh((P + P.T) / 2)[[0, -1]]
+    if least < -rtol * max(abs(most), 1e-300):
+        raise Failed(f"{what} has the negative eigenvalue {least:.3g}: no covariance can have that")
+
+
+def true(condition, message):
+    """Any other property: `condition` must hold, else the student reads `message`."""
+    if not condition:
+        raise Failed(message)
+
+
+def _shape_help(got, want):
+    if len(want) == 1 and got in ((want[0], 1), (1, want[0])):
+        return ": a vector has one axis here, no columns and no rows"
+    if len(got) == 2 and got[::-1] == want:
+        return ": is it the transpose?"
+    return ""
+
+
+def _show(a):
+    if a.ndim == 0:
+        return f"{float(a):.6g}"
+    if a.size > 16:
+        return f"an array of shape {a.shape}"
+    return np.array2string(a, precision=4, suppress_small=True, separator=", ").replace("\n", "")
+
+
+def _short(value):
+    text = " ".join(repr(value).split())
+    return f"{type(value).__name__} {text if len(text) <= 60 else text[:57] + '...'}"

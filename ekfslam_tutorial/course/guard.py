@@ -1,0 +1,153 @@
+"""A student's function as the links see it: copies in, a copy out, every call remembered."""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import linecache
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .deadline import Stopped
+from .expect import Failed
+
+IN_PLACE = "`+=` and `x[i] = ...` write into the caller's array. Work on a copy:"
+
+
+class NotAttempted(Exception):
+    """The first call of the student's function ended in NotImplementedError."""
+
+
+@dataclass(frozen=True)
+class Raised:
+    """In place of a result: the call ended in this kind of exception."""
+
+    kind: str
+
+
+@dataclass(frozen=True)
+class Call:
+    """One call of the student's function: what went in, what came out."""
+
+    args: tuple
+    result: Any
+
+
+class Guarded:
+    """The student's function as the properties see it.
+
+    Each call gets copies of the arguments and returns a copy of the result. An exception, or a changed
+    argument, is reported as `Failed`. All calls are remembered in `calls`.
+
+    Parameters
+    ----------
+    function : callable
+        The student's function.
+    may_change : collection of str
+        Names of parameters that the function is asked to change in place.
+    names : sequence of str
+        Names of the parameters, for the messages.
+    """
+
+    def __init__(self, function, may_change=(), names=()):
+        self.function = function
+        self.may_change = frozenset(may_change)
+        self.names = tuple(names)
+        self.calls: list[Call] = []
+
+    def __call__(self, *args):
+        given = copy.deepcopy(args)
+        try:
+            result = _copied(self.function(*given))
+        except Stopped:
+            raise
+        except NotImplementedError as error:
+            if not self.calls:
+                raise NotAttempted from None
+            raise Failed(_blame(self.function, error)) from None
+        except BaseException as error:
+            self.calls.append(Call(args, Raised(type(error).__name__)))
+            raise Failed(_blame(self.function, error)) from None
+        self.calls.append(Call(args, result))
+        self._unchanged(args, given)
+        return result
+
+    def _unchanged(self, args, given):
+        for i, (before, after) in enumerate(zip(args, given, strict=True)):
+            name = self.names[i] if i < len(self.names) else f"argument {i + 1}"
+            if name not in self.may_change and not equal(before, after):
+                raise Failed(f"your function changes its input `{name}`", f"{IN_PLACE} `{name} = {name}.copy()`.")
+
+
+def misses_arguments(function, names):
+    """Return a sentence if `function` cannot be called with the arguments `names`, else None."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):
+        return None
+    try:
+        signature.bind(*names)
+    except TypeError:
+        has = ", ".join(signature.parameters) or "none"
+        return f"your function must take {len(names)} arguments, ({', '.join(names)}); yours takes ({has})"
+    return None
+
+
+def equal(a, b, rtol=0.0, atol=0.0):
+    """Whether two results are the same: arrays, numbers, lists, dictionaries, objects with attributes.
+
+    A list of numbers equals the array of the same numbers; a column does not equal a vector.
+    """
+    A, B = _numbers(a), _numbers(b)
+    if A is not None and B is not None:
+        return A.shape == B.shape and bool(np.all(np.isclose(A, B, rtol=rtol, atol=atol, equal_nan=True)))
+    if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
+        return len(a) == len(b) and all(equal(x, y, rtol, atol) for x, y in zip(a, b, strict=True))
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(equal(a[key], b[key], rtol, atol) for key in a)
+    if type(a) is not type(b):
+        return False
+    if hasattr(a, "__dict__") and type(a).__eq__ is object.__eq__:
+        return equal(vars(a), vars(b), rtol, atol)
+    try:
+        return bool(a == b)
+    except Exception:
+        return False
+
+
+def _numbers(value):
+    """The value as an array of floats (complex if need be), or None if it is something else."""
+    if value is None or isinstance(value, (str, bytes, dict, set)):
+        return None
+    try:
+        a = np.asarray(value)
+        return a if a.dtype.kind in "fiubc" else None
+    except Exception:
+        return None
+
+
+def _copied(value):
+    try:
+        return copy.deepcopy(value)
+    except Exception:
+        return value
+
+
+def _blame(function, error):
+    """One sentence: the exception, and the last line of the student's own code on the way to it."""
+    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    frame, code = None, getattr(function, "__code__", None)
+    trace = error.__traceback__
+    while trace is not None:
+        if code is not None and trace.tb_frame.f_code.co_filename == code.co_filename:
+            frame = trace
+        trace = trace.tb_next
+    if frame is None or code is None:
+        return f"your function raised {text}"
+    line = linecache.getline(code.co_filename, frame.tb_lineno).strip()
+    place = f"line {frame.tb_lineno - code.co_firstlineno + 1}"
+    if frame.tb_frame.f_code is not code:
+        place = f"`{frame.tb_frame.f_code.co_name}`"
+    return f"your function raised {text[:300]}, in {place}" + (f": `{line}`" if line else "")
