@@ -165,7 +165,7 @@ def create():
     run = subprocess.run([sys.executable, "-m", "venv", str(VENV)], capture_output=True, text=True, cwd=ROOT)
     if run.returncode:
         text = run.stdout + run.stderr
-        sys.exit(f"python -m venv failed: {explain(text) or text.strip().splitlines()[-1]}.")
+        sys.exit(f"Cannot make the folder {VENV}: {explain(text) or text.strip().splitlines()[-1]}.")
 
 
 def check_venv_module():
@@ -197,7 +197,7 @@ def pip(*arguments, steps=0):
         )
         for line in process.stdout or ():
             log.write(line)
-            if steps and " (from -r requirements.txt" in line:
+            if steps and line.startswith(("Collecting ", "Processing ", "Requirement already satisfied: ")):
                 done += 1
                 progress(f"package {done} of at most {steps}", done)
             elif steps and line.startswith("Installing collected"):
