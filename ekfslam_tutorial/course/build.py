@@ -1,6 +1,6 @@
 """Notebooks with the exercises solved: ``python -m ekfslam_tutorial.course.build solved DEST``.
 
-The cell tagged ``exercise`` is replaced by the source of the reference solution; the cell tagged ``check``
+``... build stub 02.3`` prints the text of an exercise cell. The cell tagged ``exercise`` is replaced by the source of the reference solution; the cell tagged ``check``
 below it says which exercise it is. For lecturers, and for the tests: in the copies every check must pass.
 """
 
@@ -93,15 +93,19 @@ def write_solved(destination: Path, folder: Path | None = None) -> list[Path]:
 def main(arguments: list[str] | None = None) -> int:
     """Command line."""
     parser = argparse.ArgumentParser(prog="python -m ekfslam_tutorial.course.build", description=__doc__)
-    parser.add_argument("what", choices=["solved"])
-    parser.add_argument("destination", type=Path, metavar="DEST")
+    commands = parser.add_subparsers(dest="command", required=True)
+    commands.add_parser("solved", help="write solved copies").add_argument("destination", type=Path, metavar="DEST")
+    commands.add_parser("stub", help="print an exercise cell").add_argument("id", metavar="ID")
     options = parser.parse_args(arguments)
     try:
-        written = write_solved(options.destination)
+        if options.command == "stub":
+            print(registry.get(options.id).stub())
+        else:
+            written = write_solved(options.destination)
+            print(f"{len(written)} solved notebooks in {options.destination}")
     except (OSError, ValueError) as error:
         print(f"build: {error}", file=sys.stderr)
         return 1
-    print(f"{len(written)} solved notebooks in {options.destination}")
     return 0
 
 

@@ -27,6 +27,7 @@ is told. A wrong answer is recognised by what it returns, not by how it is writt
 
 from __future__ import annotations
 
+import ast
 import inspect
 import os
 import textwrap
@@ -163,6 +164,14 @@ class Exercise:
     def source(self) -> str:
         """Return the solution as text for a notebook cell."""
         return textwrap.dedent(inspect.getsource(self.solution)).rstrip()
+
+    def stub(self) -> str:
+        """Return the text of the exercise cell as a student gets it: signature and docstring."""
+        source = self.source()
+        function = ast.parse(source).body[0]
+        assert isinstance(function, ast.FunctionDef)
+        head = source.splitlines()[: function.body[0].end_lineno]
+        return "\n".join([*head, "    raise NotImplementedError  # your code here"])
 
     def parameters(self) -> list[str]:
         """Return the names of the parameters, as in the stub."""
