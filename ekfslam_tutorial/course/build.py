@@ -1,7 +1,8 @@
 """Notebooks with the exercises solved: ``python -m ekfslam_tutorial.course.build solved DEST``.
 
-``... build stub 02.3`` prints the text of an exercise cell. The cell tagged ``exercise`` is replaced by the source of the reference solution; the cell tagged ``check``
-below it says which exercise it is. For lecturers, and for the tests: in the copies every check must pass.
+The cell tagged ``exercise`` is replaced by the source of the reference solution; the cell tagged ``check`` below
+it says which exercise it is. For lecturers, and for the tests: in the copies every check must pass.
+``python -m ekfslam_tutorial.course.build stub 02.3`` prints the text of an exercise cell.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ class Question:
 
     key: str
     right: Any
-    comment: str  # beside the entry, in the notebook
+    comment: str  # above the entry, in the notebook
     help: str  # for a wrong answer that nobody foresaw
     wrong: dict = field(default_factory=dict)  # answer: hint
 
@@ -53,7 +53,7 @@ class Quiz:
         right : bool, tuple of int, or str
             The answer: yes or no, the shape of a matrix, or a letter.
         comment : str
-            The question in a few words; it stands beside the entry.
+            The question in a few words; it stands above the entry.
         help : str
             What to tell for a wrong answer that is not in `wrong`.
         wrong : dict, optional
@@ -85,17 +85,15 @@ class Quiz:
 
     def source(self) -> str:
         """Return the right answers as text for a notebook cell."""
-        return self.text({q.key: repr(q.right) for q in self.questions})
+        return self.text({q.key: f'"{q.right}"' if isinstance(q.right, str) else repr(q.right) for q in self.questions})
 
     def stub(self) -> str:
         """Return the text of the exercise cell as a student gets it."""
         return self.text({q.key: "..." for q in self.questions})
 
     def text(self, values) -> str:
-        """Return a cell that assigns the dictionary, the questions beside the entries."""
-        entries = {q.key: f'    "{q.key}": {values[q.key]},' for q in self.questions}
-        width = max(len(line) for line in entries.values())
-        lines = [f"{entries[q.key]:<{width}}  # {q.comment}" for q in self.questions]
+        """Return a cell that assigns the dictionary, each question above its entry."""
+        lines = [line for q in self.questions for line in (f"    # {q.comment}", f'    "{q.key}": {values[q.key]},')]
         return "\n".join([f"{self.name} = {{", *lines, "}"])
 
     def judge(self, answer) -> Verdict:
