@@ -7,7 +7,8 @@ May not: simulate, read files or draw.
 from .association import Jcbb, KnownIds, Matches, NearestNeighbour
 from .objects import Event, Lmk, Obs, Rob, Sen, Tim
 from .options import Options
-from .steps import add_landmark, correct_known_lmks, init_new_lmks, move, normalize, place, project_lmks
+from .projection import normalize, place, project_lmks
+from .steps import add_landmark, correct_known_lmks, init_new_lmks, move
 
 __all__ = [
     "Event",

@@ -8,44 +8,11 @@ import numpy as np
 
 from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict, transform
 from ..models.landmarks import EucPnt
-from ..models.observation import observe, retro_project, to_sensor
-from .objects import Event, Lmk, Obs
+from ..models.observation import observe, retro_project
+from .objects import Event, Lmk
+from .projection import frame_range, normalize, project_lmks
 
-# --- robots and sensors ----------------------------------------------------------------------------------------------
-
-
-def place(map, obj, x, P=None):
-    """Put a robot or a sensor where it starts: into the map with covariance P, or known if there is none.
-
-    Parameters
-    ----------
-    map : Map
-    obj : Rob or Sen
-    x : ndarray, shape (k,)
-    P : ndarray, shape (k, k), optional
-
-    Raises
-    ------
-    ValueError
-        If P is not a covariance.
-    """
-    if P is None:
-        obj.x, obj.r = np.asarray(x, float), None
-    else:
-        obj.x, obj.r = None, map.add(x, P)
-
-
-def normalize(map, obj):
-    """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading."""
-    if obj.r is None:
-        return
-    N, N_f = obj.frame(map).normalized()
-    transform(map, frame_range(obj, N), N.x, N_f)
-
-
-def frame_range(obj, F):
-    """Range of the frame in the map; a robot's state may have velocities behind it."""
-    return None if obj.r is None else slice(obj.r.start, obj.r.start + F.size)
+# --- motion ----------------------------------------------------------------------------------------------------------
 
 
 def move(map, rob, dt):
@@ -83,64 +50,6 @@ def _check_control(rob):
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
     if rob.r is not None and (np.shape(rob.U) != (m, m) or not np.isfinite(rob.U).all()):
         raise ValueError(f"robot {rob.id}: the control covariance must be a finite {m} x {m} matrix, got {rob.U}")
-
-
-# --- observations ----------------------------------------------------------------------------------------------------
-
-
-def project_lmks(map, rob, sen, lmks):
-    """Expected observations of landmarks by one sensor: all landmarks of a type in one call.
-
-    Parameters
-    ----------
-    map : Map
-    rob : Rob
-    sen : Sen
-    lmks : iterable of Lmk
-
-    Returns
-    -------
-    list of Obs
-        In the order of `lmks`: expectation e, its covariance E = H P H', Jacobian blocks, visibility.
-    """
-    lmks = list(lmks)
-    Rf, Sf = rob.frame(map), sen.frame(map)
-    rr, rs = frame_range(rob, Rf), sen.r
-    obs = [None] * len(lmks)
-    for kind, members in _by_type(lmks):
-        group = [lmks[i] for i in members]
-        l = np.array([lmk.state(map) for lmk in group])
-        v, *V = to_sensor(Rf, Sf, sen.model, kind, l)
-        e, E_v = sen.model.project(v)
-        E_r, E_s, E_l = (E_v @ J for J in V)
-        E = _covariances(map, rr, rs, group, E_r, E_s, E_l)
-        visible = sen.model.visible(e, v) & np.isfinite(E).all((-1, -2))
-        for k, i in enumerate(members):
-            blocks = ((rr, E_r[k]), (rs, E_s[k]), (group[k].r, E_l[k]))
-            obs[i] = Obs(sen.id, group[k].id, e[k], E[k], blocks, v[k], bool(visible[k]))
-    return obs
-
-
-def _by_type(lmks):
-    """Indices of the landmarks of each type."""
-    groups = {}
-    for i, lmk in enumerate(lmks):
-        groups.setdefault(lmk.type, []).append(i)
-    return groups.items()
-
-
-def _covariances(map, rr, rs, lmks, E_r, E_s, E_l):
-    """Covariances H P H' of many expectations at once, shape (len(lmks), m, m)."""
-    n, m = E_l.shape[:2]
-    known = lmks[0].r is None
-    parts = [(r, J) for r, J in ((rr, E_r), (rs, E_s)) if r is not None]
-    H = np.concatenate([J for _, J in parts] + ([] if known else [E_l]), -1) if parts or not known else None
-    if H is None:
-        return np.zeros((n, m, m))
-    shared = [np.arange(r.start, r.stop) for r, _ in parts]
-    own = [] if known else [np.array([lmk.r.start for lmk in lmks])[:, None] + np.arange(E_l.shape[-1])]
-    rows = np.concatenate([np.broadcast_to(s, (n, len(s))) for s in shared] + own, -1)
-    return H @ map.P[rows[:, :, None], rows[:, None, :]] @ np.swapaxes(H, -1, -2)
 
 
 # --- corrections -----------------------------------------------------------------------------------------------------
@@ -185,9 +94,10 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     seen = [o for o in expected if o.visible]
     matches = opt.association(map, seen, raw, sen.model)
 
-    events = []
+    events, stale = [], False
     for o in most_uncertain(seen, opt.n_updates):
-        events += _search(map, rob, sen, lmks[o.lmk], o, matches.pairs.get(o.lmk), raw, opt)
+        events += _search(map, rob, sen, lmks[o.lmk], o, matches.pairs.get(o.lmk), raw, opt, stale)
+        stale = stale or o.updated
     events += [Event("deletion", rob.id, sen.id, id) for id in _delete_bad(map, lmks, seen, opt)]
     return events, matches.new
 
@@ -200,8 +110,8 @@ def most_uncertain(obs, n_max):
     return [obs[i] for i in order]
 
 
-def _search(map, rob, sen, lmk, o, index, raw, opt):
-    """Look for one landmark: match, project again, gate, correct. Returns the events."""
+def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
+    """Look for one landmark: match, project again if its expectation is stale, gate, correct. Returns the events."""
     lmk.n_search += 1
     o.measured, o.matched, o.index = True, index is not None, index
     events = [Event("search", rob.id, sen.id, lmk.id, o.matched)]
@@ -210,7 +120,7 @@ def _search(map, rob, sen, lmk, o, index, raw, opt):
 
     lmk.n_match += 1
     Rf, Sf = rob.frame(map), sen.frame(map)
-    if opt.reproject:
+    if opt.reproject and stale:
         o.e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
         o.blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
     o.y, o.R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
