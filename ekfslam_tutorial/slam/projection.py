@@ -60,7 +60,7 @@ def project_lmks(map, rob, sen, lmks):
     Rf, Sf = rob.frame(map), sen.frame(map)
     rr, rs = frame_range(rob, Rf), sen.r
     obs = [None] * len(lmks)
-    for kind, members in _by_type(lmks):
+    for (kind, _), members in _by_type(lmks):
         group = [lmks[i] for i in members]
         l = np.array([lmk.state(map) for lmk in group])
         v, *V = to_sensor(Rf, Sf, sen.model, kind, l)
@@ -75,10 +75,10 @@ def project_lmks(map, rob, sen, lmks):
 
 
 def _by_type(lmks):
-    """Indices of the landmarks of each type."""
+    """Indices of the landmarks of each type, those in the map and the known ones apart."""
     groups = {}
     for i, lmk in enumerate(lmks):
-        groups.setdefault(lmk.type, []).append(i)
+        groups.setdefault((lmk.type, lmk.r is None), []).append(i)
     return groups.items()
 
 
