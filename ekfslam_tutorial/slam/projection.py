@@ -85,12 +85,13 @@ def _by_type(lmks):
 def _covariances(map, rr, rs, lmks, E_r, E_s, E_l):
     """Covariances H P H' of many expectations at once, shape (len(lmks), m, m)."""
     n, m = E_l.shape[:2]
-    known = lmks[0].r is None
-    parts = [(r, J) for r, J in ((rr, E_r), (rs, E_s)) if r is not None]
-    H = np.concatenate([J for _, J in parts] + ([] if known else [E_l]), -1) if parts or not known else None
-    if H is None:
-        return np.zeros((n, m, m))
-    shared = [np.arange(r.start, r.stop) for r, _ in parts]
-    own = [] if known else [np.array([lmk.r.start for lmk in lmks])[:, None] + np.arange(E_l.shape[-1])]
-    rows = np.concatenate([np.broadcast_to(s, (n, len(s))) for s in shared] + own, -1)
+    H, rows = [np.zeros((n, m, 0))], [np.zeros((n, 0), int)]
+    for r, J in (rr, E_r), (rs, E_s):
+        if r is not None:
+            H.append(J)
+            rows.append(np.broadcast_to(np.arange(r.start, r.stop), (n, J.shape[-1])))
+    if lmks[0].r is not None:
+        H.append(E_l)
+        rows.append(np.array([lmk.r.start for lmk in lmks])[:, None] + np.arange(E_l.shape[-1]))
+    H, rows = np.concatenate(H, -1), np.concatenate(rows, -1)
     return H @ map.P[rows[:, :, None], rows[:, None, :]] @ np.swapaxes(H, -1, -2)
