@@ -1,0 +1,176 @@
+"""The true world in motion: robots that move, sensors that measure, with the models of the filter and no filter.
+
+None of this is needed with the data of a real robot (manual, section 3.2): there a recording takes its place.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .streams import draw
+
+
+@dataclass
+class SimRob:
+    """A robot as it really is.
+
+    Parameters
+    ----------
+    id, name, type
+        As in the user's file; `type` is the body to draw.
+    motion : MotionModel
+    x : ndarray, shape (motion.size,)
+        True state.
+    u : ndarray
+        True control of the present frame.
+    sensors : list of int
+        Ids of the sensors it carries.
+    """
+
+    id: int
+    name: str
+    motion: object
+    x: np.ndarray
+    u: np.ndarray
+    sensors: list = field(default_factory=list)
+    type: str = ""
+
+    @property
+    def frame(self):
+        """True pose in the world."""
+        return self.motion.frame(self.x[: self.motion.frame.size])
+
+
+@dataclass(frozen=True)
+class SimSen:
+    """A sensor as it really is.
+
+    Parameters
+    ----------
+    id, name, robot
+        As in the user's file.
+    frame : Frame2 or Frame3
+        True pose in the robot's frame.
+    model : SensorModel
+    p_detect : float
+        Probability that a visible landmark is measured.
+    clutter : float
+        Mean number of false measurements in a frame.
+    """
+
+    id: int
+    name: str
+    robot: int
+    frame: object
+    model: object
+    p_detect: float = 1.0
+    clutter: float = 0.0
+
+
+@dataclass(frozen=True)
+class SimLmk:
+    """The true landmarks: `ids` of shape (N,), `points` of shape (N, 2) or (N, 3), metres."""
+
+    ids: np.ndarray
+    points: np.ndarray
+
+    @property
+    def lims(self):
+        """Smallest and largest coordinate on each axis, shape (d, 2)."""
+        return np.stack([self.points.min(0), self.points.max(0)], -1)
+
+    @property
+    def dims(self):
+        """Length of the world on each axis."""
+        return np.diff(self.lims)[:, 0]
+
+    @property
+    def center(self):
+        """Middle of the world."""
+        return self.lims.mean(-1)
+
+
+@dataclass(frozen=True)
+class SimObs:
+    """Raw data of one sensor in one frame: what a real sensor would hand over.
+
+    Parameters
+    ----------
+    sen : int
+        Sensor id.
+    ids : ndarray of int, shape (k,)
+        Whose measurement it is; -1 where that is not known.
+    y : ndarray, shape (k, m)
+        Measurements.
+    R : ndarray, shape (k, m, m), optional
+        Noise covariance of each, where it differs from the sensor's.
+    """
+
+    sen: int
+    ids: np.ndarray
+    y: np.ndarray
+    R: np.ndarray | None = None
+
+    def __len__(self):
+        return len(self.ids)
+
+
+def sim_motion(rob, dt):
+    """Move a robot by its true control: one step of `dt` seconds, no noise."""
+    x = rob.motion.move(rob.x, rob.u, dt)[0]
+    n = rob.motion.frame.size
+    rob.x = np.concatenate([rob.motion.frame(x[:n]).normalized()[0].x, x[n:]])
+
+
+def sim_observation(rob, sen, lmk, rng, clutter_rng=None):
+    """Measure all visible landmarks with one sensor.
+
+    Noise is drawn for every landmark of the world, seen or not: what a landmark's noise is does not depend on which
+    others are in view, so that two runs that differ in one thing can be compared (common random numbers).
+
+    Parameters
+    ----------
+    rob : SimRob
+    sen : SimSen
+    lmk : SimLmk
+    rng : numpy.random.Generator
+        Measurement noise.
+    clutter_rng : numpy.random.Generator, optional
+        Missed and false measurements; needed if the sensor has any.
+
+    Returns
+    -------
+    SimObs
+        By ascending position in `lmk`; false measurements come last, with id -1.
+    """
+    y, seen = _measure(rob, sen, lmk.points, rng)
+    ids, y = lmk.ids[seen], y[seen]
+    if sen.p_detect < 1:
+        hit = clutter_rng.random(len(lmk.ids))[seen] < sen.p_detect
+        ids, y = ids[hit], y[hit]
+    if sen.clutter > 0:
+        false = _false_measurements(rob, sen, lmk, clutter_rng)
+        ids, y = np.concatenate([ids, np.full(len(false), -1)]), np.concatenate([y, false])
+    return SimObs(sen.id, ids, y)
+
+
+def _measure(rob, sen, points, rng):
+    """Noisy measurements of all points, and which of them the sensor can make."""
+    pr = rob.frame.to_frame(points)[0]
+    ps = sen.frame.to_frame(pr)[0]
+    with np.errstate(all="ignore"):  # a point in the plane of a camera has no image; it is not visible either
+        y = sen.model.project(ps)[0]
+        y = y + draw(rng, sen.model.R, (len(points),))
+        y = sen.model.residual(y, np.zeros(y.shape[-1:]))  # the noise may have carried an angle beyond pi
+        return y, np.asarray(sen.model.visible(y, ps), bool)
+
+
+def _false_measurements(rob, sen, lmk, rng):
+    """Measurements of things that are not there: points at random in the box of the world that the sensor could see.
+
+    Of many random points those in view are taken, up to a Poisson number with the mean `sen.clutter`.
+    """
+    low, high = lmk.lims.T
+    wanted = rng.poisson(sen.clutter)
+    y, seen = _measure(rob, sen, rng.uniform(low, high, (50 * wanted + 50, len(low))), rng)
+    return y[seen][:wanted]

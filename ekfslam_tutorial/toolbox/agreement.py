@@ -1,0 +1,67 @@
+"""Whether the parts of the user's data fit each other: ids, dimensions, sensors and landmark types."""
+
+
+def check_agreement(data):
+    """Refuse robots, sensors and landmarks that do not fit together.
+
+    Parameters
+    ----------
+    data : UserData
+
+    Raises
+    ------
+    ValueError, TypeError
+        One sentence that names both sides.
+    """
+    if not data.robots:
+        raise ValueError("there is no robot; write at least one [[robot]]")
+    for kind, entries in (("robot", data.robots), ("sensor", data.sensors)):
+        ids = [entry.id for entry in entries]
+        twice = [i for i in ids if ids.count(i) > 1]
+        if twice:
+            raise ValueError(f"two {kind}s have the id {twice[0]}; every {kind} needs its own")
+    robots = {robot.id: robot for robot in data.robots}
+    for sensor in data.sensors:
+        if sensor.robot not in robots:
+            known = ", ".join(map(str, robots))
+            raise ValueError(f"sensor {sensor.id} is on robot {sensor.robot}, which does not exist; robots: {known}")
+    _check_dimensions(data)
+    for sensor in data.sensors:
+        sensor.start(data.frame)
+    if data.landmark.in_map:
+        _check_births(data)
+
+
+def started_by(data, sensor):
+    """The type of the landmarks that a sensor is to start."""
+    return sensor.landmark or data.landmark.model
+
+
+def can_start(sensor, lmk):
+    """Whether a sensor model can give birth to a landmark of a type: from a ray, or from a point."""
+    return hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
+
+
+def _check_births(data):
+    """Some sensor must be able to start landmarks; one that was given a type of its own must be able to start that."""
+    able = [can_start(s.model, started_by(data, s)) for s in data.sensors]
+    unable = [s for s, ok in zip(data.sensors, able, strict=True) if not ok]
+    bad = [s for s in unable if s.landmark is not None] or (unable if not any(able) else [])
+    if bad:
+        sensor, kind = type(bad[0].model).__name__, type(started_by(data, bad[0])).__name__
+        raise TypeError(
+            f"sensor {bad[0].id}: {kind} landmarks cannot be started by a {sensor}, one ray does not fix them; "
+            "take a landmark type with a prior, for example idp_pnt or ahm_pnt"
+        )
+
+
+def _check_dimensions(data):
+    """In the plane, or in space, but all of it."""
+    of = {f"robot {r.id} ({type(r.motion).__name__})": r.frame.dim for r in data.robots}
+    of |= {f"sensor {s.id} ({type(s.model).__name__})": getattr(s.model, "dim", data.frame.dim) for s in data.sensors}
+    types = [data.landmark.model, *(s.landmark for s in data.sensors if s.landmark is not None)]
+    of |= {f"landmark type {type(t).__name__}": getattr(t, "dim", data.frame.dim) for t in types}
+    first, dim = next(iter(of.items()))
+    for name, d in of.items():
+        if d != dim:
+            raise ValueError(f"{first} is {dim}D and {name} is {d}D; a scenario is in 2D or in 3D, not in both")

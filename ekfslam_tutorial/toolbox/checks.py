@@ -1,0 +1,73 @@
+"""Checks of numbers that come from outside: one clear sentence for what is wrong with them."""
+
+import numpy as np
+
+
+def numbers(what, a, ndim=None):
+    """The array as floats, of the right number of axes and all finite.
+
+    Raises
+    ------
+    ValueError
+        Beginning with `what`.
+    """
+    try:
+        array = np.asarray(a)
+    except ValueError:  # rows of different lengths
+        array = None
+    if array is None or (array.size and array.dtype.kind not in "iuf"):
+        raise ValueError(f"{what} must be numbers, in rows of equal length, got {shown(a)}")
+    array = array.astype(float)
+    if ndim is not None and array.ndim != ndim:
+        raise ValueError(f"{what} must have {ndim} axes, got shape {array.shape}")
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        place = (
+            f"but row {bad[0][0]} holds {array[tuple(bad[0])]}" if array.ndim and array.size > 9 else f"got {shown(a)}"
+        )
+        raise ValueError(f"{what} must be finite, {place}")
+    return array
+
+
+def covariances(what, a, m):
+    """A stack (n, m, m) of symmetric positive semi-definite matrices."""
+    a = numbers(what, a, 3)
+    if a.shape[1:] != (m, m):
+        raise ValueError(f"{what} must be {m} x {m} matrices, got shape {a.shape}")
+    scale = np.abs(a).max((1, 2), initial=0.0)
+    skew = np.abs(a - np.swapaxes(a, 1, 2)).max((1, 2), initial=0.0) > 1e-9 * scale
+    negative = np.linalg.eigvalsh(a).min(-1, initial=0.0) < -1e-9 * scale
+    for bad, fault in ((skew, "symmetric"), (negative, "positive semi-definite")):
+        if bad.any():
+            raise ValueError(f"{what} must be {fault}, but row {np.flatnonzero(bad)[0]} is not")
+    return a
+
+
+def vector(what, value, size, default=None):
+    """Exactly `size` finite numbers; a bare number will do for one. None stands for the default."""
+    v = np.atleast_1d(numbers(what, default if value is None else value))
+    if v.shape != (size,):
+        raise ValueError(f"{what} must be {size} number{'s' * (size > 1)}, got {shown(value)}")
+    return v
+
+
+def stds(what, value, size):
+    """`size` standard deviations; one number stands for all of them, None for zero."""
+    v = np.atleast_1d(numbers(what, 0.0 if value is None else value))
+    if v.shape not in ((1,), (size,)):
+        raise ValueError(f"{what} must be one number or {size}, got {shown(value)}")
+    if (v < 0).any():
+        raise ValueError(f"{what} is a standard deviation and must not be negative, got {shown(value)}")
+    return np.broadcast_to(v, (size,)).copy()
+
+
+def check_id(what, value):
+    """Refuse what is not a whole number, 0 or more."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
+        raise ValueError(f"{what} must be a whole number, 0 or more, got {shown(value)}")
+
+
+def shown(value, width=60):
+    """A value as short text."""
+    text = repr(value.tolist() if isinstance(value, np.ndarray) else value)
+    return text if len(text) <= width else text[: width - 3] + "..."

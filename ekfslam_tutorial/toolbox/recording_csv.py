@@ -1,0 +1,211 @@
+"""A recording as a folder of CSV files.
+
+===========================  =====================================================================================
+recording.json               format, name, notes, and the number of rows of each file (optional, shows a cut-off file)
+frames.csv                   t: seconds since the start; one row for each frame, frame numbers count from 0
+robot-N-controls.csv         frame, u1 ... and, if the covariances are recorded, their upper triangles U11 U12 ...
+robot-N-truth.csv            frame, x, y, theta or x, y, z, a, b, c, d (quaternion, scalar first); nan where unknown
+sensor-N.csv                 frame, id, y1 ... and, if recorded, R11 R12 ...; one row for each measurement, by frame
+landmarks.csv                id, x, y and, in space, z
+===========================  =====================================================================================
+
+Units are SI and radians. Files of robots, sensors, truth and landmarks may be absent.
+"""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..simulation import SimLmk
+from .recording import FORMAT, ControlLog, RawLog, Recording
+
+POSES = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
+
+
+def save_csv(rec, folder):
+    """Write a recording into a folder, which is made if need be."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    frames = np.arange(len(rec))
+    tables = {"frames.csv": (["t"], [rec.t])}
+    for i, log in rec.robots.items():
+        tables[f"robot-{i}-controls.csv"] = _joined([("frame", frames)], "u", log.u, "U", log.U)
+    for i, x in rec.truth.items():
+        tables[f"robot-{i}-truth.csv"] = (["frame", *POSES[x.shape[1]]], [frames, *x.T])
+    for i, log in rec.raw.items():
+        frame = np.repeat(frames, np.diff(log.offsets))
+        tables[f"sensor-{i}.csv"] = _joined([("frame", frame), ("id", log.ids)], "y", log.y, "R", log.R)
+    if rec.landmarks is not None:
+        points = rec.landmarks.points
+        tables["landmarks.csv"] = (["id", *"xyz"[: points.shape[1]]], [rec.landmarks.ids, *points.T])
+
+    for name, (header, columns) in tables.items():
+        with open(folder / name, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(header)
+            writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+    rows = {name: len(columns[0]) for name, (_, columns) in tables.items()}
+    head = {"format": FORMAT, "name": rec.name, "notes": rec.notes, "rows": rows}
+    (folder / "recording.json").write_text(json.dumps(head, indent=2) + "\n", encoding="utf-8")
+
+
+def load_csv(folder):
+    """Read a folder that `save_csv` wrote, or that was made to the same plan."""
+    folder = Path(folder)
+    head = _head(folder / "recording.json")
+    read = lambda name: _Table(folder / name, head.get("rows", {}).get(name))
+    t = read("frames.csv").columns("t", ["t"])[:, 0]
+
+    robots, truth, raw, landmarks = {}, {}, {}, None
+    for i, name in _numbered(folder, r"robot-(\d+)-controls\.csv"):
+        table = read(name)
+        table.frames(len(t), each_once=True)
+        robots[i] = ControlLog(table.vectors("u"), table.triangles("U", "u"))
+    for i, name in _numbered(folder, r"robot-(\d+)-truth\.csv"):
+        table = read(name)
+        table.frames(len(t), each_once=True)
+        truth[i] = table.columns("pose", table.one_of(POSES.values(), skip=1), allow_nan=True)
+    for i, name in _numbered(folder, r"sensor-(\d+)\.csv"):
+        table = read(name)
+        counts = np.bincount(table.frames(len(t)), minlength=len(t))
+        ids = table.integers("id")
+        raw[i] = RawLog(i, np.cumsum([0, *counts]), ids, table.vectors("y"), table.triangles("R", "y"))
+    if (folder / "landmarks.csv").exists():
+        table = read("landmarks.csv")
+        landmarks = SimLmk(table.integers("id"), table.columns("points", table.one_of(["xy", "xyz"], skip=1)))
+    return Recording(head["name"], t, robots, raw, truth, landmarks, head.get("notes", []))
+
+
+class _Table:
+    """One CSV file; every complaint names the file and the line."""
+
+    def __init__(self, path, n_rows=None):
+        self.path = path
+        if not path.exists():
+            raise FileNotFoundError(f"{path} is missing")
+        try:
+            with open(path, newline="", encoding="utf-8-sig") as file:
+                lines = [row for row in csv.reader(file, strict=True)]
+        except (csv.Error, UnicodeDecodeError) as error:
+            raise ValueError(f"{path} is not a CSV file in UTF-8: {error}") from error
+        if not lines:
+            raise ValueError(f"{path}, line 1: the file is empty; its first line names the columns")
+        self.header = [name.strip() for name in lines[0]]
+        self.rows = [(number, row) for number, row in enumerate(lines[1:], start=2) if row]
+        for number, row in self.rows:
+            if len(row) != len(self.header):
+                raise self.error(
+                    number, f"{len(row)} values, but there are {len(self.header)} columns: {', '.join(self.header)}"
+                )
+        if n_rows is not None and len(self.rows) != n_rows:
+            last = self.rows[-1][0] if self.rows else 1
+            raise self.error(last, f"the file ends here with {len(self.rows)} rows; recording.json says {n_rows}")
+
+    def error(self, line, message):
+        return ValueError(f"{self.path}, line {line}: {message}")
+
+    def columns(self, what, names, kind=float, allow_nan=False):
+        """Some columns as an array (rows, len(names))."""
+        missing = [name for name in names if name not in self.header]
+        if missing:
+            raise self.error(1, f"no column {missing[0]!r} for {what}; there are: {', '.join(self.header)}")
+        at = [self.header.index(name) for name in names]
+        values = np.empty((len(self.rows), len(names)), kind)
+        for i, (line, row) in enumerate(self.rows):
+            for j, (column, name) in enumerate(zip(at, names, strict=True)):
+                values[i, j] = self._value(line, name, row[column], kind, allow_nan)
+        return values
+
+    def _value(self, line, name, text, kind, allow_nan):
+        try:
+            value = kind(text)
+            value_is_fine = kind is int and abs(value) < 2**62 or np.isfinite(value) or (allow_nan and value != value)
+        except (ValueError, OverflowError):
+            value, value_is_fine = None, False
+        if not value_is_fine:
+            wanted = "a whole number" if kind is int else "a finite number"
+            raise self.error(line, f"{name} must be {wanted}, got {text.strip()[:40]!r}")
+        return value
+
+    def integers(self, name):
+        return self.columns(name, [name], int)[:, 0]
+
+    def vectors(self, letter):
+        """Columns letter1, letter2, ..."""
+        names = [name for name in self.header if re.fullmatch(rf"{letter}\d+", name) and len(name) == 2]
+        expected = [f"{letter}{j}" for j in range(1, max(len(names), 1) + 1)]
+        return self.columns(f"the vector {letter}", expected)
+
+    def triangles(self, letter, vector):
+        """Symmetric matrices from the columns of their upper triangle, or None where there are none."""
+        if f"{letter}11" not in self.header:
+            return None
+        m = self.vectors(vector).shape[1]
+        i, j = np.triu_indices(m)
+        upper = self.columns(f"the covariance {letter}", _triangle(letter, m))
+        matrices = np.zeros((len(upper), m, m))
+        matrices[:, i, j] = matrices[:, j, i] = upper
+        return matrices
+
+    def frames(self, n, each_once=False):
+        """The column of frame numbers: in 0 ... n-1, not falling, or each exactly once."""
+        frame = self.integers("frame")
+        for i, (line, _) in enumerate(self.rows):
+            if not 0 <= frame[i] < n:
+                raise self.error(line, f"frame {frame[i]} does not exist; frames.csv has 0 to {n - 1}")
+            if each_once and frame[i] != i:
+                raise self.error(line, f"frame {frame[i]} where frame {i} was expected; each has one row, in order")
+            if i and frame[i] < frame[i - 1]:
+                raise self.error(line, f"frame {frame[i]} after frame {frame[i - 1]}; rows go by frame")
+        if each_once and len(frame) != n:
+            raise self.error(len(frame) + 1, f"the file ends after {len(frame)} of the {n} frames of frames.csv")
+        return frame
+
+    def one_of(self, choices, skip):
+        """Which of several lists of column names the header has after its first `skip` columns."""
+        for names in choices:
+            if self.header[skip:] == list(names):
+                return list(names)
+        possible = " or ".join(", ".join(names) for names in choices)
+        raise self.error(1, f"columns {', '.join(self.header[skip:])}, but possible are {possible}")
+
+
+def _triangle(letter, m):
+    return [f"{letter}{i + 1}{j + 1}" for i, j in zip(*np.triu_indices(m), strict=True)]
+
+
+def _joined(first, v, vectors, c, matrices):
+    """Header and columns: the first ones, then vectors v1 v2 ..., then the upper triangles of matrices."""
+    m = vectors.shape[1]
+    if m > 9:
+        raise ValueError(f"CSV columns are numbered with one digit, but {v} has {m} numbers; use .npz")
+    header = [name for name, _ in first] + [f"{v}{j + 1}" for j in range(m)]
+    columns = [column for _, column in first] + list(vectors.T)
+    if matrices is not None:
+        header += _triangle(c, m)
+        columns += list(matrices[:, *np.triu_indices(m)].T)
+    return header, columns
+
+
+def _numbered(folder, pattern):
+    """Ids and names of the files of a folder that fit a pattern, by id."""
+    found = [(re.fullmatch(pattern, path.name), path.name) for path in folder.iterdir()]
+    return sorted((int(match[1]), name) for match, name in found if match)
+
+
+def _head(path):
+    if not path.exists():
+        raise FileNotFoundError(f"{path} is missing: this folder is not a recording")
+    try:
+        head = json.loads(path.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} is not JSON: {error}") from error
+    if not isinstance(head, dict) or head.get("format") != FORMAT or not isinstance(head.get("name"), str):
+        raise ValueError(f"{path} must hold a name and the format {FORMAT!r}")
+    rows, notes = head.get("rows", {}), head.get("notes", [])
+    if not isinstance(rows, dict) or not isinstance(notes, list):
+        raise ValueError(f"{path}: rows must be a table of numbers and notes a list of texts")
+    return head

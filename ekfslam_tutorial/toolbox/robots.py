@@ -1,0 +1,215 @@
+"""The user's robots and sensors: what one can say about them, and the same in SI units and radians."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..models.motion import Odometry2
+from .checks import check_id, covariances, numbers, shown, stds, vector
+from .poses import n_angles, pose
+
+
+def _si(name, value):
+    return np.deg2rad(value) if name.endswith("_deg") else value
+
+
+@dataclass(kw_only=True)
+class Robot:
+    """A robot (manual: Robot{}).
+
+    Parameters
+    ----------
+    id, name, type : int, str, str
+        The type is the body to draw and a word for the reader.
+    motion : MotionModel
+    in_map : bool
+        False: its pose is known, at every instant; the run is mapping, as in the lecture.
+    position : sequence of float, optional
+        Start, metres. Not given: where the recording's truth begins, or the origin.
+    orientation_deg : float or sequence of 3 float, optional
+        Heading; in space roll, pitch and yaw.
+    position_std, orientation_std_deg : float or sequence
+        How well the start is known. The simulator draws the true start with them.
+    state, state_std : dict
+        Start of what the motion model has beyond the pose, by its `state_fields`: {"vel": [1, 0, 0]}.
+    control : dict
+        By the model's `control_fields`: {"dx": [0.08, 0, 0], "da_deg": [0, 0, 0.9]}; a list of rows instead of one row
+        is one row for each frame, from the beginning again when it is through.
+    control_std : dict
+        Standard deviation of its noise: {"dx": 0.005, "da_deg": 0.05}.
+    control_cov : sequence of sequences, optional
+        Covariance of the whole control in SI units and radians, instead of `control_std`.
+    """
+
+    id: int = 1
+    name: str = ""
+    type: str = ""
+    motion: Any = field(default_factory=Odometry2)
+    in_map: bool = True
+    position: Any = None
+    orientation_deg: Any = None
+    position_std: Any = 0.0
+    orientation_std_deg: Any = 0.0
+    state: dict = field(default_factory=dict)
+    state_std: dict = field(default_factory=dict)
+    control: dict = field(default_factory=dict)
+    control_std: dict = field(default_factory=dict)
+    control_cov: Any = None
+
+    def __post_init__(self):
+        check_id("id", self.id)
+        self.start()
+        self.controls()
+        self.U()
+
+    @property
+    def frame(self):
+        """Frame2 or Frame3."""
+        return self.motion.frame
+
+    def _fields(self, group, fields, read):
+        """The values of some fields of the motion model, each as `read` reads it, in SI units: a list of arrays."""
+        table = getattr(self, group)
+        for name in table:
+            if name not in fields:
+                possible = ", ".join(fields) or "none"
+                raise ValueError(f"{group} has no {name!r}; {type(self.motion).__name__} has: {possible}")
+        key = std_key if group.endswith("_std") else str
+        return [_si(name, read(key(name), table.get(name), n)) for name, n in fields.items()]
+
+    def start(self, noise=None):
+        """State at the start and its covariance.
+
+        Parameters
+        ----------
+        noise : ndarray, optional
+            White noise, one number for each degree of freedom: the state is then a draw around the start.
+
+        Returns
+        -------
+        x : ndarray, shape (motion.size,)
+        P : ndarray, shape (motion.size, motion.size)
+        """
+        extra = _joined(self._fields("state", self.motion.state_fields, _zeros_or_vector))
+        std = _joined(self._fields("state_std", self.motion.state_fields, stds))
+        x, P = _start_pose(self, self.frame, None if noise is None else noise[: self.frame.dof])
+        if noise is not None:
+            extra = extra + std * noise[self.frame.dof :]
+        n = self.frame.size
+        P_xx = np.zeros((self.motion.size, self.motion.size))
+        P_xx[:n, :n], P_xx[n:, n:] = P, np.diag(std**2)
+        return np.concatenate([x, extra]), P_xx
+
+    @property
+    def dof(self):
+        """Degrees of freedom of the state."""
+        return self.frame.dof + self.motion.size - self.frame.size
+
+    def controls(self):
+        """The control of each frame in SI units, shape (rows, nu): row k mod rows is that of frame k."""
+        columns = self._fields("control", self.motion.control_fields, _rows)
+        lengths = {len(rows) for rows in columns} - {1}
+        if len(lengths) > 1:
+            raise ValueError(
+                f"the lists of controls must have one row, or as many as each other, got {sorted(lengths)}"
+            )
+        length = max(lengths, default=1)
+        return np.concatenate([np.broadcast_to(rows, (length, rows.shape[1])) for rows in columns], axis=1)
+
+    def U(self):
+        """Covariance of the control noise in SI units, shape (nu, nu)."""
+        std = _joined(self._fields("control_std", self.motion.control_fields, stds))
+        if self.control_cov is None:
+            return np.diag(std**2)
+        if self.control_std:
+            raise ValueError("control_cov is given as well as standard deviations of the control; give one of them")
+        return covariances("control_cov", [self.control_cov], len(std))[0]
+
+
+def std_key(name):
+    """The key of a standard deviation: dx -> dx_std, da_deg -> da_std_deg."""
+    return f"{name.removesuffix('_deg')}_std_deg" if name.endswith("_deg") else f"{name}_std"
+
+
+def _joined(parts):
+    return np.concatenate([np.zeros(0), *parts])
+
+
+def _zeros_or_vector(what, value, size):
+    return vector(what, value, size, np.zeros(size))
+
+
+def _rows(name, value, size):
+    """Control values of one field: one row for all frames, or a row for each; shape (rows, size)."""
+    a = numbers(name, np.zeros(size) if value is None else value)
+    rows = a.reshape(-1, 1) if size == 1 else np.atleast_2d(a)
+    if a.ndim > 2 or rows.shape[1] != size or not len(rows) or (size == 1 and a.ndim == 2 and a.shape[1] != 1):
+        raise ValueError(f"{name} must be {size} number{'s' * (size > 1)}, or rows of them, got {shown(value)}")
+    return rows
+
+
+def _start_pose(entry, frame, noise=None):
+    """Pose of a robot or sensor at the start, or a draw around it, and the covariance of its state vector."""
+    p, a = vector("position", entry.position, frame.dim, np.zeros(frame.dim)), n_angles(frame)
+    angles = np.deg2rad(vector("orientation_deg", entry.orientation_deg, a, np.zeros(a)))
+    std = np.concatenate(
+        [
+            stds("position_std", entry.position_std, frame.dim),
+            np.deg2rad(stds("orientation_std_deg", entry.orientation_std_deg, a)),
+        ]
+    )
+    e = np.concatenate([p, angles])
+    x, X_e = pose(frame, e if noise is None else e + std * noise)
+    return x, (X_e * std**2) @ X_e.T
+
+
+@dataclass(kw_only=True)
+class Sensor:
+    """A sensor on a robot (manual: Sensor{}).
+
+    Parameters
+    ----------
+    id, name : int, str
+    robot : int
+        Id of the robot that carries it.
+    model : SensorModel
+        With its parameters (manual: `par`).
+    position, orientation_deg : sequence of float, optional
+        Where it is mounted, in the robot's frame: metres; heading, or roll, pitch and yaw.
+    position_std, orientation_std_deg : float or sequence
+        How well that is known. The simulator draws the true mounting with them.
+    landmark : LmkType, optional
+        Type of the landmarks that this sensor starts, if not the scenario's.
+    frame_in_map : bool
+        True: the filter estimates its mounting (self-calibration; manual: frameInMap).
+    p_detect : float
+        Simulation: probability that a visible landmark is measured.
+    clutter : float
+        Simulation: mean number of false measurements in a frame.
+    """
+
+    id: int = 1
+    robot: int = 1
+    name: str = ""
+    model: Any
+    position: Any = None
+    orientation_deg: Any = None
+    position_std: Any = 0.0
+    orientation_std_deg: Any = 0.0
+    landmark: Any = None
+    frame_in_map: bool = False
+    p_detect: float = 1.0
+    clutter: float = 0.0
+
+    def __post_init__(self):
+        check_id("id", self.id)
+        check_id("robot", self.robot)
+        if not 0 < numbers("p_detect", self.p_detect) <= 1:
+            raise ValueError(f"p_detect is a probability above 0, got {self.p_detect}")
+        if not numbers("clutter", self.clutter) >= 0:
+            raise ValueError(f"clutter is a mean number and must not be negative, got {self.clutter}")
+
+    def start(self, frame, noise=None):
+        """Frame vector on a robot whose frames are of class `frame`, and its covariance; or a draw around it."""
+        return _start_pose(self, frame, noise)

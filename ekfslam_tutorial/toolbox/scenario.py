@@ -1,0 +1,213 @@
+"""Scenario files: user data as TOML.
+
+A model is `type = "its_name"` with its parameters beside it. The name is the class name in small letters,
+`range_bearing` for RangeBearing; all classes that the package exports are known. Angles are in degrees in keys that
+end in `_deg`, and in radians without the ending.
+"""
+
+import copy
+import inspect
+import tomllib
+from functools import partial
+from pathlib import Path
+
+from ..models import landmarks, motion, sensors
+from ..simulation import worlds
+from ..slam import association
+from .checks import shown
+from .overrides import override
+from .robots import Robot, Sensor, std_key
+from .tables import (
+    arguments,
+    at,
+    check_keys,
+    exported,
+    functions,
+    keys_of,
+    look_up,
+    parameters,
+    plain,
+    radian_keys,
+    snake,
+    to_degrees,
+)
+from .userdata import Data, FigureOptions, Landmark, Options, Time, UserData, World
+
+SECTIONS = ("name", "seed", "time", "world", "robot", "sensor", "landmark", "options", "figure", "data")
+
+
+def read_toml(path, overrides=None, models=()):
+    """Read a scenario file; see `UserData.from_toml`."""
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"no scenario file {path}")
+    with at(path.name):
+        try:
+            table = tomllib.loads(path.read_text(encoding="utf-8"))
+        except tomllib.TOMLDecodeError as error:
+            raise ValueError(f"this is not TOML: {error}") from error
+        except UnicodeDecodeError as error:
+            raise ValueError(f"this is not a text in UTF-8: {error}") from error
+        except RecursionError:
+            raise ValueError("this is nested too deeply") from None
+        return read_table({"name": path.stem} | table, overrides, models)
+
+
+def read_table(table, overrides=None, models=()):
+    """User data from nested dictionaries; see `UserData.from_dict`."""
+    table = copy.deepcopy(table)
+    for key, value in (overrides or {}).items():
+        override(table, key, value)
+    check_keys(table, SECTIONS)
+    known = Known(models)
+
+    robots = _entries(table, "robot", known.robot)
+    frame = robots[0].frame if robots else None
+    data = {
+        "robots": robots,
+        "sensors": _entries(table, "sensor", partial(known.sensor, frame=frame)),
+        "landmark": _section(table, "landmark", partial(known.landmark, frame=frame)),
+        "world": _section(table, "world", known.world) if "world" in table else None,
+        "data": _section(table, "data", _data) if "data" in table else None,
+        "options": _section(table, "options", known.options),
+        "time": _section(table, "time", partial(_plain_section, Time)),
+        "figure": _section(table, "figure", partial(_plain_section, FigureOptions)),
+    }
+    return plain(UserData, {key: table[key] for key in ("name", "seed") if key in table}, **data)
+
+
+def _section(table, name, read):
+    with at(f"[{name}]"):
+        if not isinstance(table.get(name, {}), dict):
+            raise ValueError(f"this must be one table, written [{name}], got {shown(table[name])}")
+        return read(dict(table.get(name, {})))
+
+
+def _entries(table, name, read):
+    """The entries [[name]]; one without an id gets its number, from 1."""
+    entries = table.get(name, [])
+    entries = [entries] if isinstance(entries, dict) else entries
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise ValueError(f"{name} must be tables, each written [[{name}]], got {shown(entries)}")
+    made = []
+    for number, entry in enumerate(entries, 1):
+        with at(f"{name} {shown(entry.get('id', number))}"):
+            made.append(read({"id": number} | entry))
+    return made
+
+
+def _plain_section(cls, entry):
+    entry = to_degrees(entry, list(parameters(cls)))
+    check_keys(entry, parameters(cls))
+    return plain(cls, entry)
+
+
+def _data(entry):
+    return plain(Data, {"name": entry.pop("name")} if "name" in entry else {}, params=entry)
+
+
+class Known:
+    """The names that a file may use: what the package exports, and classes of the reader's own."""
+
+    def __init__(self, models=()):
+        own = {snake(cls.__name__): cls for cls in models}
+        having = lambda known, method: known | {n: c for n, c in own.items() if hasattr(c, method)}
+        is_association = lambda cls: inspect.isclass(cls) and hasattr(cls, "birth_id")
+        associations = {snake(n): c for n, c in inspect.getmembers(association, is_association)}
+        self.motions = having(exported(motion), "move")
+        self.sensors = having(exported(sensors), "project")
+        self.landmarks = having(exported(landmarks), "from_frame")
+        self.associations = having(associations, "birth_id")
+        self.worlds = functions(worlds)
+
+    def robot(self, entry):
+        """A robot: its own keys, its motion model's, and start values and controls by the model's fields."""
+        cls = look_up("motion model", _pop(entry, "motion", self.motions), self.motions)
+        own = _keys(Robot, without=("motion", "state", "state_std", "control", "control_std"))
+        groups = _groups(cls)
+        params, entry = _split(entry, cls, [*own, *groups], key="motion")
+
+        entry = to_degrees(entry, [*own, *groups])
+        values = {}
+        for key in [key for key in entry if key in groups]:
+            group, name = groups[key]
+            values.setdefault(group, {})[name] = entry.pop(key)
+        return plain(Robot, entry, motion=cls(**arguments(cls, params)), **values)
+
+    def sensor(self, entry, frame):
+        """A sensor: its own keys and those of its model."""
+        cls = look_up("sensor type", _pop(entry, "type", self.sensors), self.sensors)
+        own = _keys(Sensor, without=("model",))
+        params, entry = _split(entry, cls, own, key="type")
+        made = {"model": cls(**arguments(cls, params))}
+        if "landmark" in entry:
+            with at("landmark"):
+                made["landmark"] = self.landmark_type(entry.pop("landmark"), frame)
+        return plain(Sensor, to_degrees(entry, own), **made)
+
+    def landmark(self, entry, frame):
+        """How landmarks are stored."""
+        own, made = _keys(Landmark, without=("model",)), {}
+        if "type" in entry:
+            cls = look_up("landmark type", entry["type"], self.landmarks)
+            params, entry = _split({k: v for k, v in entry.items() if k != "type"}, cls, own, key="type")
+            made["model"] = self.landmark_type({"type": snake(cls.__name__)} | params, frame)
+        check_keys(entry, ["type", *own])
+        return plain(Landmark, entry, **made)
+
+    def landmark_type(self, entry, frame):
+        """A landmark type, from its name or a table. One that exists in 2D and in 3D is as the robots are."""
+        params = {"type": entry} if isinstance(entry, str) else dict(entry)
+        cls = look_up("landmark type", _pop(params, "type", self.landmarks), self.landmarks)
+        if frame is not None and "dim" in parameters(cls):
+            params = {"dim": frame.dim} | params
+        return cls(**arguments(cls, params))
+
+    def world(self, entry):
+        """A world: a function of `simulation.worlds` and its arguments."""
+        function = look_up("world", _pop(entry, "type", self.worlds), self.worlds)
+        values = arguments(function, entry)
+        takes_rng = "rng" in inspect.signature(function).parameters
+        return World(
+            build=lambda rng: function(rng, **values) if takes_rng else function(**values), type=function.__name__
+        )
+
+    def options(self, entry):
+        """Options; the association is a name, or a table with `type` and parameters."""
+        known, made = _keys(Options, without=("lmk_type", "n", "N")), {}
+        check_keys(entry, known)
+        if "association" in entry:
+            given = entry.pop("association")
+            with at("association"):
+                params = {"type": given} if isinstance(given, str) else dict(given)
+                cls = look_up("association", _pop(params, "type", self.associations), self.associations)
+                made["association"] = cls(**arguments(cls, params))
+        return plain(Options, entry, **made)
+
+
+def _pop(entry, key, known):
+    if key not in entry:
+        raise ValueError(f"{key} is missing; known: {', '.join(known)}")
+    return entry.pop(key)
+
+
+def _keys(cls, without):
+    return [name for name in parameters(cls) if name not in without]
+
+
+def _split(entry, cls, own, key):
+    """The parameters of a model and the keys of its owner, from a table that has both; the owner's come first."""
+    known = [key, *own, *(k for k in keys_of(cls) if k not in own)]
+    params = parameters(cls)
+    check_keys(entry, known, also=[*radian_keys(known), *(f"{name}_deg" for name in params), *params])
+    mine = {k: v for k, v in entry.items() if k not in own and k not in radian_keys(own)}
+    return mine, {k: v for k, v in entry.items() if k not in mine}
+
+
+def _groups(motion):
+    """Where a robot's keys for controls and start values go: "da_std_deg" -> ("control_std", "da_deg")."""
+    groups = {}
+    for group, names in (("control", motion.control_fields), ("state", motion.state_fields)):
+        for name in names:
+            groups[name], groups[std_key(name)] = (group, name), (f"{group}_std", name)
+    return groups

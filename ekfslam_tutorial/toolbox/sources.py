@@ -1,0 +1,136 @@
+"""Where controls and measurements come from, frame by frame: a simulator, or the recording of a run.
+
+Both give the estimator the same, a `Frame`. It does not know which of them it came from.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..simulation import Streams, draw, sim_motion, sim_observation
+from .structures import create_sim_structures
+
+
+@dataclass
+class Frame:
+    """What there is to estimate from in one frame.
+
+    Parameters
+    ----------
+    t, dt : float
+        Seconds since the start, and since the frame before.
+    controls : dict of int to (ndarray, ndarray)
+        Control u and its covariance U, by robot id.
+    raw : dict of int to SimObs
+        Measurements, by sensor id.
+    truth : dict of int to ndarray
+        True pose of each robot, NaN where not known; not for the estimator, except for robots with known pose.
+    """
+
+    t: float
+    dt: float
+    controls: dict
+    raw: dict
+    truth: dict
+
+
+class Simulation:
+    """Simulated robots and sensors.
+
+    Parameters
+    ----------
+    data : UserData
+    seed : int
+    """
+
+    def __init__(self, data, seed):
+        self.sim_robs, self.sim_sens, self.sim_lmk, self._rngs = create_sim_structures(data, Streams(seed))
+        self._sen = {sen.id: sen for sen in self.sim_sens}
+        self._controls = {robot.id: (robot.controls(), robot.U()) for robot in data.robots}
+        self._dt = data.time.dt
+        self.starts = {}
+
+    def n_frames(self, tim):
+        """How many frames there are to be."""
+        return tim.last - tim.first + 1
+
+    def frame(self, i):
+        """Move all robots, let all sensors measure. Frames must be asked for in order, from 0."""
+        now = Frame((i + 1) * self._dt, (i + 1) * self._dt - i * self._dt, {}, {}, {})
+        for rob in self.sim_robs:
+            u, U = self._controls[rob.id]
+            rob.u = u[i % len(u)]
+            sim_motion(rob, now.dt)
+            for id in rob.sensors:
+                rngs = self._rngs["sensing", id], self._rngs["clutter", id]
+                now.raw[id] = sim_observation(rob, self._sen[id], self.sim_lmk, *rngs)
+            now.controls[rob.id] = rob.u + draw(self._rngs["motion", rob.id], U), U
+            now.truth[rob.id] = rob.frame.x
+        return now
+
+
+class Replay:
+    """A recording, played again.
+
+    Parameters
+    ----------
+    data : UserData
+    recording : Recording
+
+    Raises
+    ------
+    ValueError
+        If the recording lacks a robot, a sensor or a true pose that is needed.
+    """
+
+    sim_robs, sim_sens = (), ()
+
+    def __init__(self, data, recording):
+        self._rec, self._data = recording, data
+        self.sim_lmk = recording.landmarks
+        self._U = {robot.id: robot.U() for robot in data.robots}
+        _check_has("robot", [r.id for r in data.robots], recording.robots, recording.name)
+        _check_has("sensor", [s.id for s in data.sensors], recording.raw, recording.name)
+        for robot in data.robots:
+            self._check_robot(robot)
+        self.starts = {i: x[0] for i, x in recording.truth.items() if np.isfinite(x[0]).all()}
+        self._dt = np.diff(recording.t, prepend=0.0)
+
+    def _check_robot(self, robot):
+        rec, truth = self._rec, self._rec.truth.get(robot.id)
+        nu = sum(robot.motion.control_fields.values())
+        if rec.robots[robot.id].u.shape[1] != nu:
+            raise ValueError(
+                f"robot {robot.id} ({type(robot.motion).__name__}) takes {nu} controls, but the recording {rec.name!r} "
+                f"has {rec.robots[robot.id].u.shape[1]}"
+            )
+        if truth is not None and truth.shape[1] != robot.frame.size:
+            raise ValueError(f"robot {robot.id}: its truth has {truth.shape[1]} columns, needed are {robot.frame.size}")
+        if not robot.in_map and (truth is None or not np.isfinite(truth).all()):
+            raise ValueError(
+                f"robot {robot.id} is not in the map (in_map = false), so its pose must be known in every frame, "
+                f"but the recording {rec.name!r} does not have it"
+            )
+
+    def n_frames(self, tim):
+        """All frames of the recording, or as many as the user wants."""
+        wanted = np.inf if self._data.time.last is None else tim.last - tim.first + 1
+        return int(min(len(self._rec), wanted))
+
+    def frame(self, i):
+        """Frame i of the recording."""
+        rec = self._rec
+        controls = {}
+        for robot in self._data.robots:
+            log = rec.robots[robot.id]
+            controls[robot.id] = log.u[i], self._U[robot.id] if log.U is None else log.U[i]
+        raw = {s.id: rec.raw[s.id][i] for s in self._data.sensors}
+        truth = {r.id: rec.truth[r.id][i] for r in self._data.robots if r.id in rec.truth}
+        return Frame(float(rec.t[i]), float(self._dt[i]), controls, raw, truth)
+
+
+def _check_has(kind, ids, there, name):
+    missing = [i for i in ids if i not in there]
+    if missing:
+        known = ", ".join(map(str, there)) or "none"
+        raise ValueError(f"{kind} {missing[0]} is not in the recording {name!r}; {kind}s there: {known}")

@@ -1,0 +1,151 @@
+"""The main loop (the manual's universalSLAM): simulate or play back, estimate, hand over each frame."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..slam import correct_known_lmks, init_new_lmks, move, reopen_gate
+from .agreement import can_start, started_by
+from .sources import Replay, Simulation
+from .structures import create_slam_structures
+
+
+@dataclass
+class Snapshot:
+    """A run after one of its frames.
+
+    These are the live objects of the run, not copies: they are good until the next snapshot is drawn.
+
+    Parameters
+    ----------
+    k : int
+        Frame number.
+    t, dt : float
+        Seconds since the start, and since the frame before.
+    map : Map
+    robs, sens : list of Rob, list of Sen
+    lmks : dict of int to Lmk
+        By landmark id.
+    obs : dict of (int, int) to Obs
+        This frame's observations, by (sensor id, landmark id).
+    raw : dict of int to SimObs
+        This frame's measurements, by sensor id.
+    events : list of Event
+        What was done in this frame, in order.
+    refused : set of int
+        Ids of landmarks that were seen but not started, in any frame so far, because the map was full.
+    truth : dict of int to ndarray
+        True pose of each robot; NaN, or no entry, where it is not known.
+    sim_robs, sim_sens : sequences of SimRob and SimSen
+        Empty when a recording is played.
+    sim_lmk : SimLmk or None
+        True landmarks, where known.
+    """
+
+    k: int
+    t: float
+    dt: float
+    map: Any
+    robs: list
+    sens: list
+    lmks: dict
+    obs: dict
+    raw: dict
+    events: list
+    refused: set
+    truth: dict
+    sim_robs: Any
+    sim_sens: Any
+    sim_lmk: Any
+
+
+class Run:
+    """An iterator over the snapshots of a run; `len(run)` is the number of frames, for a progress bar."""
+
+    def __init__(self, snapshots, n_frames):
+        self._snapshots, self._n_frames = snapshots, n_frames
+
+    def __len__(self):
+        return self._n_frames
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        return next(self._snapshots)
+
+
+def universal_slam(data, recording=None, seed=None):
+    """Run a scenario.
+
+    Parameters
+    ----------
+    data : UserData
+    recording : Recording, optional
+        Controls and measurements to take instead of simulated ones.
+    seed : int, optional
+        Instead of `data.seed`.
+
+    Returns
+    -------
+    Run
+        A generator of `Snapshot`, one for each frame, that also knows how many there will be.
+
+    Raises
+    ------
+    ValueError, TypeError
+        At once, if the data do not fit together; later, if a measurement or a control is not finite.
+    """
+    if recording is None:
+        source = Simulation(data, data.seed if seed is None else seed)
+    else:
+        source = Replay(data, recording)
+    structures = create_slam_structures(data, source.sim_lmk, source.starts)
+    n_frames = source.n_frames(structures[-1])
+    return Run(_frames(data, source, n_frames, *structures), n_frames)
+
+
+def _frames(data, source, n_frames, map, robs, sens, lmks, tim):
+    """The loop: simulation, estimation, visualization."""
+    opt, obs, refused = data.slam_options(), {}, set()
+    sen_of = {sen.id: sen for sen in sens}
+    starts = {s.id: data.landmark.in_map and can_start(s.model, started_by(data, s)) for s in data.sensors}
+
+    for i in range(n_frames):
+        # 1. SIMULATION, or the next frame of a recording
+        now = source.frame(i)
+
+        # 2. ESTIMATION
+        events = []
+        for rob in robs:
+            rob.u, rob.U = now.controls[rob.id]
+            if rob.r is None:
+                rob.x[: rob.motion.frame.size] = now.truth[rob.id]
+            else:
+                move(map, rob, now.dt)
+            for sen in (sen_of[id] for id in rob.sensors):
+                raw = now.raw[sen.id]
+                done, new = correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
+                events += done + reopen_gate(map, rob, done, opt)
+                if starts[sen.id]:
+                    n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
+                    events += init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
+
+        # 3. VISUALIZATION, or whatever the caller does with a frame
+        refused = {*refused, *(e.lmk for e in events if e.kind == "refused")}.difference(lmks)
+        yield Snapshot(
+            k=tim.first + i,
+            t=now.t,
+            dt=now.dt,
+            map=map,
+            robs=robs,
+            sens=sens,
+            lmks=lmks,
+            obs=obs,
+            raw=now.raw,
+            events=events,
+            refused=refused,
+            truth=now.truth,
+            sim_robs=source.sim_robs,
+            sim_sens=source.sim_sens,
+            sim_lmk=source.sim_lmk,
+        )

@@ -1,0 +1,246 @@
+"""What the user writes: robots, sensors, world, time, landmarks, options (the manual's userData).
+
+The same data can be written as Python objects or as a TOML file. Degrees are allowed here and only here, in keys that
+end in `_deg`; `start` and `control` methods hand on SI units and radians.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..models.landmarks import EucPnt
+from ..slam import Options as SlamOptions
+from .agreement import check_agreement
+from .checks import numbers, shown, stds
+from .robots import Robot, Sensor
+
+__all__ = ["Data", "FigureOptions", "Landmark", "Options", "Robot", "Sensor", "Time", "UserData", "World"]
+
+
+@dataclass(kw_only=True)
+class World:
+    """Where the landmarks of the simulation are (manual: World).
+
+    Parameters
+    ----------
+    build : callable
+        rng -> ids (N,), points (N, d). `World.of` makes one of given points.
+    type : str
+        Its name, for the reader.
+    """
+
+    build: Any
+    type: str = ""
+
+    @classmethod
+    def of(cls, points, ids=None):
+        """A world of given points (N, d) in metres, with ids 1, 2, ... unless given."""
+        points = numbers("the points of the world", points, 2)
+        ids = np.arange(1, len(points) + 1) if ids is None else np.asarray(ids)
+        return cls(build=lambda rng: (ids, points), type="points")
+
+
+@dataclass(kw_only=True)
+class Time:
+    """Time (manual: Time).
+
+    Parameters
+    ----------
+    dt : float
+        Sampling period of the simulation, seconds. A recording has its own times.
+    first : int
+        Number of the first frame.
+    last : int or None
+        Number of the last frame; None for 100 simulated frames, or the whole recording.
+    """
+
+    dt: float = 0.1
+    first: int = 1
+    last: int | None = None
+
+    def __post_init__(self):
+        if not numbers("dt", self.dt) > 0:
+            raise ValueError(f"dt must be a positive number of seconds, got {self.dt}")
+        if self.last is not None and self.last < self.first:
+            raise ValueError(f"the last frame, {self.last}, comes before the first, {self.first}")
+
+
+@dataclass(kw_only=True)
+class Landmark:
+    """How landmarks are stored (manual: Landmark, and Opt.init).
+
+    Parameters
+    ----------
+    model : LmkType, optional
+        Type of new landmarks; Euclidean points if not given.
+    in_map : bool
+        False: the landmarks are known; the run is localisation.
+    non_obs_mean, non_obs_std : float or sequence
+        Prior of what a bearing does not measure: the inverse distance, 1/m.
+    """
+
+    model: Any = None
+    in_map: bool = True
+    non_obs_mean: Any = 0.01
+    non_obs_std: Any = 0.5
+
+    def __post_init__(self):
+        self.prior()
+
+    def prior(self):
+        """Mean n and covariance N of the prior."""
+        n = np.atleast_1d(numbers("non_obs_mean", self.non_obs_mean))
+        return n, np.diag(stds("non_obs_std", self.non_obs_std, len(n)) ** 2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(SlamOptions):
+    """Options of the estimation (manual: Opt): those of `slam.Options`, and the size of the map.
+
+    Landmark type and prior are not said here but in `Landmark`.
+
+    Parameters
+    ----------
+    capacity : int or None
+        Most states in the map (manual: numLmks times lmkSize, and the robots); None lets it grow.
+    """
+
+    capacity: int | None = None
+
+
+@dataclass(kw_only=True)
+class FigureOptions:
+    """What the figures show (manual: FigureOptions).
+
+    Parameters
+    ----------
+    view : str
+        'perspective', 'top', 'side', or 'self', out of the first sensor; empty for the usual one.
+    orbit_deg : float
+        The camera turns so much each frame.
+    k : float
+        Ellipses are drawn at k sigma.
+    labels : bool
+        Landmark ids beside the landmarks.
+    limits : sequence of pairs, optional
+        Lower and upper limit of each axis, metres.
+    period : int
+        A movie or a live view shows one frame in so many.
+    fps : float
+        Frames a second of a movie.
+    """
+
+    view: str = ""
+    orbit_deg: float = 0.0
+    k: float = 3.0
+    labels: bool = True
+    limits: Any = None
+    period: int = 1
+    fps: float = 10.0
+
+    def __post_init__(self):
+        for name in ("k", "period", "fps"):
+            if not numbers(name, getattr(self, name)) > 0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        if self.limits is not None:
+            limits = numbers("limits", self.limits, 2)
+            if limits.shape not in ((2, 2), (3, 2)) or (limits[:, 0] >= limits[:, 1]).any():
+                raise ValueError(f"limits must be a lower and an upper limit for each axis, got {shown(self.limits)}")
+
+
+@dataclass(kw_only=True)
+class Data:
+    """Which real log to use instead of the simulator: the name of a data set, and what its loader needs to know."""
+
+    name: str
+    params: dict = field(default_factory=dict)
+
+
+@dataclass(kw_only=True)
+class UserData:
+    """All the user has to say (manual: userData).
+
+    Parameters
+    ----------
+    name : str
+    seed : int
+        Of everything random.
+    robots, sensors : list of Robot, list of Sensor
+    landmark : Landmark
+    world : World, optional
+        Not needed with a recording.
+    time : Time
+    options : Options
+    figure : FigureOptions
+    data : Data, optional
+    """
+
+    name: str = "unnamed"
+    seed: int = 1
+    robots: list
+    sensors: list = field(default_factory=list)
+    landmark: Landmark = field(default_factory=Landmark)
+    world: World | None = None
+    time: Time = field(default_factory=Time)
+    options: Options = field(default_factory=Options)
+    figure: FigureOptions = field(default_factory=FigureOptions)
+    data: Data | None = None
+
+    def __post_init__(self):
+        if self.robots and self.landmark.model is None:
+            self.landmark = replace(self.landmark, model=EucPnt(self.frame.dim))
+        check_agreement(self)
+
+    @property
+    def frame(self):
+        """Frame2 or Frame3: whether the whole scenario is in the plane or in space."""
+        return self.robots[0].frame
+
+    @classmethod
+    def from_toml(cls, path, overrides=None, models=()):
+        """Read a scenario file.
+
+        Parameters
+        ----------
+        path : path
+        overrides : dict, optional
+            Values by dotted key, which replace those of the file: {"data.set": 7, "robot.1.dx_std": 0.01}.
+        models : iterable of classes
+            The reader's own motion models, sensors and landmark types, to be named in the file like the package's.
+
+        Raises
+        ------
+        FileNotFoundError
+        ValueError, TypeError
+            One sentence: file, entry, key, what was got and what was possible.
+        """
+        from .scenario import read_toml
+
+        return read_toml(path, overrides, models)
+
+    @classmethod
+    def from_dict(cls, table, overrides=None, models=()):
+        """The same from a dictionary that looks like the file."""
+        from .scenario import read_table
+
+        return read_table(table, overrides, models)
+
+    def slam_options(self):
+        """The options as the steps of `slam` take them: with landmark type and prior."""
+        n, N = self.landmark.prior()
+        return replace(self.options, lmk_type=self.landmark.model, n=n, N=N)
+
+    def for_robots(self, ids):
+        """The same scenario with these robots instead: copies of the first robot, each with copies of its sensors.
+
+        A robot's only sensor takes the robot's id; several take 10 id + 1, 10 id + 2, ...
+        """
+        first = self.robots[0]
+        own = [s for s in self.sensors if s.robot == first.id]
+        number = lambda i, j: i if len(own) == 1 else 10 * i + j + 1
+        return replace(
+            self,
+            robots=[replace(first, id=i, name=f"robot {i}") for i in ids],
+            sensors=[replace(s, id=number(i, j), robot=i) for i in ids for j, s in enumerate(own)],
+        )
