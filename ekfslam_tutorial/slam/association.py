@@ -46,10 +46,10 @@ class KnownIds:
     """Every measurement carries the id of its landmark: a simulator, or barcodes."""
 
     def __call__(self, map, obs, raw, sensor):
-        """Match by id. Returns Matches; anything may start a landmark whose id is not in use."""
-        index = {int(id): i for i, id in enumerate(raw.ids)}
+        """Match by id. Returns Matches; anything with an id may start a landmark, if that id is not in use."""
+        index = {int(id): i for i, id in enumerate(raw.ids) if id >= 0}
         pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
-        return Matches(pairs, [int(i) for i in np.argsort(raw.ids, kind="stable")])
+        return Matches(pairs, [int(i) for i in np.argsort(raw.ids, kind="stable") if raw.ids[i] >= 0])
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i; None if there is one already."""

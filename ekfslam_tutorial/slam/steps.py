@@ -260,7 +260,12 @@ def _free_slot(lmks):
 
 
 def _well_inside(sensor, y, margin):
-    """Whether a measurement would still be visible if each of its numbers were off by the margin."""
-    off = margin * np.concatenate([np.zeros((1, len(y))), np.eye(len(y)), -np.eye(len(y))])
+    """Whether a measurement would still be visible if each of its numbers were off by the margin.
+
+    The margin is in the unit of the first number, pixels for a camera; a depth in metres is left alone.
+    """
+    units = getattr(sensor, "units", None) or ("",) * len(y)
+    each = np.diag([float(unit == units[0]) for unit in units])
+    off = margin * np.concatenate([np.zeros((1, len(y))), each, -each])
     v, _ = sensor.retro(y + off)
     return bool(np.all(sensor.visible(y + off, v)))
