@@ -8,6 +8,7 @@ from .association import Jcbb, KnownIds, Matches, NearestNeighbour
 from .objects import Event, Lmk, Obs, Rob, Sen, Tim
 from .options import Options
 from .projection import normalize, place, project_lmks
+from .recovery import reopen_gate
 from .steps import add_landmark, correct_known_lmks, init_new_lmks, move
 
 __all__ = [
@@ -29,4 +30,5 @@ __all__ = [
     "normalize",
     "place",
     "project_lmks",
+    "reopen_gate",
 ]

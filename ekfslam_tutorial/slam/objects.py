@@ -31,6 +31,8 @@ class Rob:
         Control of this frame and its covariance.
     sensors : list of int
         Ids of the sensors it carries.
+    n_refused : int
+        How many of its innovations in a row have failed the gate.
     """
 
     id: int
@@ -42,6 +44,7 @@ class Rob:
     u: np.ndarray | None = None
     U: np.ndarray | None = None
     sensors: list = field(default_factory=list)
+    n_refused: int = 0
 
     def state(self, map):
         """State vector: the map's estimate, or the known one."""
@@ -219,7 +222,7 @@ class Event(NamedTuple):
     """Something that a step did, in the order in which it did it.
 
     kind is search (flag: a measurement was found), innovation (flag: it passed the gate), correction,
-    initialisation, refused (the map was full) or deletion.
+    initialisation, refused (the map was full), deletion or recovery (the gate of a lost robot was opened; lmk is -1).
     """
 
     kind: str

@@ -27,6 +27,11 @@ class Options:
     md2_threshold : float
         Innovation gate: a measurement with a squared Mahalanobis distance of this or more is not used
         (manual: MD2th).
+    reopen_after : int or None
+        A robot is lost when so many innovations in a row have failed the gate: its pose is then made more uncertain,
+        which opens the gate again; None for never.
+    reopen_std : tuple of 2 float
+        By how much: standard deviations of position (m) and of each angle (rad).
     reproject : bool
         Compute each expectation again from the corrected map before its own correction.
     reparametrize : bool
@@ -53,6 +58,8 @@ class Options:
     association: Any = field(default_factory=KnownIds)
     n_updates: int | None = None
     md2_threshold: float = np.inf
+    reopen_after: int | None = None
+    reopen_std: tuple = (0.3, 0.5)
     reproject: bool = True
     reparametrize: bool = False
     lin_test: float = 0.1

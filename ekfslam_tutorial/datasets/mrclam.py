@@ -1,0 +1,149 @@
+"""The UTIAS Multi-Robot Cooperative Localization and Mapping data sets (MRCLAM) as recordings.
+
+Five robots drive among 15 landmarks and each other, watch barcodes with a camera (range and bearing), and log their
+commanded speeds. Nine sets. K. Y. K. Leung, Y. Halpern, T. D. Barfoot, H. H. T. Liu, "The UTIAS Multi-Robot
+Cooperative Localization and Mapping Dataset", Int. J. Robotics Research 30(8):969-974, 2011.
+
+`mrclam_log` reads the files; here their rows become frames. The noise parameters are those of the whole family of
+sets; `docs/data_tuning.md` says how they were found.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..simulation import SimLmk
+from ..toolbox.recording import ControlLog, RawLog, Recording
+from .calibration import OdometryCalibration, self_calibration
+from .mrclam_log import read_set, truth_at
+from .odometry import OdometryNoise, steps
+from .sources import ENVIRONMENT, Source, data_folders, find
+
+NAME = r"mrclam[ _-]?(?:data)?(?:set)?[ _-]?"
+
+
+@dataclass(frozen=True)
+class SightingNoise:
+    """Standard deviations of one sighting: range sqrt(range_std^2 + (range_growth r)^2) m, bearing bearing_std rad."""
+
+    range_std: float
+    range_growth: float
+    bearing_std: float
+
+    def covariance(self, y):
+        """Covariances R (m, 2, 2) of sightings y (m, 2)."""
+        R = np.zeros((len(y), 2, 2))
+        R[:, 0, 0] = self.range_std**2 + (self.range_growth * y[:, 0]) ** 2
+        R[:, 1, 1] = self.bearing_std**2
+        return R
+
+
+ODOMETRY_NOISE = OdometryNoise(along=0.06, across=0.04, turn=0.15, drift=0.03)
+SIGHTING_NOISE = SightingNoise(range_std=0.2, range_growth=0.1, bearing_std=0.025)
+FAMILY = OdometryCalibration(left=0.94, right=0.94, spin=0.94, delay=0.2, source="typical")
+HOLD = 2.0
+"""Frames later than this after the last command are left out, s."""
+
+
+def find_set(number, path=None):
+    """Where one set is.
+
+    Parameters
+    ----------
+    number : int
+        1 to 9.
+    path : str or Path, optional
+        The set itself (folder or zip), or a folder to look in; the folders of `EKFSLAM_DATA` when not given.
+
+    Returns
+    -------
+    Source or None
+    """
+    if path is None:
+        found = find(f"{NAME}{number}")
+    elif re.fullmatch(NAME + r"\d+", Path(path).name.removesuffix(".zip"), re.IGNORECASE) or Path(path).is_file():
+        return Source(Path(path)) if Path(path).exists() else None
+    else:
+        found = find(f"{NAME}{number}", [path])
+    return found[0] if found else None
+
+
+def load(
+    number=9,
+    robots=(3,),
+    path=None,
+    calibration=None,
+    odometry_noise=ODOMETRY_NOISE,
+    sighting_noise=SIGHTING_NOISE,
+):
+    """One set as a recording: a frame whenever one of the robots sees something.
+
+    Parameters
+    ----------
+    number : int
+        Which set, 1 to 9.
+    robots : sequence of int
+        Which robots, 1 to 5. Robot r has the sensor r.
+    path : str or Path, optional
+        See `find_set`.
+    calibration : OdometryCalibration, optional
+        The same for all robots; without it every log calibrates itself (see `calibration`).
+    odometry_noise : OdometryNoise
+    sighting_noise : SightingNoise
+
+    Returns
+    -------
+    Recording
+        Controls are steps of `models.Odometry2` with their covariances; measurements are range and bearing of
+        landmarks with known ids. Sightings of other robots are counted in the notes and left out;
+        `mrclam_log.read_set` has them.
+
+    Raises
+    ------
+    FileNotFoundError
+        The set, or one of its files, is not there.
+    ValueError
+        A file is damaged: the message names file and line.
+    """
+    source = find_set(number, path)
+    if source is None:
+        places = str(path) if path else ", ".join(map(str, data_folders())) or f"{ENVIRONMENT}, which is not set"
+        raise FileNotFoundError(
+            f"MRCLAM set {number} is not found in {places}; wanted is MRCLAM_Dataset{number}.zip or its unpacked folder"
+        )
+    return recording(read_set(source, robots), calibration, odometry_noise, sighting_noise)
+
+
+def recording(log, calibration=None, odometry_noise=ODOMETRY_NOISE, sighting_noise=SIGHTING_NOISE):
+    """Frames of the logs of a set; parameters as in `load`."""
+    notes = list(log.notes)
+    times = _frames(log, notes)
+    controls, raw, truth = {}, {}, {}
+    for r, robot in log.robots.items():
+        s = robot.landmarks
+        fit = calibration or self_calibration(robot.odometry, s.t, s.ids, s.y, FAMILY)
+        notes.append(f"robot {r}: odometry {fit}")
+        t, v, w = robot.odometry.T
+        controls[r] = ControlLog(*steps(t + fit.delay, v, fit.turn_rate(v, w), times, odometry_noise))
+        offsets = np.searchsorted(s.t, np.append(times, np.nextafter(times[-1], np.inf)))
+        s = s.where(slice(offsets[0], offsets[-1]))
+        raw[r] = RawLog(r, offsets - offsets[0], s.ids, s.y, sighting_noise.covariance(s.y))
+        truth[r] = truth_at(robot, times)
+    landmarks = SimLmk(log.ids, log.points)
+    return Recording(log.name, times - times[0], controls, raw, truth, landmarks, notes)
+
+
+def _frames(log, notes):
+    """Times at which a robot sees something, as long as there are commands."""
+    times = np.unique(np.concatenate([s.t for r in log.robots.values() for s in (r.landmarks, r.robots)]))
+    if not len(times):
+        raise ValueError(f"{log.name}: robots {list(log.robots)} have not seen anything")
+    end = max(r.odometry[-1, 0] for r in log.robots.values()) + HOLD
+    late = times > end
+    if late.any():
+        notes.append(
+            f"odometry ends {times[-1] - end + HOLD:.0f} s before the last sighting: {late.sum()} frames left out"
+        )
+    return times[~late]
