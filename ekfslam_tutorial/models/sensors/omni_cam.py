@@ -40,32 +40,39 @@ def omni_project(p, d):
         return u, U_p, axis[..., :, None] * RHO_d[..., None, :]
 
 
-def omni_retro(u, c):
-    """Metric image point to unit ray: [u; g(|u|)], normalised, with the backward polynomial c.
+def omni_ray(u, c):
+    """Metric image point to the ray [u; g(|u|)] with the backward polynomial c. Of any length.
 
-    Returns p (..., 3), P_u (..., 3, 2), P_c (..., 3, len(c)).
+    Returns v (..., 3), V_u (..., 3, 2), V_c (..., 3, len(c)).
     """
     r = np.sqrt((u * u).sum(-1))
     z, z_r, Z_c = polynomial(c, r)
     axis = u / np.where(r > 0, r, 1.0)[..., None]
-    p, P_v = unit(np.concatenate([u, z[..., None]], -1))
     V_u = np.concatenate([np.broadcast_to(np.eye(2), (*u.shape, 2)), (z_r[..., None] * axis)[..., None, :]], -2)
-    return p, P_v @ V_u, P_v[..., :, 2:] * Z_c[..., None, :]
+    V_c = np.concatenate([np.zeros((*u.shape, len(c))), Z_c[..., None, :]], -2)
+    return np.concatenate([u, z[..., None]], -1), V_u, V_c
+
+
+def omni_retro(u, c):
+    """Metric image point to unit ray: `omni_ray`, normalised. Returns p, P_u, P_c."""
+    v, V_u, V_c = omni_ray(u, c)
+    p, P_v = unit(v)
+    return p, P_v @ V_u, P_v @ V_c
 
 
 def omni_pixellise(u, k):
-    """Metric image point to pixel [c x + d y + xc, e x + y + yc], k = [xc, yc, c, d, e]. Returns y, Y_u, Y_k."""
+    """Metric image point to pixel [x + e y + xc, d x + c y + yc], k = [xc, yc, c, d, e]. Returns y, Y_u, Y_k."""
     xc, yc, c, d, e = k
-    A = np.array([[c, d], [e, 1.0]])
+    A = np.array([[1.0, e], [d, c]])
     x, y, zero, one = u[..., 0], u[..., 1], np.zeros_like(u[..., 0]), np.ones_like(u[..., 0])
-    Y_k = np.stack([np.stack([one, zero, x, y, zero], -1), np.stack([zero, one, zero, zero, x], -1)], -2)
+    Y_k = np.stack([np.stack([one, zero, zero, zero, y], -1), np.stack([zero, one, y, x, zero], -1)], -2)
     return u @ A.T + [xc, yc], A, Y_k
 
 
 def omni_depixellise(y, k):
     """Pixel to metric image point, the inverse of `omni_pixellise`. Returns u, U_y, U_k."""
     xc, yc, c, d, e = k
-    U_y = np.linalg.inv(np.array([[c, d], [e, 1.0]]))
+    U_y = np.linalg.inv(np.array([[1.0, e], [d, c]]))
     u = (y - np.array([xc, yc])) @ U_y.T
     return u, U_y, -U_y @ omni_pixellise(u, k)[2]
 
@@ -91,7 +98,7 @@ class OmniCam(Imager):
     Parameters
     ----------
     k : sequence of 5 floats
-        Affine pixel map [xc, yc, c, d, e]: centre in pixels, and [[c, d], [e, 1]].
+        Affine pixel map [xc, yc, c, d, e]: centre in pixels, and the matrix [[1, e], [d, c]].
     d : sequence of floats
         Forward polynomial, lowest power first: image radius (pixels) from the elevation over the mirror plane (rad).
     c : sequence of floats, optional
@@ -136,13 +143,9 @@ class OmniCam(Imager):
         return y, Y_p
 
     def retro(self, y):
-        """Pixel to a unit ray. Returns v, V_y."""
-        y = np.asarray(y, float)
-        if self.c is not None:
-            v, V_y, _, _ = inv_omni_cam(y, self.k, self.c)
-            return v, V_y
-        u, U_y, _ = omni_depixellise(y, self.k)
-        v, V_u = self._exact_retro(u)
+        """Pixel to a ray of any length; a landmark's birth normalises it. Returns v, V_y."""
+        u, U_y, _ = omni_depixellise(np.asarray(y, float), self.k)
+        v, V_u = self._exact_retro(u) if self.c is None else omni_ray(u, self.c)[:2]
         return v, V_u @ U_y
 
     def _exact_retro(self, u, iterations=50):
