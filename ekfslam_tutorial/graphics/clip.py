@@ -41,7 +41,8 @@ def pyramid(frame, half: Array, near: float) -> Region:
 def inside(p: Array, region: Region) -> Array:
     """Return which points p (..., d) lie in the region; a point that is not finite does not."""
     N, c = region
-    return np.all(p @ N.T <= c, axis=-1)
+    with np.errstate(invalid="ignore"):  # infinity times 0
+        return np.all(p @ N.T <= c, axis=-1)
 
 
 def clip_curves(curves: Array, region: Region) -> Array:
@@ -61,7 +62,8 @@ def clip_curves(curves: Array, region: Region) -> Array:
     N, c = region
     curves = np.asarray(curves, dtype=float)
     curves = curves.reshape(-1, *curves.shape[-2:])
-    outside = curves @ N.T - c  # (curve, point, wall), metres times |N| outside that wall
+    with np.errstate(invalid="ignore"):
+        outside = curves @ N.T - c  # (curve, point, wall), metres times |N| outside that wall
     whole = np.all(outside <= 0, axis=(1, 2))
     a, b = curves[~whole, :-1], curves[~whole, 1:]
     ga, gb = outside[~whole, :-1], outside[~whole, 1:]

@@ -91,10 +91,14 @@ class MapFig:
     ):
         self.dim, self.k, self.title, self.labels = snapshot.robs[0].motion.frame.dim, k, title, labels
         self.fig = plt.figure(figsize=figsize)
-        self.view = View(self.fig, self.dim, room=1.5 if legend else 0.0)
+        self.view = View(self.fig, self.dim, room=1.2 if legend else 0.0)
         self.axes = self.view.axes
         self._fixed = limits is not None
-        self.limits = np.array(limits, dtype=float) if self._fixed else fit_limits(self._contents(snapshot))
+        self.limits = (
+            np.array(limits, dtype=float)
+            if self._fixed
+            else fit_limits(self._contents(snapshot, lmk_points(snapshot, self.dim)))
+        )
         self.size = size or np.ptp(self.limits[:2], axis=1).max() / 30
         self.sens = {sen.id: sen for sen in snapshot.sens}
         self._make(snapshot, figsize)
@@ -142,10 +146,10 @@ class MapFig:
                 "updated": new_line(ax, **line(UPDATED, linewidth=1.8, zorder=4)),
                 "rejected": new_line(ax, **line(REJECTED, linewidth=2.0, zorder=4)),
             },
-            label=Labels(ax, fontsize=10, color=BLACK, ha="left", va="bottom", zorder=8, clip_on=True),
+            label=Labels(ax, size=11, color=BLACK, zorder=8),
         )
         self.rob_ellipse = new_line(ax, **line(ESTIMATE, **wire))
-        self.rob_label = Labels(ax, fontsize=12, color=ESTIMATE["color"], zorder=9)
+        self.rob_label = Labels(ax, size=12, shift=(12.0, 8.0), color=ESTIMATE["color"], zorder=9)
         self.sim_lmk = new_line(ax, **points(TRUTH, markersize=9.0, markeredgewidth=1.0), zorder=4)
         for rob in snapshot.robs:
             self.est_rob[rob.id] = self._body(ESTIMATE, path=True)
@@ -153,7 +157,7 @@ class MapFig:
             self.est_sen[sen.id] = self._body(ESTIMATE)
         for rob in true_frames(snapshot):
             self._true_body(rob)
-        for sen in getattr(snapshot, "sim_sens", None) or []:
+        for sen in snapshot.sim_sens:
             self.sim_sen[sen.id] = self._body(TRUTH)
 
     def _body(self, style, path=False) -> BodyArtists:
@@ -175,7 +179,7 @@ class MapFig:
         if self.sim_rob:
             entries["true path and robot"] = next(iter(self.sim_rob.values())).path
         entries["estimated landmark, id"] = self.est_lmk.mean
-        if getattr(snapshot, "sim_lmk", None) is not None:
+        if snapshot.sim_lmk is not None:
             entries["true landmark"] = self.sim_lmk
         entries[sigma_label(self.k, self.dim)] = self.est_lmk.ellipse["estimate"]
         entries["... updated in this frame"] = self.est_lmk.ellipse["updated"]
@@ -186,8 +190,9 @@ class MapFig:
 
     def update(self, snapshot) -> None:
         """Show another frame in the same artists. The caller decides when to draw the canvas."""
+        lmks = lmk_points(snapshot, self.dim)
         if not self._fixed:
-            self.limits = fit_limits(self._contents(snapshot), self.limits)
+            self.limits = fit_limits(self._contents(snapshot, lmks), self.limits)
         robs = {rob.id: rob.frame(snapshot.map) for rob in snapshot.robs}
         sens = {sen.id: robs[sen.robot].compose(sen.frame(snapshot.map))[0] for sen in snapshot.sens}
         region = self.view.show(self.limits, sens)
@@ -197,8 +202,8 @@ class MapFig:
         for id, frame in sens.items():
             self._place(self.est_sen[id], self._sensor(id), frame, region)
         self._update_robot_ellipses(snapshot, region)
-        self._update_lmks(snapshot, region)
-        put(self.ground, clip_curves(self._ground(), region))
+        self._update_lmks(snapshot, lmks, region)
+        put(self.ground, np.concatenate([clip_curves(self._ground(), region), self.view.border]))
         n = len(snapshot.lmks)
         self.heading.set_text(
             f"{self.title + ': ' if self.title else ''}frame {snapshot.k}, t = {snapshot.t:.1f} s, "
@@ -209,7 +214,7 @@ class MapFig:
         frames = true_frames(snapshot)
         for id, frame in frames.items():
             self._place(self._true_body(id), self._robot(id), frame, region, snapshot.k)
-        for sen in getattr(snapshot, "sim_sens", None) or []:
+        for sen in snapshot.sim_sens:
             frame = frames[sen.robot].compose(sen.frame)[0]
             self._place(self.sim_sen[sen.id], self._sensor(sen.id), frame, region)
         put(self.sim_lmk, _keep(_true_points(snapshot, self.dim), region))
@@ -234,7 +239,7 @@ class MapFig:
         if body.path is not None and k is not None:
             if body.past and k <= next(reversed(body.past)):  # gone back, or drawn twice
                 body.past = {j: p for j, p in body.past.items() if j < k}
-            body.past[k] = frame.t
+            body.past[k] = np.array(frame.t)  # a copy: the frame is a view into the live map
             put(body.path, clip_curves(np.array(list(body.past.values())), region))
 
     def _update_robot_ellipses(self, snapshot, region) -> None:
@@ -245,12 +250,12 @@ class MapFig:
         put(self.rob_ellipse, clip_curves(self._ellipses(mean, cov), region))
         if len(snapshot.robs) > 1:  # one robot needs no name
             for rob in snapshot.robs:
-                names[rob.id] = f"  {rob.name or rob.id}"
+                names[rob.id] = rob.name or f"robot {rob.id}"
                 where[rob.id] = _keep(rob.frame(snapshot.map).t[None], region)[0]
         self.rob_label.put(where, names)
 
-    def _update_lmks(self, snapshot, region) -> None:
-        ids, mean, cov = lmk_points(snapshot, self.dim)
+    def _update_lmks(self, snapshot, lmks, region) -> None:
+        ids, mean, cov = lmks
         states = lmk_states(snapshot)
         curves = self._ellipses(mean, cov)
         mean = _keep(mean, region)
@@ -259,7 +264,7 @@ class MapFig:
         for state, artist in self.est_lmk.ellipse.items():
             put(artist, clip_curves(curves[drawn_as == state], region))
         if self.labels:
-            self.est_lmk.label.put(dict(zip(ids, mean, strict=True)), {id: f" {id}" for id in ids})
+            self.est_lmk.label.put(dict(zip(ids, mean, strict=True)))
 
     def _ellipses(self, mean, cov) -> Array:
         return (ellipse_points if self.dim == 2 else ellipsoid_wires)(mean, cov, self.k)
@@ -269,11 +274,11 @@ class MapFig:
         height = np.clip(0.0, *limits[2]) if self.dim == 3 else 0.0
         return ground_grid(limits, nice_step(np.ptp(limits[:2], axis=1).max()), height)
 
-    def _contents(self, snapshot) -> Array:
+    def _contents(self, snapshot, lmks) -> Array:
         """Points that the limits must hold: robots, true landmarks, estimates that know where they are."""
         d = self.dim
         robs = [rob.frame(snapshot.map).t for rob in snapshot.robs]
-        _, mean, cov = lmk_points(snapshot, d)
+        _, mean, cov = lmks
         world = np.concatenate([np.array(robs), *(f.t[None] for f in true_frames(snapshot).values())])
         world = np.concatenate([world, _true_points(snapshot, d)])
         spread = self.k * np.sqrt(np.trace(cov, axis1=1, axis2=2))
@@ -282,8 +287,7 @@ class MapFig:
 
 
 def _true_points(snapshot, dim: int) -> Array:
-    sim_lmk = getattr(snapshot, "sim_lmk", None)
-    return np.zeros((0, dim)) if sim_lmk is None else np.asarray(sim_lmk.points, dtype=float)
+    return np.zeros((0, dim)) if snapshot.sim_lmk is None else np.asarray(snapshot.sim_lmk.points, dtype=float)
 
 
 def _keep(p: Array, region) -> Array:

@@ -8,9 +8,9 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .artists import dim_of, draw_legend
+from .artists import Labels, dim_of, draw_legend
 from .bodies import ground_grid, nice_step
-from .clip import box, clip_curves
+from .clip import box, clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated, sigma_label
 from .style import BLACK, DEAD_RECKONING, ESTIMATE, LIGHT_GREY, TRUTH, line, points
 from .views import View, fit_limits
@@ -88,9 +88,8 @@ def map_picture(
     ax.plot(*mean.T, **points(ESTIMATE), zorder=6, label="estimated landmark")
     if len(true_points):
         ax.plot(*true_points.T, **points(TRUTH, markeredgewidth=1.1), zorder=5, label="true landmark")
-    for id, p in zip(ids, mean, strict=True):
-        if ((p >= limits[:, 0]) & (p <= limits[:, 1])).all():
-            ax.text(*p, f" {id}", fontsize=12 if len(ids) <= 40 else 9, color=BLACK, ha="left", va="bottom", zorder=7)
+    shown = {id: p for id, p in zip(ids, mean, strict=True) if inside(p, box(limits))}
+    Labels(ax, size=12 if len(ids) <= 40 else 10, color=BLACK, zorder=7).put(shown)
     handles, names = ax.get_legend_handles_labels()
     if view is None:
         ax.set_title(title)
@@ -111,11 +110,14 @@ def _by_name(path) -> dict[str, Array]:
 
 
 def _plot_paths(ax, paths, style, label, zorder) -> None:
+    ends = {}
     for i, (name, p) in enumerate(paths.items()):
         ax.plot(*p.T, **line(style, linewidth=1.8), zorder=zorder, label=label if i == 0 else None)
         known = np.flatnonzero(np.isfinite(p).all(axis=1))
-        if name and len(known) and style is ESTIMATE and len(paths) > 1:
-            ax.text(*p[known[-1]], f" {name}", color=style["color"], fontsize=12, zorder=8)
+        if len(known):
+            ends[name] = p[known[-1]]
+    if len(paths) > 1 and style is ESTIMATE:  # one robot needs no name
+        Labels(ax, size=12, shift=(12.0, 8.0), color=style["color"], zorder=8).put(ends)
 
 
 def _frame(ax, limits) -> None:

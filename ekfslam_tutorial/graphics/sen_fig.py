@@ -71,10 +71,10 @@ class SenFig:
         self.expected, self.ellipse = {}, {}
         for state, style in STATE_STYLE.items():
             self.ellipse[state] = new_line(ax, **line(style, linewidth=1.6), zorder=3)
-            self.expected[state] = new_line(ax, **points(style), zorder=5)
-        self.measure = new_line(ax, **points(MEASUREMENT, markersize=10, markeredgewidth=2), zorder=6)
+            self.expected[state] = new_line(ax, **points(style, markersize=5, markeredgewidth=1.2), zorder=5)
+        self.measure = new_line(ax, **points(MEASUREMENT, markersize=9, markeredgewidth=1.5), zorder=6)
         self.new = new_line(ax, **points(ESTIMATE, fillstyle="none", markersize=13, marker="o"), zorder=4)
-        self.label = Labels(ax, fontsize=11, color=BLACK, ha="left", va="bottom", zorder=7, clip_on=True)
+        self.label = Labels(ax, size=11, color=BLACK, zorder=7)
         self.heading = self.fig.text(0.5, 0.975, "", ha="center", va="top", fontsize=14)
         entries = {
             "raw measurement": self.raw,
@@ -99,10 +99,12 @@ class SenFig:
         where = self._update_expected(seen) | dict(zip(raw_ids[is_new].tolist(), p_raw[is_new], strict=True))
         self.space.show(np.concatenate([p_raw, np.array(list(where.values())).reshape(-1, 2)]))
         if self.labels:
-            self.label.put(where, {id: f" {id}" for id in where})
+            self.label.put(where)
         count = {state: sum(obs_state(obs) == state for obs in seen) for state in STATES}
         words = [f"{n} {state}" for state, n in count.items() if n] + [f"{len(new)} new"] * bool(new)
-        self.heading.set_text(f"{self.sen.name or self.sen.id}, frame {snapshot.k}: {', '.join(words) or 'nothing'}")
+        self.heading.set_text(
+            f"{self.sen.name or f'sensor {self.sen.id}'}, frame {snapshot.k}: {', '.join(words) or 'nothing'}"
+        )
 
     def _raw(self, snapshot) -> tuple[Array, Array]:
         raw = snapshot.raw.get(self.sen.id)

@@ -44,11 +44,6 @@ def lmk_points(snapshot, dim: int) -> tuple[list, Array, Array]:
 
 
 def true_frames(snapshot) -> dict[Any, Any]:
-    """Return the true frame of each robot whose truth is known now: from the simulator or from a recording."""
-    sim = getattr(snapshot, "sim_robs", None) or []
-    frames = {rob.id: rob.frame for rob in sim}
-    for rob, x in (getattr(snapshot, "truth", None) or {}).items():
-        frame = next(r.motion.frame for r in snapshot.robs if r.id == rob)
-        if rob not in frames and np.isfinite(x).all():
-            frames[rob] = frame(x)
-    return frames
+    """Return the true frame of each robot, by id, where it is known in this frame."""
+    kind = {rob.id: rob.motion.frame for rob in snapshot.robs}
+    return {id: kind[id](x) for id, x in snapshot.truth.items() if np.isfinite(x).all()}

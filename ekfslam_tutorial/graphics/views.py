@@ -38,7 +38,7 @@ class View:
         What to leave free under the axes for a legend, inches.
     """
 
-    def __init__(self, fig, dim: int, room: float = 1.5):
+    def __init__(self, fig, dim: int, room: float = 1.2):
         self.dim, self.name, self.shown = dim, "top", np.zeros((dim, 2))
         self.sensor: Any = None
         self.axes: Any
@@ -82,14 +82,16 @@ class View:
     def show(self, limits: Array, frames: dict) -> Region:
         """Set axes and camera for the world's limits and the sensors' frames; return the region to draw in.
 
-        `shown` then holds the limits of the part of the world that the axes show.
+        `shown` then holds the limits of the part of the world that the axes show, and `border` the frame of the
+        picture if the view is that of a camera.
         """
-        before, self.shown = self.shown, limits
+        before, self.shown, self.border = self.shown, limits, np.zeros((0, self.dim))
         if self.name == "self":
             frame = frames[self.sensor.id]
             if self.dim == 3:
                 half = half_view(self.sensor.model)
                 self.axes.camera = look_from(frame, half)
+                self.border = picture_border(frame, half)
                 return pyramid(frame, half, near=0.01 * np.ptp(limits, axis=1).max())
             self.shown = frame.t[:, None] + np.ptp(limits, axis=1).max() / 5 * np.array([-1, 1])
         if not np.array_equal(self.shown, before):
@@ -119,9 +121,15 @@ def half_view(model) -> Array:
     return np.maximum(centre, np.array(size) - centre) / focal
 
 
+def picture_border(frame, half: Array) -> Array:
+    """Return the frame of the picture as a closed line (5, 3) in the world."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
+    return np.column_stack([corners, np.ones(5)]) @ frame.R.T + frame.t
+
+
 def look_from(frame, half: Array) -> Array:
     """Return the matrix that draws the world as a camera sees it: x / z to the right, y / z downwards."""
-    f = 0.08 / max(half)  # matplotlib's 3D axes show about -0.09 to 0.09 of the projected plane
+    f = 0.075 / max(half)  # matplotlib's 3D axes show about -0.09 to 0.09 of the projected plane
     lens = np.array([[f, 0, 0, 0], [0, -f, 0, 0], [0, 0, 0, -1], [0, 0, 1, 0]])
     to_camera = np.eye(4)
     to_camera[:3, :3], to_camera[:3, 3] = frame.R.T, -frame.R.T @ frame.t

@@ -116,9 +116,7 @@ def test_nan_separated_keeps_every_curve():
     curves = np.arange(24.0).reshape(3, 4, 2)
     joined = nan_separated(curves)
     parts = np.split(joined, np.flatnonzero(np.isnan(joined[:, 0])))
-    np.testing.assert_array_equal(
-        np.concatenate([p[np.isfinite(p[:, 0])] for p in parts]), curves.reshape(-1, 2)
-    )
+    np.testing.assert_array_equal(np.concatenate([p[np.isfinite(p[:, 0])] for p in parts]), curves.reshape(-1, 2))
 
 
 ROLES = ["TRUTH", "ESTIMATE", "MEASUREMENT", "REJECTED", "PREDICTED", "UPDATED", "DEAD_RECKONING"]
