@@ -31,6 +31,7 @@ class BearingOnly2:
     dim: ClassVar[int] = 2
     bearing_only: ClassVar[bool] = True
     units: ClassVar = ("rad",)
+    angles: ClassVar = ("bearing_std", "fov")  # parameters in radians; users may write them in degrees, as NAME_deg
 
     def __post_init__(self):
         _positive(self, "bearing_std", "max_range", "fov")

@@ -52,6 +52,7 @@ class RangeBearing:
     dim: ClassVar[int] = 2
     bearing_only: ClassVar[bool] = False
     units: ClassVar = ("m", "rad")
+    angles: ClassVar = ("bearing_std", "fov")  # parameters in radians; users may write them in degrees, as NAME_deg
 
     def __post_init__(self):
         _positive(self, "range_std", "bearing_std", "max_range", "fov")
