@@ -1,0 +1,44 @@
+"""`make test`: its summary counts what pytest reports, and nothing bad gets lost."""
+
+import pytest
+
+from tools import run_tests
+
+REPORT = """<?xml version="1.0"?><testsuites><testsuite name="pytest" errors="1" failures="2" skipped="3" tests="10"/>
+</testsuites>"""
+
+
+def record(**changes):
+    return {"name": "tests", "ok": True, "passed": 5, "failed": 0, "skipped": 1, "s": 1.0, **changes}
+
+
+def test_count_reads_the_report(tmp_path):
+    (tmp_path / "report.xml").write_text(REPORT)
+    assert run_tests.count(tmp_path / "report.xml") == {"passed": 4, "failed": 3, "skipped": 3}
+
+
+def test_a_run_without_a_report_has_failed(tmp_path):
+    assert run_tests.count(tmp_path / "report.xml")["failed"] == 1
+
+
+def test_summary_of_good_runs(capsys):
+    assert run_tests.summary([record(), record(passed=7)]) == 0
+    assert capsys.readouterr().out.endswith("12 passed, 0 failed, 2 skipped\n")
+
+
+@pytest.mark.parametrize("bad", [record(ok=False, failed=2), record(ok=False, passed=0)])
+def test_one_bad_run_fails_the_whole(capsys, bad):
+    assert run_tests.summary([record(), bad, record()]) == 1
+    assert f"{max(bad['failed'], 1)} failed" in capsys.readouterr().out
+
+
+def test_a_run_of_pytest_is_counted(tmp_path, monkeypatch):
+    (tmp_path / "test_trial.py").write_text("def test_good(): pass\ndef test_bad(): assert False\n")
+    monkeypatch.chdir(tmp_path)
+    result = run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")
+    assert (result["ok"], result["passed"], result["failed"]) == (False, 1, 1)
+
+
+def test_a_run_that_finds_no_test_is_bad(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert not run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")["ok"]
