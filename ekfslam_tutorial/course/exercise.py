@@ -227,15 +227,24 @@ class Exercise:
         """
         calls = calls[:20] + calls[20:][-20:]
         truth = {id(call): self._result(self.solution, call.args) for call in calls}
-        parts = (part, None) if part is not None else (None,)
-        for p in parts:
-            wrong = [c for c in calls if not self._alike(c.result, truth[id(c)], p)]
-            right = [c for c in calls if self._alike(c.result, truth[id(c)], p)]
-            sample = wrong[-6:] + right[-4:]
-            for m in self.misconceptions if wrong else ():
-                if all(self._alike(c.result, self._result(m.answer, c.args), p) for c in sample):
-                    return m
+        for p in (part, None) if part is not None else (None,):
+            fitting = self._fitting(calls, truth, p)
+            if fitting:  # of those that fit in one part, one may fit as a whole
+                whole = self._fitting(calls, truth, None) if p is not None else []
+                return next((m for m in fitting if m in whole), fitting[0])
         return None
+
+    def _fitting(self, calls, truth, part):
+        """The misconceptions that answer as the student did, compared in one part or as a whole."""
+        right, wrong = [], []
+        for call in calls:
+            (right if self._alike(call.result, truth[id(call)], part) else wrong).append(call)
+        sample = wrong[-6:] + right[-4:]
+        return [
+            m
+            for m in (self.misconceptions if wrong else ())
+            if all(self._alike(c.result, self._result(m.answer, c.args), part) for c in sample)
+        ]
 
     def _result(self, function, args):
         f = guard.Guarded(function, self.parameters())

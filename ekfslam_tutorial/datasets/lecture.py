@@ -108,6 +108,7 @@ def odometry(k):
 def true_landmarks():
     """The true map: ids, shape (N,), and positions, shape (N, 2), m."""
     landmarks = load_data().landmarks
+    assert landmarks is not None  # the log has them
     return landmarks.ids.copy(), landmarks.points.copy()
 
 
