@@ -1,7 +1,7 @@
 """Make the small part of the recorded numbers that is kept here: `python -m tests.golden.extract DIR`.
 
-DIR holds `functions/`, `runs/` and `exact/`. Written: `data/functions/*.json`, a record of each kind of call, and `data/runs`,
-the first frames of some runs.
+DIR holds `functions/`, `runs/` and `exact/`. Written: `data/functions/*.json`, a record of each kind of call, and
+`data/runs`, the first frames of some runs.
 """
 
 import argparse

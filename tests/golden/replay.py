@@ -1,0 +1,109 @@
+"""Replay of a recorded run through this package's own steps, and the references it is compared with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ekfslam_tutorial.geometry import Frame3
+from ekfslam_tutorial.slam import correct_known_lmks, init_new_lmks, move
+
+from .scenario import LANDMARKS, TYPES
+
+KINDS = {"search": 0, "innovation": 1, "correction": 2, "initialisation": 3, "deletion": 4}
+
+
+@dataclass
+class Run:
+    """What came out of a run.
+
+    Parameters
+    ----------
+    events : ndarray of int, shape (M, 6)
+        [event, frame, robot, sensor, landmark id, flag], in order; the flag of an innovation tells whether it passed
+        the gate, other flags are 0.
+    poses : ndarray, shape (F, robots, 7)
+        At the end of each frame, with unit quaternions.
+    points : dict of int to ndarray, shape (3,)
+        Landmarks at the end, as Euclidean points, by id.
+    covariances : dict of int to ndarray, shape (3, 3)
+    """
+
+    events: np.ndarray
+    poses: np.ndarray
+    points: dict
+    covariances: dict
+
+
+def replay(scenario, births=False):
+    """Run the filter on the recorded controls and measurements; all decisions are its own.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    births : bool
+        See `Scenario.start`.
+
+    Returns
+    -------
+    Run
+    """
+    map, robots, sensors, opt = scenario.start(births)
+    lmks, obs, events, poses = {}, {}, [], []
+    for frame in range(scenario.n_frames):
+        n_max = opt.n_inits[frame > 0]
+        for i, rob in robots.items():
+            rob.u = scenario.control(frame, i)
+            move(map, rob, scenario.data["Time"]["dt"])
+            for s in rob.sensors:
+                raw = scenario.raw(frame, s)
+                happened, new = correct_known_lmks(map, rob, sensors[s], lmks, obs, raw, opt)
+                happened += init_new_lmks(map, rob, sensors[s], lmks, raw, new, opt, n_max)
+                events += [row(event, frame + 1) for event in happened if event.kind in KINDS]
+        poses.append([rob.state(map)[:7].copy() for rob in robots.values()])
+    found = {id: lmk.point(map) for id, lmk in lmks.items()}
+    points, covariances = ({id: f[k] for id, f in found.items()} for k in (0, 1))
+    return Run(np.array(events).reshape(-1, 6), unit_poses(poses), points, covariances)
+
+
+def row(event, frame):
+    """An event as numbers."""
+    flag = event.flag if event.kind == "innovation" else 0
+    return [KINDS[event.kind], frame, event.rob, event.sen, event.lmk, int(flag)]
+
+
+def unit_poses(poses):
+    """Poses with unit quaternions."""
+    return Frame3(np.array(poses, float)).normalized()[0].x
+
+
+def recorded(scenario):
+    """The recorded program's own run."""
+    arrays, ev = scenario.arrays, scenario.arrays["ev_int"]
+    events = np.column_stack([ev[:, [0, 1, 2, 3, 5]], accepted(ev)])
+    poses = np.stack([arrays[f"est_x_rob{i}"][:, :7] for i in range(1, scenario.n_robots + 1)], 1)
+    last = int(arrays["P_frame"][0])
+    x, P = arrays["map_x"][-1], arrays[f"P_{last:04d}"]
+    points, covariances = {}, {}
+    for (used, id, code, *_), positions in zip(arrays["lmk_table"][-1], arrays["lmk_range"][-1], strict=True):
+        if used:
+            r = positions[positions > 0] - 1
+            p, P_l = LANDMARKS[TYPES[code - 1]].point(x[r])
+            points[int(id)], covariances[int(id)] = p, P_l @ P[np.ix_(r, r)] @ np.transpose(P_l)
+    return Run(events, unit_poses(poses), points, covariances)
+
+
+def accepted(ev):
+    """Flags: an innovation was accepted when a correction of the same landmark follows."""
+    follows = np.zeros(len(ev), bool)
+    follows[:-1] = (ev[1:, 0] == 2) & (ev[1:, 1:6] == ev[:-1, 1:6]).all(-1)
+    return ((ev[:, 0] == 1) & follows).astype(int)
+
+
+def exact(path):
+    """The run of an independent implementation of the exact formulas, from exact/NAME.npz."""
+    with np.load(path) as a:
+        events = a["ev"].copy()
+        events[events[:, 0] != 1, 5] = 0
+        ids = a["ids"].astype(int).tolist()
+        points, covariances = (dict(zip(ids, a[name], strict=True)) for name in ("pts", "covs"))
+        return Run(events, unit_poses(a["poses"]), points, covariances)
