@@ -30,7 +30,7 @@ grown = Exercise(
     hints=(
         "The new landmark comes from y and the known x_r. Whose noise is in it? Do the old ones share it?",
         "x_new = [x, l]. P_new has four blocks: the old P, two blocks of zeros, and the covariance of l.",
-        "The noise of y reaches l through L_y: its covariance is L_y R L_y'. The zeros have shapes (2n, 2) and (2, 2n).",
+        "The noise of y reaches l through L_y: covariance L_y R L_y'. The zeros have shapes (2n, 2) and (2, 2n).",
     ),
 )
 
