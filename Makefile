@@ -36,10 +36,11 @@ notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs
 	@$(VENV) tools/build_notebooks.py $(NB)
 
 # pyright runs on Node: the system's, else the one that playwright brings.
-lint: env  ## ruff check, ruff format --check, pyright
+lint: env  ## ruff check, ruff format --check, pyright, numpydoc
 	@$(VENV) -m ruff check --output-format concise --quiet
 	@$(VENV) -m ruff format --check --quiet
 	@PATH="$$PATH:$$($(VENV) -c 'import pathlib, playwright; print(pathlib.Path(playwright.__file__).parent / "driver")')" PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(VENV) -m pyright
+	@find ekfslam_tutorial -name '*.py' -exec $(VENV) -m numpydoc lint {} +
 
 format: env  ## let ruff mend and format the code and the notebooks
 	@$(VENV) -m ruff check --fix --quiet
