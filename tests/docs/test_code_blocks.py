@@ -86,9 +86,8 @@ def test_excerpts_stand_in_the_source(page):
         assert len(pieces) == len(names), f"{page.name}:{block.line}: {len(names)} names, {len(pieces)} pieces"
         for name, piece in zip(names, pieces, strict=True):
             now = source_of(file, name)
-            assert stands_in(piece.splitlines(), now), (
-                f"{page.name}:{block.line}: {name} reads differently now in {file}:\n" + "\n".join(now)
-            )
+            if not stands_in(piece.splitlines(), now):
+                pytest.fail(f"{page.name}:{block.line}: in {file} this reads now\n" + "\n".join(now), pytrace=False)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
@@ -99,8 +98,8 @@ def test_code_blocks_run_and_print_what_the_page_says(page, tmp_path, monkeypatc
         if block.language != "python" or block.source is not None:
             continue
         printed = run(block, page, namespace)
-        if block.output is not None:
-            assert printed == block.output, f"{page.name}:{block.line} prints\n{printed}"
+        if block.output is not None and printed != block.output:
+            pytest.fail(f"{page.name}:{block.line} prints\n{printed}", pytrace=False)
 
 
 def run(block, page, namespace):
