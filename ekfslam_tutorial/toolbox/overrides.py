@@ -19,8 +19,9 @@ def parse_override(text):
     if not equals or not re.fullmatch(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*", key):
         raise ValueError(f"--set {shown(text)}: write KEY=VALUE, for example data.set=7 or robot.1.dx_std=[0.01, 0, 0]")
     try:
-        return key, tomllib.loads(f"value = {value}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
+        (parsed,) = tomllib.loads(f"value = {value}").values()
+        return key, parsed
+    except (ValueError, RecursionError):  # no TOML, or more than one value
         if re.fullmatch(r"[A-Za-z_][\w./-]*", value):
             return key, value
         raise ValueError(

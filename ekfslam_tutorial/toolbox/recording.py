@@ -4,7 +4,9 @@ A recording is stored as one npz file (small, exact, fast) or as a folder of CSV
 load anywhere); see `recording_csv`. Both keep every bit of every number.
 """
 
+import struct
 import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +17,10 @@ from ..simulation import SimLmk, SimObs
 from .checks import covariances, numbers
 
 FORMAT = "ekfslam recording 1"
+
+# What numpy and zipfile raise at files that are cut off, overwritten, or no npz at all.
+DAMAGE = (ValueError, EOFError, OSError, AttributeError, NotImplementedError, RuntimeError, MemoryError)
+DAMAGE += (TypeError, zipfile.BadZipFile, zlib.error, struct.error)
 
 
 @dataclass(frozen=True)
@@ -190,9 +196,11 @@ class Recording:
         try:
             with np.load(path, allow_pickle=False) as arrays:
                 return _from_arrays({key: arrays[key] for key in arrays.files})
-        except (ValueError, KeyError, EOFError, OSError, AttributeError, zipfile.BadZipFile) as error:
-            reason = f"it has no array {error}" if isinstance(error, KeyError) else str(error).splitlines()[0]
-            raise ValueError(f"{path} is not a whole recording: {reason}") from error
+        except KeyError as error:
+            raise ValueError(f"{path} is not a whole recording: it has no array {error}") from error
+        except DAMAGE as error:
+            reason = str(error).strip().splitlines() or [type(error).__name__]
+            raise ValueError(f"{path} is not a whole recording: {reason[0]}") from error
 
 
 class Recorder:

@@ -87,8 +87,8 @@ class _Table:
         if not path.exists():
             raise FileNotFoundError(f"{path} is missing")
         try:
-            with open(path, newline="", encoding="utf-8-sig") as file:
-                lines = [row for row in csv.reader(file, strict=True)]
+            text = path.read_text(encoding="utf-8-sig")
+            lines = list(csv.reader(text.splitlines(), strict=True))
         except (csv.Error, UnicodeDecodeError) as error:
             raise ValueError(f"{path} is not a CSV file in UTF-8: {error}") from error
         if not lines:
@@ -100,6 +100,8 @@ class _Table:
                 raise self.error(
                     number, f"{len(row)} values, but there are {len(self.header)} columns: {', '.join(self.header)}"
                 )
+        if n_rows is not None and not text.endswith("\n"):
+            raise self.error(len(lines), "the file breaks off in this line")
         if n_rows is not None and len(self.rows) != n_rows:
             last = self.rows[-1][0] if self.rows else 1
             raise self.error(last, f"the file ends here with {len(self.rows)} rows; recording.json says {n_rows}")

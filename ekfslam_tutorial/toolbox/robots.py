@@ -26,7 +26,7 @@ class Robot:
     in_map : bool
         False: its pose is known, at every instant; the run is mapping, as in the lecture.
     position : sequence of float, optional
-        Start, metres. Not given: where the recording's truth begins, or the origin.
+        Start, metres. Not given: the first true pose of a recording, or the origin.
     orientation_deg : float or sequence of 3 float, optional
         Heading; in space roll, pitch and yaw.
     position_std, orientation_std_deg : float or sequence

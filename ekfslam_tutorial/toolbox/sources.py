@@ -93,7 +93,8 @@ class Replay:
         _check_has("sensor", [s.id for s in data.sensors], recording.raw, recording.name)
         for robot in data.robots:
             self._check_robot(robot)
-        self.starts = {i: x[0] for i, x in recording.truth.items() if np.isfinite(x[0]).all()}
+        begun = [r.id for r in data.robots if r.position is None and r.id in recording.truth]
+        self.starts = {i: recording.truth[i][0] for i in begun if np.isfinite(recording.truth[i][0]).all()}
         self._dt = np.diff(recording.t, prepend=0.0)
 
     def _check_robot(self, robot):
@@ -120,13 +121,16 @@ class Replay:
     def frame(self, i):
         """Frame i of the recording."""
         rec = self._rec
-        controls = {}
-        for robot in self._data.robots:
-            log = rec.robots[robot.id]
-            controls[robot.id] = log.u[i], self._U[robot.id] if log.U is None else log.U[i]
+        controls = {robot.id: self._control(robot.id, i) for robot in self._data.robots}
         raw = {s.id: rec.raw[s.id][i] for s in self._data.sensors}
         truth = {r.id: rec.truth[r.id][i] for r in self._data.robots if r.id in rec.truth}
         return Frame(float(rec.t[i]), float(self._dt[i]), controls, raw, truth)
+
+    def _control(self, robot, i):
+        """Control and covariance. A robot that starts at the truth of the first frame is there already."""
+        log = self._rec.robots[robot]
+        U = self._U[robot] if log.U is None else log.U[i]
+        return (0 * log.u[i], 0 * U) if i == 0 and robot in self.starts else (log.u[i], U)
 
 
 def _check_has(kind, ids, there, name):

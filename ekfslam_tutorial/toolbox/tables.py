@@ -133,10 +133,10 @@ def to_degrees(table, keys):
     """A table with its angles in degrees: where `keys` has NAME_deg and the table has NAME, in radians."""
     table = dict(table)
     for key, name in zip([k for k in keys if k.endswith("_deg")], radian_keys(keys), strict=True):
-        if name in table and key in table:
-            raise ValueError(f"{name} is given twice, in degrees and in radians")
         if name in table:
             check_radians(name, table[name])
+            if key in table:
+                raise ValueError(f"{name} is given twice, in degrees and in radians")
             table[key] = np.rad2deg(table.pop(name)).tolist()
     return table
 

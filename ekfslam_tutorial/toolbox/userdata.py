@@ -12,7 +12,7 @@ import numpy as np
 from ..models.landmarks import EucPnt
 from ..slam import Options as SlamOptions
 from .agreement import check_agreement
-from .checks import numbers, shown, stds
+from .checks import check_id, numbers, shown, stds
 from .robots import Robot, Sensor
 
 __all__ = ["Data", "FigureOptions", "Landmark", "Options", "Robot", "Sensor", "Time", "UserData", "World"]
@@ -108,6 +108,22 @@ class Options(SlamOptions):
 
     capacity: int | None = None
 
+    def __post_init__(self):
+        for name in ("n_updates", "max_lmks", "capacity", "min_search", "reopen_after"):
+            value = getattr(self, name)
+            if value is not None and value < 0:
+                raise ValueError(f"{name} must not be negative, got {value}")
+        for name in ("min_match_ratio", "min_inlier_ratio"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise ValueError(f"{name} is a share, between 0 and 1, got {getattr(self, name)}")
+        if not self.md2_threshold > 0:
+            raise ValueError(f"md2_threshold must be positive, got {self.md2_threshold}")
+        if self.n_inits is not None and (len(self.n_inits) != 2 or min(self.n_inits) < 0):
+            raise ValueError(f"n_inits must be two numbers, for the first frame and for the others, got {self.n_inits}")
+
+
+VIEWS = ("", "perspective", "top", "side", "self")
+
 
 @dataclass(kw_only=True)
 class FigureOptions:
@@ -140,6 +156,8 @@ class FigureOptions:
     fps: float = 10.0
 
     def __post_init__(self):
+        if self.view not in VIEWS:
+            raise ValueError(f"unknown view {self.view!r}; known: {', '.join(VIEWS[1:])}")
         for name in ("k", "period", "fps"):
             if not numbers(name, getattr(self, name)) > 0:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
@@ -188,6 +206,7 @@ class UserData:
     data: Data | None = None
 
     def __post_init__(self):
+        check_id("seed", self.seed)
         if self.robots and self.landmark.model is None:
             self.landmark = replace(self.landmark, model=EucPnt(self.frame.dim))
         check_agreement(self)
