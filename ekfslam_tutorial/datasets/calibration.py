@@ -53,10 +53,9 @@ class OdometryCalibration:
 
     def __post_init__(self):
         for name in ("left", "right", "spin"):
-            if not 0 < getattr(self, name) < 10:
-                raise ValueError(
-                    f"the scale of turns {name} makes no sense: {getattr(self, name)}; 1 means as commanded"
-                )
+            scale = getattr(self, name)
+            if not 0 < scale < 10:
+                raise ValueError(f"the scale of {name} turns makes no sense: {scale}; 1 means as commanded")
         if not abs(self.delay) < 10:
             raise ValueError(f"the delay of odometry makes no sense: {self.delay} s")
 
@@ -86,6 +85,7 @@ def self_calibration(odometry, t, ids, y, typical):
     OdometryCalibration
     """
     first, second = _pairs(t, ids)
+    odometry = _thinned(odometry)
     mean = np.array([typical.left, typical.right, typical.spin, typical.delay])
 
     def surprise(p):
@@ -102,8 +102,15 @@ def self_calibration(odometry, t, ids, y, typical):
         return np.concatenate([cauchy / BEARING_STD, (p - mean) / PRIOR_STD])
 
     low, high = [0.3, 0.3, 0.3, -0.2], [1.5, 1.5, 1.5, 0.8]
-    fit = least_squares(surprise, mean, bounds=(low, high), diff_step=1e-3)
+    fit = least_squares(surprise, mean, bounds=(low, high), diff_step=1e-3, xtol=1e-4, ftol=1e-6)
     return OdometryCalibration(*map(float, fit.x), source=f"from {len(first)} pairs of sightings")
+
+
+def _thinned(odometry, every=0.1):
+    """The rows in which a command changes, and one each `every` seconds: all that the path of the robot depends on."""
+    changed = np.diff(odometry[:, 1:], axis=0, prepend=np.inf).any(axis=1)
+    tick = np.diff(odometry[:, 0] // every, prepend=-np.inf) > 0
+    return odometry[changed | tick]
 
 
 def _pairs(t, ids):

@@ -143,7 +143,8 @@ def _frames(log, notes):
     end = max(r.odometry[-1, 0] for r in log.robots.values()) + HOLD
     late = times > end
     if late.any():
-        notes.append(
-            f"odometry ends {times[-1] - end + HOLD:.0f} s before the last sighting: {late.sum()} frames left out"
-        )
+        early = times[-1] - end + HOLD
+        notes.append(f"odometry ends {early:.0f} s before the last sighting: {late.sum()} frames left out")
+    if late.all():
+        raise ValueError(f"{log.name}: the odometry of robots {list(log.robots)} ends before they see anything")
     return times[~late]

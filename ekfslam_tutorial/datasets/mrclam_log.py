@@ -1,6 +1,5 @@
 """The text files of one MRCLAM set, read and put right: barcodes, order of rows, known errors. No frames, no filter."""
 
-import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -146,7 +145,7 @@ def _read_sightings(source, robot, subjects, notes):
     rows = rows[np.sort(np.unique(rows[:, :2], axis=0, return_index=True)[1])]  # one a stamp and barcode
     barcode = rows[:, 1].astype(int)
     ids = np.array([subjects.get(b, UNLISTED + b) for b in barcode])
-    ids, counts = ids, dict(zip(*np.unique(ids[ids > UNLISTED], return_counts=True), strict=True))
+    counts = dict(zip(*np.unique(ids[ids > UNLISTED], return_counts=True), strict=True))
     for i, n in counts.items():
         what = f"robot {robot}: barcode {i - UNLISTED} is not in Barcodes.dat, {n} sightings"
         notes.append(f"{what}: " + ("spurious, dropped" if n < SPURIOUS_MAX else f"landmark {i}, never surveyed"))
@@ -207,10 +206,7 @@ def truth_at(log, times, tolerance=0.1, gap=1.0):
         known = (times >= t[0]) & (times <= t[-1]) & (np.diff(t, append=np.inf)[after - 1] <= gap)
         out[known] = np.stack([np.interp(times[known], t, c) for c in pose.T], 1)
     else:
-        after = np.clip(np.searchsorted(times, t), 1, max(len(times) - 1, 1))
-        nearest = np.where(
-            abs(times[after - 1] - t) <= abs(times[np.minimum(after, len(times) - 1)] - t), after - 1, after
-        )
+        nearest = abs(times[:, None] - t).argmin(axis=0)
         near = abs(times[nearest] - t) <= tolerance
         out[nearest[near]] = pose[near]
     out[:, 2] = wrap(out[:, 2])
@@ -250,6 +246,3 @@ def _seen_places(log):
     known = np.isfinite(places[:, 0])
     ids, places = ids[known], places[known]
     return {int(i): np.median(places[ids == i], axis=0) for i in np.unique(ids) if (ids == i).sum() >= 20}
-
-
-SET_NAME = re.compile(r"mrclam[_-]?(?:data)?(?:set)?[_-]?(\d+)", re.IGNORECASE)

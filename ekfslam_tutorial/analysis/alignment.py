@@ -1,0 +1,51 @@
+"""The rigid motion that brings one set of points onto another.
+
+A SLAM map is right only up to the frame in which the robot started: moved and turned as a whole it explains every
+measurement as well (the gauge). Where that frame is not known, a map is compared with the truth after alignment.
+"""
+
+import numpy as np
+
+from ..geometry import Frame2, Frame3, R2q
+
+
+def align(points, targets):
+    """Least-squares rigid motion between pairs of points: min over F of sum |targets_i - F.from_frame(points_i)|^2.
+
+    Rotation and translation, no scale: U diag(1, .., det) V' of the singular values of the cross-covariance.
+    K. S. Arun, T. S. Huang, S. D. Blostein, IEEE Trans. PAMI 9(5):698-700, 1987; the sign of the determinant as in
+    S. Umeyama, IEEE Trans. PAMI 13(4):376-380, 1991, eqs. 40-42.
+
+    Parameters
+    ----------
+    points, targets : ndarray, shape (n, d)
+        d = 2 or 3. Landmarks of a map and their surveyed places, or positions on two trajectories; metres.
+
+    Returns
+    -------
+    Frame2 or Frame3
+        The frame F of the points, seen from the targets: `F.from_frame(p)` aligns a point, `F.compose(pose)` a pose.
+
+    Raises
+    ------
+    ValueError
+        When the shapes differ, a number is not finite, or the points do not fix a rotation: in the plane two different
+        points are needed, in space three that are not on a line.
+    """
+    a, b = np.asarray(points, float), np.asarray(targets, float)
+    if a.ndim != 2 or a.shape != b.shape or a.shape[1] not in (2, 3):
+        raise ValueError(f"alignment needs two arrays of the same shape (n, 2) or (n, 3), got {a.shape} and {b.shape}")
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise ValueError("alignment needs finite points; leave out those that are not known")
+    d = a.shape[1]
+    mean_a, mean_b = (p.mean(axis=0) if len(p) else np.zeros(d) for p in (a, b))
+    U, s, Vt = np.linalg.svd((b - mean_b).T @ (a - mean_a))
+    if len(a) < d or s[d - 2] <= 1e-12 * max(s[0], 1e-300):
+        raise ValueError(f"{len(a)} points do not fix a rotation in {d}D: they are too few, or on top of each other")
+    sign = np.ones(d)
+    sign[-1] = np.sign(np.linalg.det(U @ Vt))
+    R = (U * sign) @ Vt
+    t = mean_b - R @ mean_a
+    if d == 2:
+        return Frame2(np.array([*t, np.arctan2(R[1, 0], R[0, 0])]))
+    return Frame3(np.concatenate([t, R2q(R)[0]]))
