@@ -6,6 +6,7 @@ is built on them works in 2D and in 3D. A frame never changes: a new pose is a n
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -27,8 +28,11 @@ class _Frame:
     """What frames of both dimensions share: it needs `t`, `R` and `R_o`, the derivative of R by the orientation."""
 
     x: np.ndarray
-    size: int
-    dim: int
+    size: ClassVar[int]
+    dim: ClassVar[int]
+    fields: ClassVar[str]
+    R: Any
+    R_o: Any
 
     def __post_init__(self):
         x = np.asarray(self.x, dtype=float)
@@ -122,7 +126,10 @@ class Frame2(_Frame):
     """
 
     x: np.ndarray
-    size, dim, dof, fields = 3, 2, 3, "[x, y, theta]"
+    size: ClassVar[int] = 3
+    dim: ClassVar[int] = 2
+    dof: ClassVar[int] = 3
+    fields: ClassVar[str] = "[x, y, theta]"
 
     @cached_property
     def theta(self):
@@ -197,7 +204,10 @@ class Frame3(_Frame):
     """
 
     x: np.ndarray
-    size, dim, dof, fields = 7, 3, 6, "[t(3), q(4)]"
+    size: ClassVar[int] = 7
+    dim: ClassVar[int] = 3
+    dof: ClassVar[int] = 6
+    fields: ClassVar[str] = "[t(3), q(4)]"
 
     @cached_property
     def q(self):

@@ -39,10 +39,10 @@ class Rob:
     motion: Any
     name: str = ""
     type: str = ""
-    x: np.ndarray | None = None
+    x: Any = None
     r: slice | None = None
-    u: np.ndarray | None = None
-    U: np.ndarray | None = None
+    u: Any = None
+    U: Any = None
     sensors: list = field(default_factory=list)
     n_refused: int = 0
 
@@ -81,7 +81,7 @@ class Sen:
     model: Any
     frame_type: Any
     name: str = ""
-    x: np.ndarray | None = None
+    x: Any = None
     r: slice | None = None
     lmk_type: Any = None
     _known: Any = field(default=None, repr=False)
@@ -121,7 +121,7 @@ class Lmk:
 
     id: int
     type: Any
-    x: np.ndarray | None = None
+    x: Any = None
     r: slice | None = None
     slot: int = 0
     n: np.ndarray | None = None

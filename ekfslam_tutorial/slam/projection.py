@@ -1,5 +1,7 @@
 """Where things are according to the map, and what a sensor should see of it."""
 
+from typing import Any
+
 import numpy as np
 
 from ..ekf import transform
@@ -59,7 +61,7 @@ def project_lmks(map, rob, sen, lmks):
     lmks = list(lmks)
     Rf, Sf = rob.frame(map), sen.frame(map)
     rr, rs = frame_range(rob, Rf), sen.r
-    obs = [None] * len(lmks)
+    obs: list[Any] = [None] * len(lmks)
     for (kind, _), members in _by_type(lmks):
         group = [lmks[i] for i in members]
         l = np.array([lmk.state(map) for lmk in group])
