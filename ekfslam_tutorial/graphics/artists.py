@@ -13,6 +13,9 @@ from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
+from .clip import Region, clip_curves, inside
+from .ellipses import nan_separated
+
 Array = np.ndarray
 
 
@@ -33,6 +36,24 @@ def put(line, rows: Array) -> None:
         line.set_data_3d(*rows.T)
     else:
         line.set_data(*rows.T)
+
+
+def put_path(line, p: Array, region: Region | None = None) -> None:
+    """Give a line the points p (n, d) of a path, as far as they lie in a region.
+
+    A point that is not finite is a gap. A point between two gaps has no line: it is drawn as a dot. (The true poses
+    of some logs were measured by hand, a few in an hour.)
+    """
+    p = np.asarray(p, dtype=float)
+    known = np.asarray(np.isfinite(p).all(axis=1))
+    before, after = np.append(False, known[:-1]), np.append(known[1:], False)
+    lonely = p[known & ~before & ~after & (len(p) > 1)]
+    rows = nan_separated(p[None]) if region is None else clip_curves(p[None], region)
+    if region is not None:
+        lonely = lonely[inside(lonely, region)]
+    n = len(rows)
+    put(line, np.concatenate([rows, nan_separated(lonely[:, None])]))
+    line.set(marker="." if len(lonely) else "None", markersize=7, markevery=list(range(n, n + 2 * len(lonely), 2)))
 
 
 def new_faces(ax, **style: Any):

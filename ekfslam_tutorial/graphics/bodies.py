@@ -63,7 +63,7 @@ def ticks(limits: Array, step: float) -> Array:
     return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
 
 
-def nice_step(extent: float, n: int = 6) -> float:
+def nice_step(extent: float, n: int = 8) -> float:
     """Return 1, 2 or 5 times a power of ten, so that about `n` steps make the extent."""
     raw = extent / n
     power = 10.0 ** np.floor(np.log10(raw))

@@ -11,11 +11,11 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .artists import Labels, draw_legend, new_faces, new_line, put
+from .artists import Labels, draw_legend, new_faces, new_line, put, put_path
 from .bodies import ground_grid, move_faces, nice_step, outline, robot_body, sensor_body
 from .clip import clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, sigma_label
-from .states import lmk_points, lmk_states, true_frames
+from .states import TruthInMap, lmk_points, lmk_states
 from .style import BLACK, ESTIMATE, LIGHT_GREY, REJECTED, TRUTH, UPDATED, line, points
 from .views import View, fit_limits
 
@@ -60,6 +60,9 @@ class MapFig:
         Half the length of a robot's body, metres; by default 1/30 of the world.
     title : str
         What the title says before the time.
+    align : bool, optional
+        Show the truth in the frame of the map, laid on the first pose of the first robot whose truth is known. By
+        default so with a recording: its truth has an origin of its own, the map begins where the robot begins.
     legend : bool
         Write the legend under the map. Its entries are in the attribute `legend` in any case.
     figsize : (width, height)
@@ -86,13 +89,16 @@ class MapFig:
         labels=True,
         size=None,
         title="",
+        align=None,
         legend=True,
         figsize=(9, 7.2),
     ):
         self.dim, self.k, self.title, self.labels = snapshot.robs[0].motion.frame.dim, k, title, labels
+        self._nowhere = np.full(self.dim, np.nan)
         self.fig = plt.figure(figsize=figsize)
         self.view = View(self.fig, self.dim, room=1.2 if legend else 0.0)
         self.axes = self.view.axes
+        self._truth = TruthInMap(not snapshot.sim_robs if align is None else align)
         self._fixed = limits is not None
         self.limits = (
             np.array(limits, dtype=float)
@@ -155,24 +161,19 @@ class MapFig:
             self.est_rob[rob.id] = self._body(ESTIMATE, path=True)
         for sen in snapshot.sens:
             self.est_sen[sen.id] = self._body(ESTIMATE)
-        for rob in true_frames(snapshot):
-            self._true_body(rob)
+        for rob in snapshot.truth:
+            self.sim_rob[rob] = self._body(TRUTH, path=True)
         for sen in snapshot.sim_sens:
             self.sim_sen[sen.id] = self._body(TRUTH)
 
     def _body(self, style, path=False) -> BodyArtists:
         ax, estimate = self.axes, style is ESTIMATE
-        edge = dict(color=style["color"], linewidth=1.0, zorder=6 if estimate else 7)
+        edge = dict(color=style["color"], linewidth=1.0 if estimate else 0.7, zorder=6 if estimate else 7)
         return BodyArtists(
             outline=new_line(ax, **edge),
             faces=new_faces(ax, facecolor=style["color"], alpha=0.6, linewidth=0, zorder=6) if estimate else None,
             path=new_line(ax, **line(style, linewidth=1.8, zorder=5 if estimate else 6)) if path else None,
         )
-
-    def _true_body(self, rob) -> BodyArtists:
-        if rob not in self.sim_rob:  # in a recording, the truth may begin late
-            self.sim_rob[rob] = self._body(TRUTH, path=True)
-        return self.sim_rob[rob]
 
     def _legend_entries(self, snapshot) -> dict[str, Any]:
         entries = {"estimated path and robot": next(iter(self.est_rob.values())).path}
@@ -211,13 +212,13 @@ class MapFig:
         )
 
     def _update_truth(self, snapshot, region) -> None:
-        frames = true_frames(snapshot)
-        for id, frame in frames.items():
-            self._place(self._true_body(id), self._robot(id), frame, region, snapshot.k)
+        frames = self._truth.frames(snapshot)
+        for id, body in self.sim_rob.items():
+            self._place(body, self._robot(id), frames.get(id), region, snapshot.k)
         for sen in snapshot.sim_sens:
             frame = frames[sen.robot].compose(sen.frame)[0]
             self._place(self.sim_sen[sen.id], self._sensor(sen.id), frame, region)
-        put(self.sim_lmk, _keep(_true_points(snapshot, self.dim), region))
+        put(self.sim_lmk, _keep(self._truth.points(snapshot, self.dim), region))
 
     def _robot(self, id):
         return robot_body(self.dim, 0 if self._carries_the_eye(id) else self.size)
@@ -230,17 +231,17 @@ class MapFig:
         return self.dim == 3 and self.view.name == "self" and self.view.sensor.robot == rob
 
     def _place(self, body: BodyArtists, faces, frame, region, k=None) -> None:
-        """Move a body to its frame, and lengthen its path if it has one."""
-        faces = move_faces(faces, frame)
-        put(body.outline, clip_curves(outline(faces), region))
+        """Move a body to its frame, if that is known, and lengthen its path if it has one."""
+        faces = [] if frame is None else move_faces(faces, frame)
+        put(body.outline, clip_curves(outline(faces), region) if faces else np.zeros((0, self.dim)))
         if body.faces is not None:
             body.faces.set_visible(bool(inside(np.concatenate(faces), region).all()))
             body.faces.set_verts(faces)
         if body.path is not None and k is not None:
             if body.past and k <= next(reversed(body.past)):  # gone back, or drawn twice
                 body.past = {j: p for j, p in body.past.items() if j < k}
-            body.past[k] = np.array(frame.t)  # a copy: the frame is a view into the live map
-            put(body.path, clip_curves(np.array(list(body.past.values())), region))
+            body.past[k] = self._nowhere if frame is None else np.array(frame.t)  # a copy: the map lives on
+            put_path(body.path, np.array(list(body.past.values())), region)
 
     def _update_robot_ellipses(self, snapshot, region) -> None:
         d, names, where = self.dim, {}, {}
@@ -279,15 +280,11 @@ class MapFig:
         d = self.dim
         robs = [rob.frame(snapshot.map).t for rob in snapshot.robs]
         _, mean, cov = lmks
-        world = np.concatenate([np.array(robs), *(f.t[None] for f in true_frames(snapshot).values())])
-        world = np.concatenate([world, _true_points(snapshot, d)])
+        world = np.concatenate([np.array(robs), *(f.t[None] for f in self._truth.frames(snapshot).values())])
+        world = np.concatenate([world, self._truth.points(snapshot, d)])
         spread = self.k * np.sqrt(np.trace(cov, axis1=1, axis2=2))
         near = np.linalg.norm(mean - world[0], axis=1)
         return np.concatenate([world, mean[spread < 0.5 * near]])
-
-
-def _true_points(snapshot, dim: int) -> Array:
-    return np.zeros((0, dim)) if snapshot.sim_lmk is None else np.asarray(snapshot.sim_lmk.points, dtype=float)
 
 
 def _keep(p: Array, region) -> Array:

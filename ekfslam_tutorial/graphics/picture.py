@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .artists import Labels, dim_of, draw_legend
+from .artists import Labels, dim_of, draw_legend, new_line, put_path
 from .bodies import ground_grid, nice_step
 from .clip import box, clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated, sigma_label
@@ -112,7 +112,7 @@ def _by_name(path) -> dict[str, Array]:
 def _plot_paths(ax, paths, style, label, zorder) -> None:
     ends = {}
     for i, (name, p) in enumerate(paths.items()):
-        ax.plot(*p.T, **line(style, linewidth=1.8), zorder=zorder, label=label if i == 0 else None)
+        put_path(new_line(ax, **line(style, linewidth=1.8), zorder=zorder, label=label if i == 0 else None), p)
         known = np.flatnonzero(np.isfinite(p).all(axis=1))
         if len(known):
             ends[name] = p[known[-1]]

@@ -52,7 +52,7 @@ class SenFig:
     label : Labels
     """
 
-    def __init__(self, snapshot, sensor=None, k=3, labels=True, figsize=(8, 6.6)):
+    def __init__(self, snapshot, sensor=None, k=3, labels=True, figsize=(9, 7.6)):
         sens = {sen.id: sen for sen in snapshot.sens}
         if sensor is not None and sensor not in sens:
             raise ValueError(f"no sensor {sensor!r}; known ids: {list(sens)}")
@@ -66,13 +66,13 @@ class SenFig:
 
     def _make(self) -> None:
         ax = self.axes
-        self.raw = new_line(ax, color=GREY, marker="o", markersize=9, fillstyle="none", linestyle="none", zorder=2)
+        self.raw = new_line(ax, color=GREY, marker="o", markersize=8, fillstyle="none", linestyle="none", zorder=2)
         self.innovation = new_line(ax, **line(MEASUREMENT, linestyle="-", linewidth=1.4), zorder=4)
         self.expected, self.ellipse = {}, {}
         for state, style in STATE_STYLE.items():
             self.ellipse[state] = new_line(ax, **line(style, linewidth=1.6), zorder=3)
-            self.expected[state] = new_line(ax, **points(style, markersize=5, markeredgewidth=1.2), zorder=5)
-        self.measure = new_line(ax, **points(MEASUREMENT, markersize=9, markeredgewidth=1.5), zorder=6)
+            self.expected[state] = new_line(ax, **points(style, markersize=4.5, markeredgewidth=1.2), zorder=5)
+        self.measure = new_line(ax, **points(MEASUREMENT, markersize=8, markeredgewidth=1.3), zorder=6)
         self.new = new_line(ax, **points(ESTIMATE, fillstyle="none", markersize=13, marker="o"), zorder=4)
         self.label = Labels(ax, size=11, color=BLACK, zorder=7)
         self.heading = self.fig.text(0.5, 0.975, "", ha="center", va="top", fontsize=14)

@@ -8,6 +8,7 @@ sensor therefore has a figure without a line here.
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from .ellipses import ellipse_points, half_axes
 from .style import GREY
@@ -21,7 +22,7 @@ class Picture:
     def __init__(self, fig, model):
         w, h = np.asarray(getattr(model, "image_size", (640, 480)), dtype=float)
         m = 0.04 * w
-        self.axes = fig.add_axes((0.11, 0.26, 0.86, 0.66))
+        self.axes = fig.add_axes(room(fig))
         self.axes.set(xlim=(-m, w + m), ylim=(h + m, -m), xlabel="u (px)", ylabel="v (px)", aspect="equal")
         self.axes.plot([0, w, w, 0, 0], [0, 0, h, h, 0], color=GREY, linewidth=1.5, zorder=1)
         self.axes.grid(False)
@@ -42,7 +43,7 @@ class Polar:
     """Range and bearing, or bearing alone: the sensor in the middle, looking upwards, bearings to the left."""
 
     def __init__(self, fig, model):
-        self.axes = fig.add_axes((0.1, 0.25, 0.8, 0.64), projection="polar")
+        self.axes = fig.add_axes(room(fig, 0.35), projection="polar")
         self.axes.set_theta_zero_location("N")
         self.angle = list(model.units).index("rad")
         self.has_range = len(model.units) > 1
@@ -50,13 +51,17 @@ class Polar:
         if half < 0.75 * np.pi:
             self.axes.set(thetamin=-np.degrees(half), thetamax=np.degrees(half))
         else:
-            self.axes.set_xticks(np.radians(np.arange(-135, 181, 45)))
-        self.reach = 1.15 if not self.has_range else getattr(model, "max_range", np.inf)
+            signed = lambda angle, _: f"{np.degrees(angle) - 360 * (angle > np.pi + 1e-9):.0f}°"
+            self.axes.set_xticks(np.radians(np.arange(0, 360, 45)))
+            self.axes.xaxis.set_major_formatter(signed)
+        self.reach = getattr(model, "max_range", np.inf) if self.has_range else 1.05
         self.fixed = bool(np.isfinite(self.reach))
-        self.axes.set_ylim(0, self.reach if self.fixed else 1.0)
-        self.axes.set_rlabel_position(67.5 if half >= 0.75 * np.pi else np.degrees(half))
+        self.axes.set_ylim(0, 1.1 * self.reach if self.fixed else 1.0)
+        self.axes.set_rlabel_position(202.5 if half >= 0.75 * np.pi else np.degrees(half))
         if self.has_range:
-            self.axes.yaxis.set_major_formatter(lambda r, _: f"{r:g} m")
+            self.axes.yaxis.set_major_locator(MaxNLocator(4))
+            self.axes.yaxis.set_major_formatter(lambda r, _: f"{r:g} m" if r > 0 else "")
+            self.axes.tick_params(axis="y", labelcolor=GREY)
         else:
             self.axes.set_yticks([])
 
@@ -86,7 +91,7 @@ class Plain:
 
     def __init__(self, fig, model):
         units = list(getattr(model, "units", ()))
-        self.axes = fig.add_axes((0.12, 0.28, 0.85, 0.63))
+        self.axes = fig.add_axes(room(fig))
         names = [f"y{i} ({unit})" for i, unit in enumerate(units)] or ["y0", "y1"]
         self.flat = len(np.asarray(model.R)) == 1
         self.axes.set(xlabel=names[0], ylabel="landmark id" if self.flat else names[1])
@@ -116,6 +121,13 @@ class Plain:
             self.axes.set(
                 xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1])
             )
+
+
+def room(fig, margin: float = 0.0) -> tuple[float, float, float, float]:
+    """Return where the axes may be: between the heading and the legend, with room for the axes' own words."""
+    w, h = fig.get_size_inches()
+    left, bottom, right, top = 0.8, 1.6 + margin, 0.3, 0.5 + margin
+    return left / w, bottom / h, 1 - (left + right) / w, 1 - (bottom + top) / h
 
 
 def measurement_space(fig, model):

@@ -43,7 +43,36 @@ def lmk_points(snapshot, dim: int) -> tuple[list, Array, Array]:
     return [lmk.id for lmk in lmks], mean, cov
 
 
-def true_frames(snapshot) -> dict[Any, Any]:
-    """Return the true frame of each robot, by id, where it is known in this frame."""
-    kind = {rob.id: rob.motion.frame for rob in snapshot.robs}
-    return {id: kind[id](x) for id, x in snapshot.truth.items() if np.isfinite(x).all()}
+class TruthInMap:
+    """True robots and landmarks, in the frame of the map.
+
+    Parameters
+    ----------
+    align : bool
+        Lay the truth on the map: the first true pose that is known, of the first robot that has one, on that robot's
+        estimate in the same frame. Without it the truth is shown as it is.
+    """
+
+    def __init__(self, align: bool):
+        self.align = align
+        self.origin: Any = None  # the frame of the truth in the map, once known
+
+    def frames(self, snapshot) -> dict[Any, Any]:
+        """Return the true frame of each robot, by id, where it is known in this frame."""
+        robs = {rob.id: rob for rob in snapshot.robs}
+        known = {id: robs[id].motion.frame(x) for id, x in snapshot.truth.items() if np.isfinite(x).all()}
+        if not self.align:
+            return known
+        if self.origin is None and known:
+            id, true = next(iter(known.items()))
+            estimate = type(true)(robs[id].frame(snapshot.map).x.copy())
+            self.origin = estimate.compose(true.inverse()[0])[0]
+        origin: Any = self.origin
+        return {id: origin.compose(frame)[0] for id, frame in known.items()}
+
+    def points(self, snapshot, dim: int) -> Array:
+        """Return the true landmarks (n, dim): none where they, or the frame they are in, are not known."""
+        if snapshot.sim_lmk is None or (self.align and self.origin is None):
+            return np.zeros((0, dim))
+        p = np.asarray(snapshot.sim_lmk.points, dtype=float)
+        return self.origin.from_frame(p)[0] if self.align else p

@@ -47,7 +47,7 @@ class View:
             # 3D axes are a square; this one is as large as the figure, so that nothing is cut at its sides
             w, h = fig.get_size_inches()
             side, middle = max(w, h), (room + h - 0.4) / 2
-            rect = (0.48 - side / w / 2, (middle - side / 2) / h, side / w, side / h)
+            rect = (0.465 - side / w / 2, (middle - side / 2) / h, side / w, side / h)
             self.axes = WorldAxes(fig, rect=rect, computed_zorder=False)
             fig.add_axes(self.axes)
             for axis in (self.axes.xaxis, self.axes.yaxis, self.axes.zaxis):
@@ -109,7 +109,7 @@ class View:
                 ax.set(zticks=[], zlabel="")
             if self.name == "side":
                 ax.set(yticks=[], ylabel="")
-            ax.set_box_aspect(np.ptp(limits, axis=1), zoom={"top": 0.8, "side": 1.05}.get(self.name, 0.95))
+            ax.set_box_aspect(np.ptp(limits, axis=1), zoom={"top": 0.8, "side": 1.05}.get(self.name, 0.93))
 
 
 def half_view(model) -> Array:
@@ -137,20 +137,24 @@ def look_from(frame, half: Array) -> Array:
 
 
 def fit_limits(p: Array, old: Array | None = None, margin: float = 0.08) -> Array:
-    """Return limits (d, 2) round the finite points p (n, d), no smaller than the old ones.
+    """Return limits (d, 2) that hold the finite points p (n, d) with a margin, and never less than the old ones.
 
-    The limits are the old ones, unless a point lies outside; then they grow by a margin, so that they do not
-    change in every frame.
+    A limit moves when a point comes close to it or passes it, and then far enough to stay for some time.
     """
     p = p[np.isfinite(p).all(axis=-1)]
-    if old is not None and ((p >= old[:, 0]) & (p <= old[:, 1])).all():
-        return old
-    d = p.shape[1]
-    p = p if len(p) else np.zeros((1, d))
-    if old is not None:
-        p = np.concatenate([p, old.T])
+    if not len(p):
+        return np.tile([-1.0, 1.0], (p.shape[1], 1)) if old is None else old
     low, high = p.min(axis=0), p.max(axis=0)
-    extent = max(np.ptp(p[:, :2], axis=0).max(), 1e-3)
-    wide = np.maximum(high - low, 0.25 * extent)  # never a sheet without thickness
-    middle, half = (low + high) / 2, (0.5 + margin) * wide
-    return np.stack([middle - half, middle + half], axis=1)
+    if old is not None:
+        low, high = np.minimum(low, old[:, 0]), np.maximum(high, old[:, 1])
+    extent = max((high - low)[:2].max(), 1e-3)
+    gap = margin * extent
+    if old is None:
+        wide = np.maximum(high - low, 0.25 * extent)  # never a sheet without thickness
+        middle = (low + high) / 2
+        return np.stack([middle - wide / 2 - gap, middle + wide / 2 + gap], axis=1)
+    near = 0.3 * gap
+    low = np.where(p.min(axis=0) < old[:, 0] + near, p.min(axis=0) - gap, old[:, 0])
+    high = np.where(p.max(axis=0) > old[:, 1] - near, p.max(axis=0) + gap, old[:, 1])
+    limits = np.stack([np.minimum(low, old[:, 0]), np.maximum(high, old[:, 1])], axis=1)
+    return old if np.array_equal(limits, old) else limits

@@ -8,11 +8,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.geometry import Frame3
+from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.graphics import ESTIMATE, MapFig, ellipse_points, ellipsoid_wires, nan_separated, sigma_label
 from ekfslam_tutorial.graphics.artists import Labels
 from ekfslam_tutorial.graphics.states import lmk_states, obs_state
 from ekfslam_tutorial.graphics.views import fit_limits, look_from
+from ekfslam_tutorial.simulation import SimLmk
 from ekfslam_tutorial.slam import Lmk
 
 FLAT = pytest.mark.parametrize("flat", [True, False], ids=["2D", "3D"])
@@ -283,22 +284,53 @@ def test_a_robot_points_where_it_looks(run):
 
 
 def test_without_truth_there_is_none_to_see(run):
-    for s in run(True):
-        s.truth, s.sim_robs, s.sim_sens, s.sim_lmk = {1: np.full(3, np.nan)}, (), (), None
+    s = last(run(True))
+    s.truth, s.sim_robs, s.sim_sens, s.sim_lmk = {}, (), (), None
     fig = MapFig(s)
     assert not fig.sim_rob and not any("true" in name for name in fig.legend)
 
 
-def test_truth_that_begins_late_is_shown(run):
-    snapshots = run(True)
-    s = next(snapshots)
-    s.truth, s.sim_sens = {1: np.full(3, np.nan)}, ()
-    fig = MapFig(s)
-    assert not fig.sim_rob
-    s = next(snapshots)
-    s.sim_sens = ()
-    fig.update(s)
-    assert len(fig.sim_rob[1].past) == 1
+def played_back(snapshots, known, origin):
+    """The snapshots as those of a recording whose truth has another origin and is known in some frames only."""
+    for s in snapshots:
+        x = origin.compose(s.sim_robs[0].frame)[0].x
+        s.truth = {1: x if s.k in known else np.full(3, np.nan)}
+        s.sim_lmk = SimLmk(s.sim_lmk.ids, origin.from_frame(s.sim_lmk.points)[0])
+        s.sim_robs, s.sim_sens = (), ()
+        yield s
+
+
+def test_the_truth_of_a_recording_is_shown_in_the_frame_of_the_map_where_it_is_known(run):
+    known = [3, 4, 5, 9, 20, 21]
+    origin = Frame2([30.0, -20.0, 2.0])
+    points, snapshots = None, played_back(run(True), known, origin)
+    for s in snapshots:
+        if points is None:
+            points = origin.to_frame(s.sim_lmk.points)[0]
+            fig = MapFig(s)
+            assert len(rows(fig.sim_lmk)) == 0  # where the truth lies in the map is not known yet
+        fig.update(s)
+        shown = np.isfinite(rows(fig.sim_rob[1].outline)).all(axis=1)
+        assert shown.any() == (s.k in known)
+    # The truth is laid on one estimated pose, which is wrong by some centimetres and tenths of a degree.
+    np.testing.assert_allclose(rows(fig.sim_lmk), points, atol=0.5)
+    path = fig.sim_rob[1].path
+    p = rows(path)
+    assert len(path.get_markevery()) == 1  # frame 9 stands alone: a dot
+    dot = p[path.get_markevery()[0]]
+    np.testing.assert_allclose(dot, fig.sim_rob[1].past[9])
+    whole = np.split(p, np.flatnonzero(np.isnan(p[:, 0])))
+    assert sorted(int(np.isfinite(piece[:, 0]).sum()) for piece in whole if np.isfinite(piece).any())[-1] >= 2
+    drawn = p[np.isfinite(p[:, 0])]
+    for k in known:
+        assert np.isclose(drawn, fig.sim_rob[1].past[k]).all(axis=1).any()
+
+
+def test_truth_of_a_simulation_is_not_moved(run):
+    s = last(run(True))
+    np.testing.assert_array_equal(rows(MapFig(s).sim_lmk), s.sim_lmk.points)
+    moved = rows(MapFig(s, align=True).sim_lmk)
+    assert not np.allclose(moved, s.sim_lmk.points)
 
 
 # ---------------------------------------------------------------------------------------------------------- words

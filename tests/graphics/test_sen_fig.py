@@ -81,7 +81,7 @@ def test_range_and_bearing_make_a_polar_figure_that_looks_upwards(run):
     assert isinstance(fig.space, Polar) and fig.axes.get_theta_offset() == pytest.approx(np.pi / 2)
     assert fig.axes.get_theta_direction() == 1  # positive bearings to the left, as in the plane
     np.testing.assert_allclose(rows(fig.raw), s.raw[1].y[:, ::-1])
-    assert fig.axes.get_ylim() == (0, 5) and fig.axes.get_thetamax() == pytest.approx(120)
+    assert fig.axes.get_ylim() == (0, 5.5) and fig.axes.get_thetamax() == pytest.approx(120)
 
 
 def test_new_landmarks_are_marked_at_the_measurement_that_began_them(run):
