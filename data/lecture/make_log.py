@@ -9,7 +9,17 @@ import numpy as np
 from ekfslam_tutorial.datasets import lecture
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.motion import Odometry2
-from ekfslam_tutorial.simulation import SimLmk, SimRob, SimSen, Streams, draw, sim_motion, sim_observation, worlds
+from ekfslam_tutorial.simulation import (
+    SimLmk,
+    SimObs,
+    SimRob,
+    SimSen,
+    Streams,
+    draw,
+    sim_motion,
+    sim_observation,
+    worlds,
+)
 from ekfslam_tutorial.toolbox.recording import Recording
 
 SEED = 19
@@ -36,10 +46,7 @@ def make():
         noise = draw(motion, np.diag(lecture.ODOMETRY_STD**2))
         poses.append(robot.x.copy())
         odometry.append(robot.u + noise if k > 0 else robot.u)
-        scans.append(sim_observation(robot, sensor, landmarks, sensing))
-
-    for scan in scans:
-        scan.y[:] = scan.y.round(DIGITS)
+        scans.append(in_sight(robot, sim_observation(robot, sensor, landmarks, sensing), landmarks))
     return Recording(
         name="The mapping lecture: 50 steps among 16 landmarks",
         t=np.arange(STEPS, dtype=float),
@@ -49,6 +56,12 @@ def make():
         landmarks=landmarks,
         notes=[f"simulated by make_log.py with seed {SEED}; the columns and their units are in README.md"],
     )
+
+
+def in_sight(robot, scan, landmarks):
+    """The measurements of the landmarks that are near. A cut by the *measured* range would drop the large errors."""
+    near = np.hypot(*(landmarks.points - robot.x[:2]).T) < lecture.SIGHT
+    return SimObs(scan.sen, scan.ids[near], scan.y[near].round(DIGITS))
 
 
 if __name__ == "__main__":

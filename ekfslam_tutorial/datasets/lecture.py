@@ -23,7 +23,8 @@ from ..toolbox.recording import Recording
 ROBOT = SENSOR_ID = 1
 
 # What the log was made with, and what a filter on it should be told.
-SENSOR = RangeBearing(range_std=0.2, bearing_std=np.radians(4.0), max_range=5.0)
+SENSOR = RangeBearing(range_std=0.3, bearing_std=np.radians(5.0))
+SIGHT = 5.0  # m: landmarks that are truly nearer are measured, whatever the noise makes of their range
 ODOMETRY_STD = np.array([0.05, 0.02, np.radians(1.0)])  # of one step: forward m, sideways m, turn rad
 
 
