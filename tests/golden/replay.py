@@ -23,15 +23,15 @@ class Run:
         the gate, other flags are 0.
     poses : ndarray, shape (F, robots, 7)
         At the end of each frame, with unit quaternions.
-    points : dict of int to ndarray, shape (3,)
-        Landmarks at the end, as Euclidean points, by id.
-    covariances : dict of int to ndarray, shape (3, 3)
+    points : dict of int to ndarray, shape (3,), or None
+        Landmarks at the end, as Euclidean points, by id; None where a reference does not hold them.
+    covariances : dict of int to ndarray, shape (3, 3), or None
     """
 
     events: np.ndarray
     poses: np.ndarray
-    points: dict
-    covariances: dict
+    points: dict | None
+    covariances: dict | None
 
 
 def replay(scenario, births=False):
@@ -81,15 +81,21 @@ def recorded(scenario):
     arrays, ev = scenario.arrays, scenario.arrays["ev_int"]
     events = np.column_stack([ev[:, [0, 1, 2, 3, 5]], accepted(ev)])
     poses = np.stack([arrays[f"est_x_rob{i}"][:, :7] for i in range(1, scenario.n_robots + 1)], 1)
-    last = int(arrays["P_frame"][0])
-    x, P = arrays["map_x"][-1], arrays[f"P_{last:04d}"]
+    return Run(events, unit_poses(poses), *recorded_landmarks(arrays))
+
+
+def recorded_landmarks(arrays):
+    """Points and covariances at the end; None for both in an extract of the first frames."""
+    if "P_frame" not in arrays:
+        return None, None
+    x, P = arrays["map_x"][-1], arrays[f"P_{int(arrays['P_frame'][0]):04d}"]
     points, covariances = {}, {}
     for (used, id, code, *_), positions in zip(arrays["lmk_table"][-1], arrays["lmk_range"][-1], strict=True):
         if used:
             r = positions[positions > 0] - 1
             p, P_l = LANDMARKS[TYPES[code - 1]].point(x[r])
             points[int(id)], covariances[int(id)] = p, P_l @ P[np.ix_(r, r)] @ np.transpose(P_l)
-    return Run(events, unit_poses(poses), points, covariances)
+    return points, covariances
 
 
 def accepted(ev):
@@ -104,6 +110,8 @@ def exact(path):
     with np.load(path) as a:
         events = a["ev"].copy()
         events[events[:, 0] != 1, 5] = 0
+        if "ids" not in a.files:
+            return Run(events, unit_poses(a["poses"]), None, None)
         ids = a["ids"].astype(int).tolist()
         points, covariances = (dict(zip(ids, a[name], strict=True)) for name in ("pts", "covs"))
         return Run(events, unit_poses(a["poses"]), points, covariances)

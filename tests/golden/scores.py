@@ -19,10 +19,11 @@ def score(run, reference):
         `births_deaths` : the same for initialisations and deletions alone, in order.
         `pose_mm`, `pose_deg` : largest difference of a robot's pose in any frame.
         `landmark_sigma`, `landmark_sigma_median` : difference of each Euclidean landmark at the end from that of the
-        reference, over the reference's sigma: the largest of its coordinates; infinite if another set is left.
+        reference, over the reference's sigma: the largest of its coordinates; infinite if another set is left,
+        None where the reference does not hold them.
     """
     life = [events[np.isin(events[:, 0], (3, 4))] for events in (run.events, reference.events)]
-    sigmas = landmark_sigmas(run, reference)
+    sigmas = None if reference.points is None else landmark_sigmas(run, reference)
     return {
         "events": len(reference.events),
         "in_order": share_in_order(run.events, reference.events),
@@ -30,8 +31,8 @@ def score(run, reference):
         "births_deaths": share_in_order(*life),
         "pose_mm": 1e3 * float(np.linalg.norm(run.poses[..., :3] - reference.poses[..., :3], axis=-1).max()),
         "pose_deg": float(np.degrees(angles(run.poses[..., 3:], reference.poses[..., 3:]).max())),
-        "landmark_sigma": float(np.max(sigmas, initial=0.0)),
-        "landmark_sigma_median": float(np.median(sigmas)) if len(sigmas) else 0.0,
+        "landmark_sigma": None if sigmas is None else float(np.max(sigmas, initial=0.0)),
+        "landmark_sigma_median": None if sigmas is None else float(np.median(sigmas)) if len(sigmas) else 0.0,
     }
 
 
