@@ -105,11 +105,12 @@ class View:
         if self.dim == 3:
             ax.set(zlim=limits[2], zticks=ticks(limits[2], nice_step(np.ptp(limits[2]), 3)), zlabel="z (m)")
             ax.set(ylabel="y (m)")
+            ax.xaxis.labelpad = ax.yaxis.labelpad = 50.0 if self.name == "side" else 10.0
             if self.name == "top":  # an axis seen from its end is a blot
                 ax.set(zticks=[], zlabel="")
             if self.name == "side":
                 ax.set(yticks=[], ylabel="")
-            ax.set_box_aspect(np.ptp(limits, axis=1), zoom={"top": 0.8, "side": 1.05}.get(self.name, 0.93))
+            ax.set_box_aspect(np.ptp(limits, axis=1), zoom={"top": 0.8, "side": 1.05}.get(self.name, 0.88))
 
 
 def half_view(model) -> Array:
@@ -129,7 +130,7 @@ def picture_border(frame, half: Array) -> Array:
 
 def look_from(frame, half: Array) -> Array:
     """Return the matrix that draws the world as a camera sees it: x / z to the right, y / z downwards."""
-    f = 0.075 / max(half)  # matplotlib's 3D axes show about -0.09 to 0.09 of the projected plane
+    f = 0.07 / max(half)  # matplotlib's 3D axes show about -0.09 to 0.09 of the projected plane
     lens = np.array([[f, 0, 0, 0], [0, -f, 0, 0], [0, 0, 0, -1], [0, 0, 1, 0]])
     to_camera = np.eye(4)
     to_camera[:3, :3], to_camera[:3, 3] = frame.R.T, -frame.R.T @ frame.t

@@ -1,5 +1,7 @@
 """Ellipses and ellipsoids: every point on the quadric, also for singular covariances and many at once."""
 
+import json
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -143,3 +145,17 @@ def test_use_style_has_no_font_below_12_points():
         style.use_style()
         for key in ["font.size", "axes.labelsize", "xtick.labelsize", "ytick.labelsize", "legend.fontsize"]:
             assert plt.rcParams[key] >= 12
+
+
+def test_ellipses_recorded_from_the_toolbox_lie_on_ours(golden_dir):
+    """The toolbox orders its points as its SVD does, so points are compared as members of the same curve."""
+    checked = 0
+    for record in json.loads((golden_dir / "functions" / "graphics.json").read_text()):
+        if record["fn"] not in ("golden_c2e", "golden_c3e") or record.get("degenerate"):
+            continue
+        mean, cov, k, _ = (np.array(arg["value"], dtype=float) for arg in record["args"])
+        p = np.array([out["value"][0] for out in record["outs"]], dtype=float).T
+        on_unit_sphere = np.linalg.solve(half_axes(cov), (p - mean[:, 0]).T)
+        np.testing.assert_allclose(np.linalg.norm(on_unit_sphere, axis=0), k.item(), rtol=1e-9)
+        checked += 1
+    assert checked >= 5
