@@ -35,7 +35,7 @@ def md2(e, P):
     with np.errstate(invalid="ignore", divide="ignore"):
         std = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))  # the units differ (m, rad): judge the correlations
         w, C = e / std, P / (std[..., :, None] * std[..., None, :])
-    usable = np.isfinite(w).all(-1) & np.isfinite(C).all((-1, -2))
+    usable = np.asarray(np.isfinite(w).all(-1) & np.isfinite(C).all((-1, -2)))
     C = np.where(usable[..., None, None], C, np.eye(n))
     usable &= np.linalg.eigvalsh(C)[..., 0] > SINGULAR
     C = np.where(usable[..., None, None], C, np.eye(n))
@@ -98,7 +98,7 @@ def anees_band(dof, runs, confidence=0.95):
 
     Parameters
     ----------
-    dof : int
+    dof : float
         Of one number: 3 for a pose in the plane, 6 in space, the size of z for NIS.
     runs : int
         How many independent numbers are averaged. Frames of one run are not independent.
@@ -190,7 +190,7 @@ ROUNDING = 1e-9
 """Relative asymmetry, or negative eigenvalue, that rounding alone may cause."""
 
 
-def honesty(e, P, nis=(), nis_dof=2, dim=2, map_P=None, runs=None, confidence=0.999):
+def honesty(e, P, nis=(), nis_dof=2.0, dim=2, map_P=None, runs=None, confidence=0.999):
     """Read the honesty meter.
 
     Parameters
@@ -201,8 +201,8 @@ def honesty(e, P, nis=(), nis_dof=2, dim=2, map_P=None, runs=None, confidence=0.
         Their covariances, as the filter has them.
     nis : array_like, shape (K,)
         Squared Mahalanobis distances of innovations.
-    nis_dof : int
-        Size of an innovation.
+    nis_dof : float
+        Size of an innovation; the mean size, if they differ.
     dim : int
         How many of the n numbers are the position.
     map_P : ndarray, shape (m, m), optional

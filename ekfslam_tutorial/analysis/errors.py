@@ -3,6 +3,8 @@
 `History` looks at every snapshot of a run and keeps what is needed; its `summary()` is what goes into `result.json`.
 """
 
+from typing import Any
+
 import numpy as np
 
 from .alignment import align
@@ -39,7 +41,7 @@ class History:
         self._nis, self._seen = {}, {}
         self.n_landmarks = []
         self.n_refused = self.n_recoveries = 0
-        self.last = None
+        self.last: Any = None
 
     # --- collecting ---
 
@@ -220,7 +222,7 @@ class History:
             e,
             P,
             nis=pairs[:, 0],
-            nis_dof=_mean(pairs[:, 1]) if len(pairs) else 2,
+            nis_dof=_mean(pairs[:, 1]) if len(pairs) else 2.0,
             dim=tracks[0].frame.dim,
             map_P=self.last.map.P,
             runs=1,

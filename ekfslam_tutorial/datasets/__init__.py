@@ -4,6 +4,7 @@ Lives here: readers of the files that others publish, what is known to be wrong 
 May not: estimate, draw, or download without being asked.
 """
 
+from .registry import DATASETS, LOADERS, check, load_recording, prepare, report
 from .sources import data_folders
 
-__all__ = ["data_folders"]
+__all__ = ["DATASETS", "LOADERS", "check", "data_folders", "load_recording", "prepare", "report"]

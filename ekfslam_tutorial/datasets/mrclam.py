@@ -47,12 +47,12 @@ HOLD = 2.0
 """Frames later than this after the last command are left out, s."""
 
 
-def find_set(number, path=None):
+def find_set(set, path=None):
     """Where one set is.
 
     Parameters
     ----------
-    number : int
+    set : int
         1 to 9.
     path : str or Path, optional
         The set itself (folder or zip), or a folder to look in; the folders of `EKFSLAM_DATA` when not given.
@@ -62,16 +62,17 @@ def find_set(number, path=None):
     Source or None
     """
     if path is None:
-        found = find(f"{NAME}{number}")
-    elif re.fullmatch(NAME + r"\d+", Path(path).name.removesuffix(".zip"), re.IGNORECASE) or Path(path).is_file():
-        return Source(Path(path)) if Path(path).exists() else None
-    else:
-        found = find(f"{NAME}{number}", [path])
+        found = find(f"{NAME}{set}")
+        return found[0] if found else None
+    path = Path(path)
+    if path.is_file() or (path / "Barcodes.dat").is_file() or re.fullmatch(f"{NAME}{set}", path.name, re.IGNORECASE):
+        return Source(path) if path.exists() else None
+    found = find(f"{NAME}{set}", [path])
     return found[0] if found else None
 
 
 def load(
-    number=9,
+    set=9,
     robots=(3,),
     path=None,
     calibration=None,
@@ -82,7 +83,7 @@ def load(
 
     Parameters
     ----------
-    number : int
+    set : int
         Which set, 1 to 9.
     robots : sequence of int
         Which robots, 1 to 5. Robot r has the sensor r.
@@ -107,11 +108,11 @@ def load(
     ValueError
         A file is damaged: the message names file and line.
     """
-    source = find_set(number, path)
+    source = find_set(set, path)
     if source is None:
         places = str(path) if path else ", ".join(map(str, data_folders())) or f"{ENVIRONMENT}, which is not set"
         raise FileNotFoundError(
-            f"MRCLAM set {number} is not found in {places}; wanted is MRCLAM_Dataset{number}.zip or its unpacked folder"
+            f"MRCLAM set {set} is not found in {places}; wanted is MRCLAM_Dataset{set}.zip or its unpacked folder"
         )
     return recording(read_set(source, robots), calibration, odometry_noise, sighting_noise)
 

@@ -94,15 +94,21 @@ def read_set(source, robots):
     FileNotFoundError, ValueError
         A file is missing or damaged (see `read_table`), or a robot is not one of 1 to 5.
     """
-    robots = list(robots)
-    if not robots or not set(robots) <= set(ROBOTS) or len(set(robots)) < len(robots):
-        raise ValueError(f"MRCLAM robots must be some of {list(ROBOTS)}, each once; got {robots}")
+    check_robots(robots)
     notes = []
     subjects = _read_barcodes(source)
     survey = read_table(source, "Landmark_Groundtruth.dat", LANDMARKS)
     logs = {r: _read_robot(source, r, subjects, notes) for r in robots}
     log = SetLog(source.path.stem, logs, survey[:, 0].astype(int), survey[:, 1:3], notes)
     return _check_survey(log)
+
+
+def check_robots(robots):
+    """Refuse what is not a choice of the five robots."""
+    robots = list(robots)
+    whole = all(isinstance(r, int | np.integer) for r in robots)
+    if not robots or not whole or not set(robots) <= set(ROBOTS) or len(set(robots)) < len(robots):
+        raise ValueError(f"MRCLAM robots must be some of {list(ROBOTS)}, each once; got {robots}")
 
 
 def _read_barcodes(source):
