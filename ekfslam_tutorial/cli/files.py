@@ -1,0 +1,84 @@
+"""Files of the command line: those that come with the package, and those that it writes."""
+
+import contextlib
+import difflib
+import os
+import tempfile
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def shipped(folder):
+    """A folder that comes with the package, `data` or `notebooks`: inside an installed one, or in the repository."""
+    inside = PACKAGE / "_share" / folder
+    return inside if inside.is_dir() else PACKAGE.parent / folder
+
+
+def scenarios():
+    """The scenario files that come with the package, by name."""
+    return {path.stem: path for path in sorted((shipped("data") / "scenarios").glob("*.toml"))}
+
+
+def find_scenario(name):
+    """The file of a scenario: a path, or the name of one that comes with the package.
+
+    Raises
+    ------
+    FileNotFoundError
+        Naming the nearest one.
+    """
+    path, known = Path(name), scenarios()
+    if path.is_file():
+        return path
+    stem = path.stem if path.suffix == ".toml" else path.name
+    if stem in known:
+        return known[stem]
+    close = difflib.get_close_matches(stem, known, n=1, cutoff=0.5)
+    hint = f"; did you mean {close[0]}?" if close else ""
+    raise FileNotFoundError(f"no scenario file {name}; known names: {', '.join(known) or 'none'}{hint}")
+
+
+def writable_folder(path):
+    """Make a folder if need be and see that files can be written there.
+
+    Raises
+    ------
+    OSError
+        One sentence that says why not.
+    """
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            return path
+    except OSError as error:
+        raise OSError(f"cannot write into the folder {path}: {error.strerror or error}") from error
+
+
+@contextlib.contextmanager
+def replacing(path):
+    """Give a temporary path; what is written there takes the place of the file in one step, or not at all.
+
+    Examples
+    --------
+    >>> with replacing("result.json") as part:      # doctest: +SKIP
+    ...     part.write_text("{}")
+    """
+    path = Path(path)
+    handle, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    os.close(handle)
+    part = Path(part)
+    try:
+        yield part
+        part.chmod(0o666 & ~_umask())
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _umask():
+    """The permissions that new files do not get (mkstemp gives fewer)."""
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask

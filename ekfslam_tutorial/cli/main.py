@@ -1,0 +1,100 @@
+"""The parser of the command line. The commands themselves are imported when they are called: `--version` is instant."""
+
+import argparse
+import importlib
+import os
+import sys
+
+from .. import __version__
+
+USER_ERRORS = (ValueError, OSError)  # told in one sentence; anything else is a mistake of ours
+
+
+def main(arguments=None):
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Those of the command line if not given.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 1 a problem was found, 2 wrong input, 130 stopped by Ctrl-C.
+    """
+    for library in ("OPENBLAS", "MKL", "OMP"):  # small matrices: one thread is faster than two
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    options = parser().parse_args(arguments)
+    command = importlib.import_module(f".{options.module}", __package__)
+    try:
+        return command.main(options)
+    except USER_ERRORS as error:
+        if os.environ.get("EKFSLAM_TRACEBACK"):
+            raise
+        print(f"ekfslam {options.command}: {_sentence(error)}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"ekfslam {options.command}: stopped", file=sys.stderr)
+        return 130
+
+
+def _sentence(error):
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+    return str(error)
+
+
+def parser():
+    """The argument parser with all commands."""
+    top = argparse.ArgumentParser(prog="ekfslam", description="EKF mapping and EKF-SLAM: course and toolbox.")
+    top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
+    commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
+    for add in (_run, _data, _notebooks, _progress, _new, _doctor):
+        add(commands)
+    return top
+
+
+def _command(commands, name, help, module=None, **more):
+    command = commands.add_parser(name, help=help, description=help, **more)
+    command.set_defaults(module=module or name)
+    return command
+
+
+def _run(commands):
+    run = _command(commands, "run", "Run a scenario and write result.json, trajectory.csv, map.csv and figures.")
+    run.add_argument("scenario", help="a TOML file, or the name of a scenario that comes with the package")
+    run.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario: data.set=7")
+    run.add_argument("--out", metavar="DIR", help="folder for the results; results/NAME if not given")
+    run.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
+    run.add_argument("--recording", metavar="PATH", help="play this recording (.npz or CSV folder), do not simulate")
+    run.add_argument("--record", action="store_true", help="also write recording.npz, to be played again")
+    run.add_argument("--movie", action="store_true", help="also write a movie of the run (MP4 with ffmpeg, else GIF)")
+    run.add_argument("--live", action="store_true", help="show the figures while it runs")
+    run.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
+
+
+def _data(commands):
+    data = _command(commands, "data", "Say which data sets are here, verify them, and where to get the missing ones.")
+    data.add_argument("rest", nargs=argparse.REMAINDER, metavar="...", help="what the data sets understand")
+
+
+def _notebooks(commands):
+    notebooks = _command(commands, "notebooks", "Copy the notebooks to a folder of your own; nothing is overwritten.")
+    notebooks.add_argument("destination", metavar="DEST")
+
+
+def _progress(commands):
+    progress = _command(commands, "progress", "Say which exercises are done.")
+    progress.add_argument("notebook", nargs="?", metavar="NN", help="only those of this notebook: 02")
+
+
+def _new(commands):
+    new = _command(commands, "new", "Write a model of your own that works from the first minute, with its test.")
+    new.add_argument("kind", choices=("sensor", "landmark", "motion"))
+    new.add_argument("name", help="its name in small letters: my_sonar")
+    new.add_argument("--dir", default=".", metavar="DIR", help="where to write it; here if not given")
+
+
+def _doctor(commands):
+    _command(commands, "doctor", "Check the installation; a one-line cure for each problem.")

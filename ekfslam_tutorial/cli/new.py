@@ -1,0 +1,63 @@
+"""`ekfslam new sensor|landmark|motion NAME`: a model that works from the first minute, to be changed into one's own.
+
+This is section 5 of the manual as a habit: the file says what is needed, its test says whether it is there.
+"""
+
+import keyword
+import re
+from pathlib import Path
+
+from ..models import landmarks, motion, sensors
+from ..toolbox.tables import exported
+from .files import replacing, writable_folder
+
+TEMPLATES = Path(__file__).parent / "templates"
+EXPORTS = {"sensor": sensors, "landmark": landmarks, "motion": motion}
+FOLDER = {"sensor": "sensors", "landmark": "landmarks", "motion": "motion"}
+
+
+def main(options):
+    """Run the command."""
+    name, cls = names(options.name)
+    known = exported(EXPORTS[options.kind])
+    if name in known:
+        raise ValueError(
+            f"the package has a {options.kind} {name!r} already; known: {', '.join(known)}; take another name"
+        )
+    folder = writable_folder(options.dir)
+    paths = [folder / f"{name}.py", folder / f"test_{name}.py"]
+    for path in paths:
+        if path.exists():
+            raise FileExistsError(f"{path} is there already, and nothing is overwritten; take another name")
+    for path, template in zip(paths, (f"{options.kind}.py", f"test_{options.kind}.py"), strict=True):
+        text = (TEMPLATES / template).read_text(encoding="utf-8")
+        with replacing(path) as part:
+            part.write_text(filled(text, options.kind, name, cls), encoding="utf-8")
+    print(f"written: {paths[0]} (the model) and {paths[1]} (its test)")
+    print(f"next: python -m pytest {paths[1]}, then change the model and run it again")
+    print(f"in a scenario: ekfslam run SCENARIO --models {paths[0]}, with {usage(options.kind, name)}")
+    print(
+        f"to put it into the package: move it to ekfslam_tutorial/models/{FOLDER[options.kind]}/ and add one export line"
+    )
+    return 0
+
+
+def names(name):
+    """Name of the file and of the class: my_sonar and MySonar, whichever of the two was given."""
+    words = re.findall(r"[A-Z]?[a-z0-9]+|[A-Z]+(?![a-z])", name) if re.fullmatch(r"[A-Za-z]\w*", name) else []
+    small = "_".join(words).lower()
+    if not words or keyword.iskeyword(small) or not small.isascii():
+        raise ValueError(
+            f"{name!r} is no name for a model; write small letters, digits and underscores, as in my_sonar"
+        )
+    return small, "".join(word.capitalize() for word in small.split("_"))
+
+
+def usage(kind, name):
+    """How a scenario names the model."""
+    return f'motion = "{name}"' if kind == "motion" else f'type = "{name}"'
+
+
+def filled(text, kind, name, cls):
+    """A template with the names put in."""
+    return text.replace(f"New{kind.capitalize()}", cls).replace(f"new_{kind}", name)

@@ -1,0 +1,119 @@
+"""What a run leaves behind: result.json, trajectory.csv, map.csv, map.png and a figure of each sensor."""
+
+import csv
+import json
+
+import numpy as np
+
+from .. import __version__
+from .files import replacing
+
+STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
+ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
+FIGURES = ["ate_rmse_m", "heading_rmse_deg", "landmark_rmse_m", "dead_reckoning_ate_m", "nees_mean", "nis_mean"]
+
+
+def summary(data, history, seconds, n_frames, interrupted, notes):
+    """The figures of a run for result.json; None stands for what cannot be known.
+
+    Parameters
+    ----------
+    data : UserData
+    history : History
+    seconds : float
+        Time that the run took.
+    n_frames : int
+        How many frames there were to be.
+    interrupted : bool
+    notes : list of str
+        What is to be known about the data.
+    """
+    figures = history.summary()
+    figures["n_landmarks"] = len(history.last.lmks)
+    head = {"scenario": data.name, "seed": data.seed, "version": __version__}
+    head |= {"complete": not interrupted, "frames_wanted": n_frames}
+    tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3), "notes": notes}
+    return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
+
+
+def sentence(figures):
+    """The figures of a run in one line."""
+    words = [f"{figures['frames']} frames", f"{figures['n_landmarks']} landmarks"]
+    for key, text in (("ate_rmse_m", "ATE {:.3g} m"), ("landmark_rmse_m", "landmark RMSE {:.3g} m")):
+        if figures[key] is not None:
+            words.append(text.format(figures[key]))
+    if figures["n_landmarks_refused"]:
+        words.append(f"{figures['n_landmarks_refused']} landmarks not started: the map was full")
+    return f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s"
+
+
+def write(out, figures, history, data):
+    """Write all files; each appears whole or not at all. Returns their names."""
+    from . import views
+
+    with replacing(out / "result.json") as part:
+        part.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
+    _write_csv(out / "map.csv", *landmarks(history))
+    return ["result.json", "trajectory.csv", "map.csv", *views.write_figures(out, history, data)]
+
+
+def write_recording(out, recorder, name):
+    """Write recording.npz, which plays the run again."""
+    with replacing(out / "recording.npz") as part:
+        recorder.recording(name).save(part)
+    return ["recording.npz"]
+
+
+def trajectory(history, first):
+    """Header and rows of trajectory.csv: one row for each frame and robot, metres and radians, in the map's frame.
+
+    Standard deviations of angles are those of small rotations about the axes of the robot.
+    """
+    tracks = [history.track(id) for id in history.robots]
+    state, error = STATE[tracks[0].frame.size], ERROR[tracks[0].frame.size]
+    header = ["frame", "t", "robot", *state, *error, *(f"true_{name}" for name in state)]
+    stds = [_stds(track) for track in tracks]
+    rows = (
+        [first + k, track.t[k], track.id, *track.x[k], *std[k], *_blank(track.truth[k])]
+        for k in range(len(tracks[0].t))
+        for track, std in zip(tracks, stds, strict=True)
+    )
+    return header, rows
+
+
+def _stds(track):
+    """Standard deviations of position and angles, shape (F, dof)."""
+    F = track.frame(track.x)
+    _, E_x = F.minus(F)
+    variances = np.einsum("...ij,...jk,...ik->...i", E_x, track.P, E_x)
+    return np.sqrt(variances.clip(0))
+
+
+def landmarks(history):
+    """Header and rows of map.csv: Euclidean mean and covariance of each landmark, and the truth where known."""
+    s = history.last
+    axes = "xyz"[: s.robs[0].motion.frame.dim]
+    i, j = np.triu_indices(len(axes))
+    names = [f"P_{axes[a]}{axes[b]}" for a, b in zip(i, j, strict=True)]
+    counts = ["n_search", "n_match", "n_inlier"]
+    header = ["id", "type", *axes, *names, *(f"true_{axis}" for axis in axes), *counts]
+    places = {} if s.sim_lmk is None else dict(zip(s.sim_lmk.ids.tolist(), s.sim_lmk.points, strict=True))
+    rows = []
+    for lmk in s.lmks.values():
+        p, P = lmk.point(s.map)
+        truth = places.get(lmk.id, np.full(len(axes), np.nan))
+        rows.append([lmk.id, type(lmk.type).__name__, *p, *P[i, j], *_blank(truth), *(getattr(lmk, n) for n in counts)])
+    return header, rows
+
+
+def _blank(values):
+    """Nothing at all where a value is not known."""
+    return [v if np.isfinite(v) else "" for v in values]
+
+
+def _write_csv(path, header, rows):
+    with replacing(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows([v.item() if isinstance(v, np.generic) else v for v in row] for row in rows)

@@ -1,0 +1,145 @@
+"""`ekfslam run`: a scenario from its file to figures, with a progress bar, and nothing lost on Ctrl-C."""
+
+import importlib.util
+import inspect
+import signal
+import sys
+import threading
+import time
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from tqdm import tqdm
+
+from ..analysis import History
+from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
+from . import results, views
+from .datasets import open_data
+from .files import find_scenario, writable_folder
+
+
+def main(options):
+    """Run the command."""
+    models = [cls for file in options.models for cls in own_models(file)]
+    data = read(options, models)
+    out = writable_folder(options.out or Path("results") / data.name)
+    data, recording, said = source(options, data, models)
+    if said:
+        print(said, file=sys.stderr)
+    if options.live:
+        views.check_display()
+    movie = views.movie_path(out) if options.movie else None
+
+    history, recorder = History(), Recorder()
+    run = universal_slam(data, recording)
+    with ExitStack() as stack:
+        watchers = [history, recorder] if options.record else [history]
+        if movie:
+            watchers.append(stack.enter_context(views.Film(movie, data.figure)))
+        if options.live:
+            watchers.append(stack.enter_context(views.Live(data.figure)))
+        seconds, interrupted = consume(run, watchers)
+    if history.last is None:
+        print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
+        return 130
+
+    notes = ([said] if said else []) + (recording.notes if recording else [])
+    summary = results.summary(data, history, seconds, len(run), interrupted, notes)
+    written = results.write(out, summary, history, data)
+    if options.record:
+        written += results.write_recording(out, recorder, data.name)
+    if movie:
+        written.append(movie.name)
+    print(results.sentence(summary))
+    print(f"written to {out}: {', '.join(written)}")
+    return 130 if interrupted else 0
+
+
+def read(options, models):
+    """The scenario with the changes of the command line."""
+    overrides = dict(parse_override(text) for text in options.set)
+    if options.seed is not None:
+        overrides["seed"] = options.seed
+    try:
+        return UserData.from_toml(find_scenario(options.scenario), overrides, models)
+    except TypeError as error:  # a sensor and a landmark type that do not go together
+        raise ValueError(str(error)) from error
+
+
+def source(options, data, models):
+    """Where the data come from: a recording that was named, a data set, its simulated twin, or the simulator.
+
+    Returns
+    -------
+    data : UserData
+    recording : Recording or None
+    said : str
+        What the user should know about it.
+    """
+    if options.recording:
+        return data, Recording.load(options.recording), f"playing the recording {options.recording}"
+    if data.data is None:
+        return data, None, ""
+    return open_data(data, models)
+
+
+def consume(run, watchers):
+    """Draw all snapshots and show them to the watchers.
+
+    Returns
+    -------
+    seconds : float
+        Spent on the run itself, without the watchers.
+    interrupted : bool
+        By Ctrl-C; then the frames so far are complete.
+    """
+    seconds, frames = 0.0, iter(run)
+    with stopped_by_ctrl_c() as stop, tqdm(total=len(run), unit="frame", file=sys.stderr) as bar:
+        while not stop.is_set():
+            start = time.perf_counter()
+            snapshot = next(frames, None)
+            seconds += time.perf_counter() - start
+            if snapshot is None:
+                break
+            for watcher in watchers:
+                watcher.add(snapshot)
+            bar.update()
+        interrupted = stop.is_set() and bar.n < len(run)
+    if interrupted:
+        print(f"ekfslam run: stopped after {bar.n} of {len(run)} frames; these are written", file=sys.stderr)
+    return seconds, interrupted
+
+
+@contextmanager
+def stopped_by_ctrl_c():
+    """An event that Ctrl-C sets, so that a frame is finished first. A second Ctrl-C stops at once."""
+    stop = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+
+    def on_signal(*_):
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    before = signal.signal(signal.SIGINT, on_signal)
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def own_models(file):
+    """The classes that a Python file of the user's defines. The file is executed: it is the user's own."""
+    path = Path(file)
+    if not path.is_file() or path.suffix != ".py":
+        raise FileNotFoundError(f"no Python file {file}; `ekfslam new sensor NAME` writes one")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module  # dataclasses look their module up there
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise ValueError(f"{file} cannot be loaded: {type(error).__name__}: {error}") from error
+    return [c for _, c in inspect.getmembers(module, inspect.isclass) if c.__module__ == path.stem]

@@ -1,0 +1,156 @@
+"""Figures of a run: pictures at its end, a movie, and a live view."""
+
+import shutil
+from pathlib import Path
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ..graphics import MapFig, Movie, SenFig, check_movie_path, grab, map_picture, side_by_side, use_style
+from .files import replacing
+
+
+def write_figures(out, history, data):
+    """Write map.png and sensor-N.png; return their names."""
+    use_style(dpi=100)
+    with plt.rc_context({"figure.max_open_warning": 0}):
+        return [_map(out, history, data), *(_sensor(out, history.last, sen.id, data.figure) for sen in data.sensors)]
+
+
+def _map(out, history, data):
+    """The whole run in one picture: laid on the truth, if the map has a frame of its own."""
+    s = history.last
+    align, _ = history.alignment()
+    free = history.gauge == "free" and align is not None
+    tracks = {f"robot {id}": history.track(id) for id in history.robots}
+    if free:
+        tracks = {name: _laid(track.moved(align)) for name, track in tracks.items()}
+    dim = s.robs[0].motion.frame.dim
+    points = [lmk.point(s.map) for lmk in s.lmks.values()]
+    mean = np.array([p for p, _ in points]).reshape(-1, dim)
+    cov = np.array([P for _, P in points]).reshape(-1, dim, dim)
+    if free and len(mean):
+        mean, cov = align.from_frame(mean)[0], align.R @ cov @ align.R.T
+    finite = np.isfinite(mean).all(1) & np.isfinite(cov).all((1, 2))
+    known = {name: track for name, track in tracks.items() if track.known.any()}
+    axes, _ = map_picture(
+        {name: track.x[:, :dim] for name, track in tracks.items()},
+        mean[finite],
+        cov[finite],
+        ids=[id for id, ok in zip(s.lmks, finite, strict=True) if ok],
+        true_path={name: track.truth[:, :dim] for name, track in known.items()} or None,
+        true_points=None if s.sim_lmk is None else s.sim_lmk.points,
+        true_ids=None if s.sim_lmk is None else s.sim_lmk.ids,
+        dead_reckoning={name: track.dead[:, :dim] for name, track in tracks.items()},
+        k=data.figure.k,
+        title=f"{data.name}: {s.k - data.time.first + 1} frames" + ", map laid on the truth" * free,
+    )
+    return _save(axes.figure, out / "map.png")
+
+
+def _laid(track):
+    """The track with its dead reckoning laid on the truth, where there is enough of that."""
+    try:
+        return track.aligned_dead()
+    except ValueError:
+        return track
+
+
+def _sensor(out, snapshot, sensor, figure):
+    fig = SenFig(snapshot, sensor, k=figure.k, labels=figure.labels).fig
+    return _save(fig, out / f"sensor-{sensor}.png")
+
+
+def _save(fig, path):
+    with replacing(path) as part:
+        fig.savefig(part)
+    plt.close(fig)
+    return path.name
+
+
+def movie_path(out):
+    """Where the movie goes: MP4 where ffmpeg is, else GIF. Asked before the run."""
+    return check_movie_path(Path(out) / ("movie.mp4" if shutil.which("ffmpeg") else "movie.gif"))
+
+
+def check_display():
+    """Refuse a live view where no window can be shown.
+
+    Raises
+    ------
+    ValueError
+        With what to do instead.
+    """
+    interactive = [name.lower() for name in matplotlib.backends.backend_registry.list_builtin(True)]
+    if plt.get_backend().lower() not in interactive:
+        raise ValueError("--live needs a display, and there is none here; take --movie and watch it afterwards")
+
+
+class _Figures:
+    """Map figure and sensor figures, made with the first snapshot and updated with every `period`-th one."""
+
+    def __init__(self, options):
+        self._options, self._count, self.map, self.sensors = options, 0, None, []
+
+    def add(self, snapshot):
+        """Take a snapshot; draw it if it is one of those to be drawn."""
+        due, self._count = self._count % self._options.period == 0, self._count + 1
+        if not due:
+            return
+        if self.map is None:
+            self._make(snapshot)
+        elif self._options.orbit_deg and snapshot.map.n and self.map.dim == 3:
+            self.map.orbit(np.deg2rad(self._options.orbit_deg * self._options.period))
+        for figure in (self.map, *self.sensors):
+            figure.update(snapshot)
+        self.show()
+
+    def _make(self, snapshot):
+        o = self._options
+        self.map = MapFig(snapshot, k=o.k, view=o.view or None, limits=o.limits, labels=o.labels)
+        self.sensors = [SenFig(snapshot, sen.id, k=o.k, labels=o.labels) for sen in snapshot.sens]
+
+    def __enter__(self):
+        use_style(dpi=75)
+        return self
+
+    def __exit__(self, *problem):
+        for figure in (self.map, *self.sensors):
+            if figure is not None:
+                plt.close(figure.fig)
+
+
+class Film(_Figures):
+    """A movie: the map, and what the first sensor sees beside it."""
+
+    def __init__(self, path, options):
+        super().__init__(options)
+        self._movie = Movie(path, options.fps)
+
+    def show(self):
+        """Append the figures to the movie."""
+        self._movie.add(side_by_side(grab(f.fig) for f in (self.map, *self.sensors[:1])))
+
+    def __enter__(self):
+        self._movie.__enter__()
+        return super().__enter__()
+
+    def __exit__(self, *problem):
+        super().__exit__(*problem)
+        self._movie.__exit__(*(problem or (None, None, None)))
+
+
+class Live(_Figures):
+    """Windows that follow the run; they stay open at its end until they are closed."""
+
+    def show(self):
+        """Let the windows draw."""
+        for figure in (self.map, *self.sensors):
+            figure.fig.canvas.draw_idle()
+        plt.pause(0.001)
+
+    def __exit__(self, *problem):
+        if problem[0] is None and self.map is not None:
+            plt.show(block=True)
+        super().__exit__(*problem)
