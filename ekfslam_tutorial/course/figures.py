@@ -14,7 +14,7 @@ DPI = 75
 
 
 def show(fig, caption: str, dpi: float = DPI):
-    """Show a figure as PNG and print its caption.
+    """Show a figure as PNG and its caption as text below it.
 
     The caption is computed from what the figure shows, so that it says the truth, can be read by those who do
     not see the picture, and is compared by the tests (the picture is not).
@@ -27,10 +27,15 @@ def show(fig, caption: str, dpi: float = DPI):
         One or two sentences with the numbers that matter, two or three digits each.
     dpi : float
     """
-    caption = one_line(caption)
-    output = bundle(png(fig, dpi), caption)
+    publish(png(fig, dpi), one_line(caption))
+
+
+def publish(picture: bytes, caption: str):
+    """Put a picture, then its caption, into the outputs of the cell."""
+    output = bundle(picture, caption)
     display(output["data"], metadata=output["metadata"], raw=True)
-    print(textwrap.fill(caption, 110))
+    # not printed: what a cell prints is gathered in one place, away from the picture
+    display({"text/plain": textwrap.fill(caption, 110)}, raw=True)
 
 
 def png(fig, dpi: float = DPI) -> bytes:

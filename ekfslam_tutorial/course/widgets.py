@@ -25,7 +25,7 @@ import numpy as np
 from IPython.display import display
 
 from .controls import Choice, Control, Float, Int, Toggle
-from .figures import bundle, one_line, png, show, size
+from .figures import bundle, one_line, png, publish, show, size
 
 
 def explorable(*, run: bool = False, ranges: dict | None = None, **controls: Control):
@@ -68,7 +68,7 @@ def explore(draw: Callable, *, run: bool | None = None, **controls: Control):
     start = {name: control.value for name, control in controls.items()}
     fig, facts = draw(**start)
     picture = png(fig)
-    _poster(picture, facts)
+    publish(picture, one_line(facts["caption"]))
     display(Panel(draw, controls, run, picture, facts).box)
 
 
@@ -235,14 +235,6 @@ def _try(draw, setting):
             low, high = draw.ranges.get(name, (-np.inf, np.inf))
             assert np.isfinite(value), f"{at}: {name} = {value}"
             assert low <= value <= high, f"{at}: {name} = {value}, outside [{low}, {high}]"
-
-
-def _poster(picture, facts):
-    """Show the first picture and its caption as plain outputs."""
-    caption = one_line(facts["caption"])
-    output = bundle(picture, caption)
-    display(output["data"], metadata=output["metadata"], raw=True)
-    print(caption)
 
 
 __all__ = ["Choice", "Float", "Int", "Panel", "Toggle", "explorable", "explore", "show", "sweep"]

@@ -229,7 +229,7 @@ def banana(range_m, range_std, bearing_std):
     ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
     ax.set_adjustable("datalim")
     ax.legend(loc="upper left", fontsize=10)
-    inside = 100 * np.mean(md2(cloud - l, P) < 9)
+    inside = 100 * float(np.mean(md2(cloud - l, P) < 9))
     bias = float(np.hypot(*(cloud.mean(0) - l)))
     caption = (
         f"{inside:.1f} % of the samples lie inside the 3-sigma ellipse; a true Gaussian has 98.9 %. "

@@ -200,8 +200,8 @@ def _(f, rng):
         state = EMPTY
         for k in range(turns):
             x_r = np.array([np.cos(k), np.sin(k), 0.8 * k])
-            state = f(*state, seen, _scan(rng, x_r, seen, 0.3), x_r, 0.09 * R0)
-        x, P, _ = _out(state, 4)
+            state = _out(f(*state, seen, _scan(rng, x_r, seen, 0.3), x_r, 0.09 * R0), 4)
+        x, P, _ = state
         expect.symmetric(P, "P after 8 steps", rtol=1e-6)
         expect.psd(P, "P after 8 steps")
         blocks = np.kron(np.eye(4), np.ones((2, 2))) > 0
