@@ -10,7 +10,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from matplotlib.colors import to_rgb
 from PIL import Image
+
+from .style import GREY, OKABE_ITO
 
 Array = np.ndarray
 
@@ -105,9 +108,9 @@ class Movie:
         options = {"save_all": True, "append_images": rest, "duration": round(1000 / self.fps), "loop": 0}
         if whole.suffix == ".gif":
             # One palette for all frames: it is smaller, and colours do not flicker.
-            first = first.quantize(128, dither=Image.Dither.NONE)
-            options["append_images"] = [i.quantize(palette=first, dither=Image.Dither.NONE) for i in rest]
-            options["optimize"] = False
+            palette = _palette(first)
+            first, *rest = (i.quantize(palette=palette, dither=Image.Dither.NONE) for i in (first, *rest))
+            options |= {"append_images": rest, "optimize": False}
         else:
             options |= {"quality": 80, "method": 3}
         first.save(whole, **options)
@@ -128,6 +131,21 @@ class Movie:
             self.close()
         else:
             self._folder.cleanup()
+
+
+def _palette(image: Image.Image) -> Image.Image:
+    """Return 256 colours for a film: those of the package's styles, fading to white, and the image's own.
+
+    The image's own alone would not do: a colour that marks a few points only is lost among many greys.
+    """
+    base = np.array([to_rgb(colour) for colour in (*OKABE_ITO, GREY)])
+    fade = np.linspace(0, 1, 13)[:, None, None]
+    style = np.unique(np.rint(255 * (base * (1 - fade) + fade)).astype(int).reshape(-1, 3), axis=0)
+    own = np.array(image.convert("RGB").quantize(256 - len(style)).getpalette()).reshape(-1, 3)[: 256 - len(style)]
+    apart = np.abs(own[:, None] - style).max(axis=-1).min(axis=-1) > 8  # Pillow looks colours up in steps of 4
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(np.concatenate([style, own[apart]]).ravel().tolist())
+    return palette
 
 
 def write_movie(path: str | Path, images: Iterable[Array], fps: float = 10) -> Path:

@@ -6,9 +6,10 @@ import stat
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from PIL import Image
 
-from ekfslam_tutorial.graphics import Movie, check_movie_path, grab, side_by_side, write_movie
+from ekfslam_tutorial.graphics import OKABE_ITO, Movie, check_movie_path, grab, side_by_side, write_movie
 
 
 def frames(n=5, shape=(31, 41, 3)):  # odd sizes, which MP4 does not take as they are
@@ -32,6 +33,21 @@ def test_a_movie_is_what_was_put_in(tmp_path, ending):
             difference = np.abs(np.asarray(movie.convert("RGB")).astype(int) - image)
             assert difference.mean() < 12  # WebP is lossy; a wrong frame differs by 50
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_gif_keeps_white_and_the_colours_that_mark_a_few_points(tmp_path):
+    rng = np.random.default_rng(0)
+    image = rng.integers(0, 256, (100, 150, 1), dtype=np.uint8).repeat(3, axis=2)  # many greys
+    image[:50] = 255
+    colours = [np.rint(255 * np.array(to_rgb(colour))).astype(int) for colour in OKABE_ITO]
+    for i, colour in enumerate(colours):
+        image[10:12, 10 * i : 10 * i + 2] = colour
+    path = write_movie(tmp_path / "run.gif", [image, image // 2])
+    with Image.open(path) as movie:
+        shown = np.asarray(movie.convert("RGB")).astype(int)
+    assert (shown[0, 0] == 255).all()
+    for i, colour in enumerate(colours):
+        assert np.abs(shown[10, 10 * i] - colour).max() <= 2
 
 
 def test_a_run_that_fails_leaves_no_file_and_keeps_the_old_one(tmp_path):
