@@ -118,7 +118,9 @@ def run(block, page, namespace):
 
 
 def test_the_checks_themselves_see_a_wrong_page():
-    page = "```python\nprint(1 + 1)\n```\n\n```text\n3\n```\n<!-- source: geometry/angles.py wrap -->\n```python\nx\n```\n"
+    page = (
+        "```python\nprint(1 + 1)\n```\n\n```text\n3\n```\n<!-- source: geometry/angles.py wrap -->\n```python\nx\n```\n"
+    )
     shown, excerpt = (b for b in blocks_of(page) if b.language == "python")
     assert (shown.output, shown.line, excerpt.source) == ("3\n", 2, ("geometry/angles.py", ["wrap"]))
     assert run(shown, Path("page.md"), {}) == "2\n"

@@ -27,7 +27,7 @@ def rows(text=PAGE):
     return [(re.findall(r"`([^`]+)`", m[1]), re.findall(r"`([^`]+)`", m[2]), m[3].strip()) for m in found]
 
 
-# --- the manual's names ------------------------------------------------------------------------------------------------
+# --- the manual's names ----------------------------------------------------------------------------------------------
 
 FRAME = "x t q R Rt it iq Pi Pc"
 MANUAL = {
@@ -35,13 +35,14 @@ MANUAL = {
     "figure 4": "Rob: rob id name type sensors motion con con.u con.U frame vel vel.x vel.P vel.r "
     "state state.x state.P state.size state.r",
     "figure 4, frame": f"Rob.frame: P r {FRAME}",
-    "figure 5": "Sen: sen id name type robot frame par par.k par.d par.c par.imSize state state.x state.P state.size state.r",
+    "figure 5": "Sen: sen id name type robot frame par par.k par.d par.c par.imSize "
+    "state state.x state.P state.size state.r",
     "figure 5, frame": f"Sen.frame: P r {FRAME}",
     "figure 6": "Lmk: lmk id type used state state.x state.P state.size state.r nom nom.n nom.N par",
     "figure 7": "Map: used x P size",
     "figure 8": "Tim: firstFrame lastFrame dt",
-    "figure 9": "Obs: sen lmk sid lid meas meas.y meas.R nom nom.n nom.N exp exp.e exp.E inn inn.z inn.Z inn.iZ inn.MD2 "
-    "app app.pred app.curr app.sc vis measured matched updated Jac Jac.E_r Jac.E_s Jac.E_l",
+    "figure 9": "Obs: sen lmk sid lid meas meas.y meas.R nom nom.n nom.N exp exp.e exp.E inn inn.z inn.Z inn.iZ "
+    "inn.MD2 app app.pred app.curr app.sc vis measured matched updated Jac Jac.E_r Jac.E_s Jac.E_l",
     "figure 10": "SimRob: rob id name type motion sensors frame vel vel.x",
     "figure 10, frame": f"SimRob.frame: {FRAME}",
     "figure 11": "SimSen: sen id name type robot frame par par.k par.d par.c par.imSize",
@@ -62,10 +63,10 @@ MANUAL = {
     "figure 19": "SimMotion constVel odometry odo3 updateFrame",
     "section 4.3": "HighLevel/ InterfaceLevel/ DataManagement/ DetectionMatching/ EKF/ FrameTransforms/ rotations/ "
     "Graphics/ Kinematics/ Math/ Observations/ Simulation/ Slam/",
-    "section 5.1": "observationModel toFrame projectToSensor projEucPntIntoPinHoleOnRob pinHole project distort pixellise "
-    "invPinHole pinHoleIdp splitFrame Rf Sf Sp Spk Spd l e u s U_r U_s U_k U_d U_l",
-    "section 5.2": "invObsModel retroProjectFromSensor retroProjIdpPntFromPinHoleOnRob invPinHoleIdp fromFrameIdp n Sk Sc "
-    "IDP_rf IDP_sf IDP_sk IDP_sd IDP_k IDP_c IDP_sc IDP_u IDP_n",
+    "section 5.1": "observationModel toFrame projectToSensor projEucPntIntoPinHoleOnRob pinHole project distort "
+    "pixellise invPinHole pinHoleIdp splitFrame Rf Sf Sp Spk Spd l e u s U_r U_s U_k U_d U_l",
+    "section 5.2": "invObsModel retroProjectFromSensor retroProjIdpPntFromPinHoleOnRob invPinHoleIdp fromFrameIdp n Sk "
+    "Sc IDP_rf IDP_sf IDP_sk IDP_sd IDP_k IDP_c IDP_sc IDP_u IDP_n",
 }
 LATER = {"simObservation", "simMotion", "correctKnownLmks", "initNewLmk"}  # stand in the remark of the older name
 
@@ -94,7 +95,7 @@ def test_no_counterpart_has_a_reason():
     assert [names for names, here, remark in rows() if not here and len(remark) < 5] == []
 
 
-# --- the names here ----------------------------------------------------------------------------------------------------
+# --- the names here --------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -111,8 +112,7 @@ def live():
         world=World.of(np.array([[4.0, 1, 0.5], [5, -1, 1], [6, 0, -0.5]])),
         time=Time(last=2),
     )
-    for now in universal_slam(data):
-        pass
+    *_, now = universal_slam(data)
     figures = [MapFig(now), SenFig(now)]
     objects = [now, now.map, *now.robs, *now.sens, *now.lmks.values(), *now.obs.values(), now.raw[1], *figures]
     objects += [*now.sim_robs, *now.sim_sens, now.sim_lmk, now.robs[0].frame(now.map), now.sens[0].model, data]
