@@ -211,7 +211,8 @@ def q2e(q):
     e : ndarray, shape (..., 3)
         roll = atan2(r32, r33), pitch = atan2(-r31, hypot(r11, r21)), yaw = atan2(r21, r11).
     E_q : ndarray, shape (..., 3, 4)
-        Infinite at pitch = +-pi/2, where roll and yaw are one and the same rotation ("gimbal lock").
+        Infinite at pitch = +-pi/2, where roll and yaw are one and the same rotation ("gimbal lock"). The angles still
+        give the rotation back: near there the yaw is taken from what is left of R once the roll is undone.
     """
     R, R_q = q2R(q)
     r11, r21, r31, r32, r33 = (R[..., i, j] for i, j in ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2)))
@@ -224,7 +225,11 @@ def q2e(q):
             return (x[..., None] * Y - y[..., None] * X) / (x * x + y * y)[..., None]
 
         E_q = np.stack([atan2_q(r32, r33, R32, R33), atan2_q(-r31, rho, -R31, Rho), atan2_q(r21, r11, R21, R11)], -2)
-    return np.stack([np.arctan2(r32, r33), np.arctan2(-r31, rho), np.arctan2(r21, r11)], -1), E_q
+    roll = np.arctan2(r32, r33)
+    c, s = np.cos(roll), np.sin(roll)
+    left = np.arctan2(s * R[..., 0, 2] - c * R[..., 0, 1], c * R[..., 1, 1] - s * R[..., 1, 2])
+    yaw = np.where(rho < SMALL * np.abs(r31), left, np.arctan2(r21, r11))
+    return np.stack([roll, np.arctan2(-r31, rho), yaw], -1), E_q
 
 
 def e2R(e):
