@@ -53,6 +53,7 @@ def ellipse_points(mean: Array, cov: Array, k: float = 3, n: int = 60) -> Array:
     Returns
     -------
     (..., n, 2)
+        Points, in the units of `mean`.
     """
     mean, A = np.asarray(mean, dtype=float), half_axes(cov)
     if mean.shape[-1:] != (2,) or A.shape[-2:] != (2, 2):
@@ -91,7 +92,18 @@ def ellipsoid_wires(mean: Array, cov: Array, k: float = 3, n: int = 33) -> Array
 
 
 def nan_separated(curves: Array) -> Array:
-    """Join curves (..., n, d) to one (m, d) with a row of NaN after each: one artist draws them all."""
+    """Join curves to one with a row of NaN after each: one artist draws them all.
+
+    Parameters
+    ----------
+    curves : (..., n, d)
+        Curves of n points.
+
+    Returns
+    -------
+    (m, d)
+        m is n + 1 times the number of curves.
+    """
     curves = np.asarray(curves, dtype=float)
     d = curves.shape[-1]
     curves = curves.reshape(-1, curves.shape[-2], d)
@@ -100,7 +112,15 @@ def nan_separated(curves: Array) -> Array:
 
 
 def sigma_label(k: float, dim: int = 2) -> str:
-    """Return the legend text of a k-sigma ellipse or ellipsoid, with the probability inside it."""
+    """Return the legend text of a k-sigma ellipse or ellipsoid, with the probability inside it.
+
+    Parameters
+    ----------
+    k : float
+        Number of sigmas.
+    dim : int
+        1, 2 or 3: interval, ellipse, ellipsoid. The probability is chi-square(dim) at k^2.
+    """
     name = {1: "interval", 2: "ellipse", 3: "ellipsoid"}[dim]
     return f"{k:g}σ {name} ({100 * chdtr(dim, k * k):.1f} %)"
 
@@ -115,6 +135,8 @@ def plot_ellipse(ax: Axes, mean: Array, cov: Array, k: float = 3, n: int = 60, *
         As for `ellipse_points`.
     k : float
         Number of sigmas; say it in the legend with ``label=sigma_label(k)``.
+    n : int
+        Number of points of each ellipse.
     **style
         Anything ``ax.plot`` takes, or a style of the package (``**ESTIMATE``); markers are left out.
         A new covariance goes into the same line by ``line.set_data(*nan_separated(ellipse_points(...)).T)``.

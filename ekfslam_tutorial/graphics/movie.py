@@ -21,13 +21,34 @@ FORMATS = (".gif", ".webp", ".mp4")
 
 
 def grab(fig) -> Array:
-    """Draw a figure and return it as an image (h, w, 3) of bytes."""
+    """Draw a figure and return it as an image.
+
+    Parameters
+    ----------
+    fig : matplotlib Figure
+
+    Returns
+    -------
+    (h, w, 3) array of uint8
+        In the figure's own size and dots per inch.
+    """
     fig.canvas.draw()
     return np.asarray(fig.canvas.buffer_rgba())[..., :3].copy()
 
 
 def side_by_side(images: Iterable[Array]) -> Array:
-    """Join images of any height in a row, on white."""
+    """Join images in a row, on white.
+
+    Parameters
+    ----------
+    images : iterable of (h, w, 3) arrays of uint8
+        Of any height.
+
+    Returns
+    -------
+    (h, w, 3) array of uint8
+        As high as the highest, as wide as all.
+    """
     images = list(images)
     h = max(len(image) for image in images)
     return np.concatenate([np.pad(i, ((0, h - len(i)), (0, 0), (0, 0)), constant_values=255) for i in images], axis=1)
@@ -35,6 +56,16 @@ def side_by_side(images: Iterable[Array]) -> Array:
 
 def check_movie_path(path: str | Path) -> Path:
     """Return the path if a movie can be written there, else raise: to be asked before a long run, not after.
+
+    Parameters
+    ----------
+    path : path
+        Where the movie is to be.
+
+    Returns
+    -------
+    Path
+        The same path.
 
     Raises
     ------
@@ -149,7 +180,22 @@ def _palette(image: Image.Image) -> Image.Image:
 
 
 def write_movie(path: str | Path, images: Iterable[Array], fps: float = 10) -> Path:
-    """Write images (h, w, 3) of bytes as a movie and return its path."""
+    """Write images as a movie.
+
+    Parameters
+    ----------
+    path : path
+        Where to write; the ending says how, see `Movie`.
+    images : iterable of (h, w, 3) arrays of uint8
+        The frames, all of one size.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+    """
     with Movie(path, fps) as movie:
         for image in images:
             movie.add(image)

@@ -42,6 +42,8 @@ def error_panel(
         Half width of the band in sigmas.
     name, unit : str
         Label of the vertical axis.
+    ax : matplotlib Axes, optional
+        Where to draw; by default a new figure.
     """
     ax = _axes(ax)
     t, error, sigma = (np.asarray(a, dtype=float) for a in (t, error, sigma))
@@ -73,12 +75,18 @@ def error_panels(
     Parameters
     ----------
     t : (F,)
+        Time, seconds.
     errors, sigmas : (F, d)
+        As for `error_panel`, one column for each panel.
+    k : float
+        Half width of the bands in sigmas.
     names, units : sequences of d strings
+        Labels of the vertical axes.
 
     Returns
     -------
     (d,) array of axes
+        From top to bottom.
     """
     errors, sigmas = np.asarray(errors, dtype=float), np.asarray(sigmas, dtype=float)
     d = errors.shape[1]
@@ -117,6 +125,8 @@ def consistency_panel(
         Probability inside the band.
     name : str
         What is shown.
+    ax : matplotlib Axes, optional
+        Where to draw; by default a new figure.
     """
     ax = _axes(ax)
     t, value = np.asarray(t, dtype=float), np.asarray(value, dtype=float)
@@ -158,6 +168,10 @@ def covariance_panel(
         States between the blocks that are in no block are left out.
     correlation : bool
         Show correlation coefficients, which compare metres with radians, instead of covariances.
+    ax : matplotlib Axes, optional
+        Where to draw; by default a new figure.
+    title : str
+        Written above.
     """
     P = np.asarray(P, dtype=float)
     index, edges = _block_index(blocks)
@@ -221,6 +235,7 @@ def film_strip(
     Returns
     -------
     matplotlib Figure
+        The strip.
     """
     if len(images) == 0:
         raise ValueError("a film strip needs at least one image, got none")

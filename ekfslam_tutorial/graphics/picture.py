@@ -48,8 +48,11 @@ def map_picture(
     k : float
         Ellipses are drawn at k sigma.
     title : str
+        Written above.
     ax : matplotlib axes, optional
         2D or 3D, like the data; by default a new figure.
+    figsize : (width, height)
+        Of the new figure, inches.
 
     Returns
     -------

@@ -35,6 +35,8 @@ class SenFig:
         Ellipses are drawn at k sigma.
     labels : bool
         Write each landmark's id beside its expectation.
+    figsize : (width, height)
+        Inches.
 
     Attributes
     ----------

@@ -47,12 +47,28 @@ _MARKER_SIZE = {"*": 11.0, "o": 5.0, "+": 9.0, "x": 7.5, "s": 7.0, "D": 5.5, "v"
 
 
 def line(style: Style, **changes: Any) -> Style:
-    """Return the style of a line without markers (a path, an ellipse, a curve)."""
+    """Return the style of a line without markers (a path, an ellipse, a curve).
+
+    Parameters
+    ----------
+    style : dict
+        One of the styles of this module.
+    **changes
+        Other arguments of ``ax.plot``, which win.
+    """
     return {"color": style["color"], "linestyle": style["linestyle"], **changes}
 
 
 def points(style: Style, **changes: Any) -> Style:
-    """Return the style of markers without a line (landmarks, measurements)."""
+    """Return the style of markers without a line (landmarks, measurements).
+
+    Parameters
+    ----------
+    style : dict
+        One of the styles of this module.
+    **changes
+        Other arguments of ``ax.plot``, which win.
+    """
     marker = style["marker"]
     size = _MARKER_SIZE.get(marker, 6.0)
     return {**style, "linestyle": "none", "markersize": size, "markeredgewidth": 1.6, **changes}
