@@ -1,6 +1,7 @@
 """What all tests share. The two settings must stand before the first import of numpy and matplotlib."""
 
 import os
+import shutil
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -32,6 +33,22 @@ def data_dir():
 def golden_dir():
     """Folder of the numbers recorded from other programs (EKFSLAM_GOLDEN)."""
     return _folder("EKFSLAM_GOLDEN", "the recorded reference numbers are not here")
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """A running Chromium, driven by playwright: the system's own, for playwright's download may not be there."""
+    program = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if program is None:
+        pytest.skip("no Chromium here: on Debian, apt install chromium")
+    playwright = pytest.importorskip("playwright.sync_api", reason="the package playwright is not installed")
+    # No sandbox: it does not start as root, and it shows our own pages only. The others keep it from calling home.
+    quiet = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
+    quiet += ["--disable-component-update", "--disable-sync"]
+    with playwright.sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=program, args=quiet)
+        yield browser
+        browser.close()
 
 
 @pytest.fixture
