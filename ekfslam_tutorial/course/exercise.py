@@ -183,8 +183,8 @@ class Exercise:
         if answer is None or answer is Ellipsis or answer is NotImplemented:
             return Verdict("not attempted")
         if not callable(answer):
-            message = f'give the function itself, without brackets: check("{self.id}", {self.name})'
-            return Verdict("failed", "is a function", f"{message}; got {type(answer).__name__}")
+            hint = f'Hand over the function itself, without brackets: check("{self.id}", {self.name}).'
+            return Verdict("failed", "is a function", f"a function is wanted, got {type(answer).__name__}", hint)
         missing = guard.misses_arguments(answer, self.parameters())
         if missing:
             return Verdict("failed", "arguments", missing, "Keep the `def` line of the exercise as it is.")
@@ -213,6 +213,10 @@ class Exercise:
                 link.test(f, np.random.default_rng(zlib.crc32(f"{self.id} {link.name}".encode())))
             except Failed as failed:
                 return failed
+            except guard.NotAttempted:
+                raise
+            except Exception as error:  # a result so odd that the link stumbles over it
+                return Failed(f"your result cannot be used ({type(error).__name__}: {error})"[:300])
         return None
 
     def recognise(self, calls: list[guard.Call], part: int | None = None) -> Misconception | None:

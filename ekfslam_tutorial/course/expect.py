@@ -33,7 +33,7 @@ def array(value, shape, what):
         a = np.asarray(value)
         if a.dtype == object:
             a = np.array(a.tolist(), dtype=float)
-    except (ValueError, TypeError):
+    except Exception:
         raise Failed(f"{what} is not an array of numbers: got {_short(value)}") from None
     if np.iscomplexobj(a):
         raise Failed(f"{what} has complex numbers: return their real numbers")
