@@ -29,6 +29,9 @@ def main(arguments=None):
     command = importlib.import_module(f".{options.module}", __package__)
     try:
         return command.main(options)
+    except BrokenPipeError:  # the reader of our output has gone, as in `ekfslam data | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except USER_ERRORS as error:
         if os.environ.get("EKFSLAM_TRACEBACK"):
             raise
@@ -76,7 +79,7 @@ def _run(commands):
 
 def _data(commands):
     data = _command(commands, "data", "Say which data sets are here, verify them, and where to get the missing ones.")
-    data.add_argument("rest", nargs=argparse.REMAINDER, metavar="...", help="what the data sets understand")
+    data.add_argument("--quick", action="store_true", help="do not read them to the end, only look for them")
 
 
 def _notebooks(commands):

@@ -36,9 +36,7 @@ def main(options):
     print(f"written: {paths[0]} (the model) and {paths[1]} (its test)")
     print(f"next: python -m pytest {paths[1]}, then change the model and run it again")
     print(f"in a scenario: ekfslam run SCENARIO --models {paths[0]}, with {usage(options.kind, name)}")
-    print(
-        f"to put it into the package: move it to ekfslam_tutorial/models/{FOLDER[options.kind]}/ and add one export line"
-    )
+    print(f"into the package: move it to ekfslam_tutorial/models/{FOLDER[options.kind]}/ and add one export line there")
     return 0
 
 

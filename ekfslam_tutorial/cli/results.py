@@ -10,29 +10,29 @@ from .files import replacing
 
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
-FIGURES = ["ate_rmse_m", "heading_rmse_deg", "landmark_rmse_m", "dead_reckoning_ate_m", "nees_mean", "nis_mean"]
 
 
-def summary(data, history, seconds, n_frames, interrupted, notes):
+def summary(data, history, recording, seconds, n_frames, interrupted):
     """The figures of a run for result.json; None stands for what cannot be known.
 
     Parameters
     ----------
     data : UserData
     history : History
+    recording : Recording or None
     seconds : float
         Time that the run took.
     n_frames : int
         How many frames there were to be.
     interrupted : bool
-    notes : list of str
-        What is to be known about the data.
     """
     figures = history.summary()
     figures["n_landmarks"] = len(history.last.lmks)
     head = {"scenario": data.name, "seed": data.seed, "version": __version__}
+    head |= {"recording": recording.name if recording else None}
     head |= {"complete": not interrupted, "frames_wanted": n_frames}
-    tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3), "notes": notes}
+    tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
+    tail["notes"] = recording.notes if recording else []
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
 
 

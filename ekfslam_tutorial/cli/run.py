@@ -11,10 +11,10 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from .. import datasets
 from ..analysis import History
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from . import results, views
-from .datasets import open_data
 from .files import find_scenario, writable_folder
 
 
@@ -23,9 +23,9 @@ def main(options):
     models = [cls for file in options.models for cls in own_models(file)]
     data = read(options, models)
     out = writable_folder(options.out or Path("results") / data.name)
-    data, recording, said = source(options, data, models)
-    if said:
-        print(said, file=sys.stderr)
+    data, recording = source(options, data)
+    for note in recording.notes if recording else ():
+        print(f"note: {note}", file=sys.stderr)
     if options.live:
         views.check_display()
     movie = views.movie_path(out) if options.movie else None
@@ -43,8 +43,7 @@ def main(options):
         print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
         return 130
 
-    notes = ([said] if said else []) + (recording.notes if recording else [])
-    summary = results.summary(data, history, seconds, len(run), interrupted, notes)
+    summary = results.summary(data, history, recording, seconds, len(run), interrupted)
     written = results.write(out, summary, history, data)
     if options.record:
         written += results.write_recording(out, recorder, data.name)
@@ -66,21 +65,18 @@ def read(options, models):
         raise ValueError(str(error)) from error
 
 
-def source(options, data, models):
-    """Where the data come from: a recording that was named, a data set, its simulated twin, or the simulator.
+def source(options, data):
+    """The recording to play: one that was named, or that of the scenario's data set; None for a simulation.
 
     Returns
     -------
     data : UserData
+        With the robots of the data set.
     recording : Recording or None
-    said : str
-        What the user should know about it.
     """
     if options.recording:
-        return data, Recording.load(options.recording), f"playing the recording {options.recording}"
-    if data.data is None:
-        return data, None, ""
-    return open_data(data, models)
+        return data, Recording.load(options.recording)
+    return datasets.prepare(data)
 
 
 def consume(run, watchers):
@@ -94,7 +90,7 @@ def consume(run, watchers):
         By Ctrl-C; then the frames so far are complete.
     """
     seconds, frames = 0.0, iter(run)
-    with stopped_by_ctrl_c() as stop, tqdm(total=len(run), unit="frame", file=sys.stderr) as bar:
+    with stopped_by_ctrl_c() as stop, tqdm(total=len(run), unit=" frames", dynamic_ncols=True) as bar:
         while not stop.is_set():
             start = time.perf_counter()
             snapshot = next(frames, None)

@@ -3,9 +3,9 @@
 import shutil
 from pathlib import Path
 
-import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.backends.registry import BackendFilter, backend_registry
 
 from ..graphics import MapFig, Movie, SenFig, check_movie_path, grab, map_picture, side_by_side, use_style
 from .files import replacing
@@ -82,8 +82,8 @@ def check_display():
     ValueError
         With what to do instead.
     """
-    interactive = [name.lower() for name in matplotlib.backends.backend_registry.list_builtin(True)]
-    if plt.get_backend().lower() not in interactive:
+    interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
+    if plt.get_backend().lower() not in (name.lower() for name in interactive):
         raise ValueError("--live needs a display, and there is none here; take --movie and watch it afterwards")
 
 

@@ -22,8 +22,7 @@ def test_a_robot_maps_with_it():
         "sensor": [{"type": "range_bearing", "range_std": 0.1, "bearing_std_deg": 1.0}],
         "landmark": {"type": "new_landmark"},
     }
-    for snapshot in universal_slam(UserData.from_dict(scenario, models=[NewLandmark])):
-        pass
+    *_, snapshot = universal_slam(UserData.from_dict(scenario, models=[NewLandmark]))
     for landmark in snapshot.lmks.values():
         point, _ = landmark.point(snapshot.map)
         assert abs(point - snapshot.sim_lmk.points[landmark.id - 1]).max() < 0.3

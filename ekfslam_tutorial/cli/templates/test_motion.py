@@ -18,7 +18,6 @@ def test_a_robot_moves_by_it():
         ],
         "sensor": [{"type": "range_bearing", "range_std": 0.1, "bearing_std_deg": 1.0}],
     }
-    for snapshot in universal_slam(UserData.from_dict(scenario, models=[NewMotion])):
-        pass
+    *_, snapshot = universal_slam(UserData.from_dict(scenario, models=[NewMotion]))
     error, _ = snapshot.robs[0].frame(snapshot.map).minus(snapshot.sim_robs[0].frame)
     assert abs(error[:2]).max() < 0.3

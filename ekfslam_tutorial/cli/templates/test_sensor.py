@@ -21,7 +21,6 @@ def test_a_robot_finds_its_way_with_it():
         "robot": [{"motion": "unicycle", "position": [0, -3], "v": 0.5, "w_deg": 10, "v_std": 0.05, "w_std_deg": 1}],
         "sensor": [{"type": "new_sensor"}],
     }
-    for snapshot in universal_slam(UserData.from_dict(scenario, models=[NewSensor])):
-        pass
+    *_, snapshot = universal_slam(UserData.from_dict(scenario, models=[NewSensor]))
     error, _ = snapshot.robs[0].frame(snapshot.map).minus(snapshot.sim_robs[0].frame)
     assert len(snapshot.lmks) == 10 and abs(error[:2]).max() < 0.3

@@ -1,0 +1,293 @@
+"""The command line: every scenario runs, results are whole and repeatable, mistakes are told before the run."""
+
+import csv
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.cli import doctor, main
+from ekfslam_tutorial.cli.files import find_scenario, replacing, scenarios, shipped
+from ekfslam_tutorial.toolbox import Recording, UserData
+
+PNG = b"\x89PNG\r\n\x1a\n"
+FIGURES = {
+    "scenario", "seed", "frames", "n_landmarks", "n_landmarks_refused", "ate_rmse_m", "heading_rmse_deg",
+    "landmark_rmse_m", "dead_reckoning_ate_m", "nees_mean", "nis_mean", "wall_s", "robots",
+}  # fmt: skip
+EACH = FIGURES - {"scenario", "seed", "frames", "n_landmarks_refused", "wall_s", "robots"}
+
+
+def ekfslam(*arguments):
+    return main([str(a) for a in arguments])
+
+
+def result(folder):
+    return json.loads((folder / "result.json").read_text())
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+# --- run -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", scenarios())
+def test_every_scenario_that_comes_with_the_package_runs(name, tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv("EKFSLAM_DATA", raising=False)
+    assert ekfslam("run", name, "--out", tmp_path, "--set", "time.last=15") == 0
+    figures, out = result(tmp_path), capsys.readouterr()
+    data = UserData.from_toml(find_scenario(name))
+    assert FIGURES <= set(figures) and figures["frames"] == 15 and figures["complete"]
+    assert figures["robots"] and all(EACH <= set(each) for each in figures["robots"].values())
+    assert figures["ate_rmse_m"] < 0.5 and figures["n_landmarks"] > 0
+    assert "15 frames" in out.out and "15/15" in out.err  # the sentence, and the progress bar
+    for file in ("map.png", *(f"sensor-{s.id}.png" for s in data.sensors if data.data is None)):
+        assert (tmp_path / file).read_bytes().startswith(PNG)
+    assert len(rows(tmp_path / "trajectory.csv")) == 15 * len(figures["robots"])
+    assert len(rows(tmp_path / "map.csv")) == figures["n_landmarks"]
+    assert sorted(p.name for p in tmp_path.iterdir() if p.name.startswith(".")) == []  # no temporary files
+
+
+def test_tables_hold_estimates_truths_and_uncertainties(tmp_path):
+    ekfslam("run", "two_robots_four_cameras", "--out", tmp_path, "--set", "time.last=20")
+    path, places = rows(tmp_path / "trajectory.csv"), rows(tmp_path / "map.csv")
+    number = lambda table, *names: np.array([[float(row[n]) for n in names] for row in table])
+    assert [(r["frame"], r["robot"]) for r in path[:4]] == [("1", "1"), ("1", "2"), ("2", "1"), ("2", "2")]
+    error = number(path, "x", "y", "z") - number(path, "true_x", "true_y", "true_z")
+    ate = np.sqrt((error**2).sum(1).mean())
+    assert ate == pytest.approx(result(tmp_path)["ate_rmse_m"], rel=1e-9)
+    assert (np.abs(error) < 5 * number(path, "std_x", "std_y", "std_z")).all()
+    p, true = number(places, "x", "y", "z"), number(places, "true_x", "true_y", "true_z")
+    P = number(places, "P_xx", "P_xy", "P_xz", "P_xy", "P_yy", "P_yz", "P_xz", "P_yz", "P_zz").reshape(-1, 3, 3)
+    assert (np.linalg.eigvalsh(P)[:, 0] > 0).all() and np.median(np.linalg.norm(p - true, axis=1)) < 0.5
+    assert {row["type"] for row in places} <= {"IdpPnt", "EucPnt"}
+
+
+def test_the_same_seed_gives_the_same_files(tmp_path):
+    a, b, c = (tmp_path / name for name in "abc")
+    for folder, seed in ((a, 5), (b, 5), (c, 6)):
+        ekfslam("run", "range_bearing_2d", "--out", folder, "--set", "time.last=30", "--seed", seed)
+    same = lambda x, y, file: (x / file).read_bytes() == (y / file).read_bytes()
+    for file in ("trajectory.csv", "map.csv", "map.png", "sensor-1.png"):
+        assert same(a, b, file) and not same(a, c, file)
+    figures = [{k: v for k, v in result(folder).items() if k != "wall_s"} for folder in (a, b)]
+    assert figures[0] == figures[1] and figures[0]["seed"] == 5
+
+
+def test_a_recorded_run_is_played_again(tmp_path):
+    assert ekfslam("run", "range_bearing_2d", "--out", tmp_path / "a", "--set", "time.last=30", "--record") == 0
+    log = tmp_path / "a" / "recording.npz"
+    assert len(Recording.load(log)) == 30
+    assert ekfslam("run", "range_bearing_2d", "--out", tmp_path / "b", "--recording", log) == 0
+    assert (tmp_path / "a" / "map.csv").read_bytes() == (tmp_path / "b" / "map.csv").read_bytes()
+    assert result(tmp_path / "b")["recording"] == "range_bearing_2d"
+
+
+def test_missing_data_are_replaced_by_their_twin_which_says_so(tmp_path, capsys, monkeypatch):
+    monkeypatch.delenv("EKFSLAM_DATA", raising=False)
+    assert ekfslam("run", "data/scenarios/mrclam_single.toml", "--out", tmp_path, "--set", "time.last=40") == 0
+    assert "MRCLAM set 9 is not found" in (said := capsys.readouterr().err) and "twin" in said
+    assert any("twin" in note for note in result(tmp_path)["notes"])
+
+
+def test_changes_reach_the_run(tmp_path):
+    few = ["--set", "time.last=12", "--set", "options.max_lmks=3"]
+    assert ekfslam("run", "range_bearing_2d", "--out", tmp_path, *few) == 0
+    assert result(tmp_path)["n_landmarks"] == 3 and result(tmp_path)["n_landmarks_refused"] >= 1
+
+
+def test_a_movie_is_made(tmp_path):
+    short = ["--set", "time.last=4", "--set", "figure.period=2", "--set", "figure.orbit_deg=5"]
+    assert ekfslam("run", "cloister_idp", "--out", tmp_path, "--movie", *short) == 0
+    (movie,) = tmp_path.glob("movie.*")
+    assert movie.stat().st_size > 10_000
+
+
+def test_results_go_to_a_folder_named_after_the_scenario(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert ekfslam("run", "lecture_mapping", "--set", "time.last=2") == 0
+    assert (tmp_path / "results" / "lecture_mapping" / "result.json").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["cloister_idq"], "no scenario file cloister_idq; known names: .*did you mean cloister_idp"),
+        (["cloister_idp", "--set", "foo"], "--set 'foo': write KEY=VALUE"),
+        (["cloister_idp", "--set", "robot.1.dxx=3"], r"cloister_idp\.toml: robot 1: unknown key 'dxx'"),
+        (["cloister_idp", "--set", "landmark.type=euc_pnt"], "EucPnt landmarks cannot be started by a PinHole"),
+        (["cloister_idp", "--seed", "-3"], "seed must be a whole number, 0 or more"),
+        (["cloister_idp", "--recording", "none.npz"], r"no recording at none\.npz"),
+        (["cloister_idp", "--models", "none.py"], r"no Python file none\.py"),
+        (["mrclam_single", "--set", "data.robots=[9]"], "robots must be some of"),
+        (["mrclam_single", "--set", "data.nam=9"], "unknown key 'nam'"),
+        (["cloister_idp", "--live"], "--live needs a display"),
+    ],
+)
+def test_mistakes_are_told_in_one_sentence_before_the_run(arguments, message, tmp_path, capsys):
+    assert ekfslam("run", *arguments, "--out", tmp_path) == 2
+    out = capsys.readouterr()
+
+    assert re.search(message, out.err) and "frames" not in out.err and out.out == ""
+    assert len(out.err.strip().splitlines()) <= 1 + ("mrclam" in arguments[0])
+    assert not (tmp_path / "result.json").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_run(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    for folder in (tmp_path / "file", tmp_path / "file" / "below"):
+        assert ekfslam("run", "cloister_idp", "--out", folder) == 2
+        assert f"cannot write into the folder {folder}: " in (said := capsys.readouterr().err) and "/200" not in said
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one child process")
+def test_ctrl_c_writes_what_there_is(tmp_path):
+    command = [sys.executable, "-m", "ekfslam_tutorial", "run", "range_bearing_2d", "--out", str(tmp_path)]
+    run = subprocess.Popen([*command, "--set", "time.last=1000000"], stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+    seen = b""
+    while b" frames/s" not in seen.replace(b"? frames/s", b""):  # the bar moves: some frames are done
+        seen += os.read(run.stderr.fileno(), 4096)
+    time.sleep(0.3)
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=60)
+    figures = result(tmp_path)
+    assert run.returncode == 130 and b"stopped after" in err and b"written to" in out
+    assert 0 < figures["frames"] < figures["frames_wanted"] == 1_000_000 and not figures["complete"]
+    assert len(rows(tmp_path / "trajectory.csv")) == figures["frames"]
+    assert (tmp_path / "map.png").read_bytes().startswith(PNG)
+
+
+def test_files_appear_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    with pytest.raises(RuntimeError), replacing(path) as part:
+        part.write_text("half of the n")
+        raise RuntimeError
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+    with replacing(path) as part:
+        part.write_text("new")
+    assert path.read_text() == "new" and list(tmp_path.iterdir()) == [path]
+
+
+# --- the other commands ----------------------------------------------------------------------------------------------
+
+
+def test_version_is_told_at_once():
+    start = time.perf_counter()
+    out = subprocess.run([sys.executable, "-m", "ekfslam_tutorial", "--version"], capture_output=True, text=True)
+    assert out.stdout.startswith("ekfslam 0.") and time.perf_counter() - start < 2  # it imports nothing heavy
+
+
+@pytest.mark.parametrize("kind", ["sensor", "landmark", "motion"])
+def test_a_new_model_passes_its_own_test_and_runs_in_a_scenario(kind, tmp_path, capsys):
+    assert ekfslam("new", kind, "MyThing", "--dir", tmp_path) == 0
+    model = tmp_path / "my_thing.py"
+    assert "class MyThing" in model.read_text() and "New" not in model.read_text()
+    test = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert test.returncode == 0 and "passed" in test.stdout, test.stdout
+    before = model.read_bytes()
+    assert ekfslam("new", kind, "my_thing", "--dir", tmp_path) == 2
+    assert "is there already, and nothing is overwritten" in capsys.readouterr().err and model.read_bytes() == before
+
+
+def test_a_model_of_ones_own_runs_from_the_command_line(tmp_path):
+    ekfslam("new", "landmark", "my_point", "--dir", tmp_path)
+    own = ["--models", tmp_path / "my_point.py", "--set", "landmark.type=my_point", "--set", "time.last=10"]
+    assert ekfslam("run", "range_bearing_2d", "--out", tmp_path / "out", *own) == 0
+    assert {row["type"] for row in rows(tmp_path / "out" / "map.csv")} == {"MyPoint"}
+
+
+@pytest.mark.parametrize("name", ["3x", "class", "a-b", "", "ünder", "a b", "../x"])
+def test_names_that_are_none_are_refused(name, tmp_path, capsys):
+    assert ekfslam("new", "sensor", name, "--dir", tmp_path) == 2
+    assert "is no name for a model" in capsys.readouterr().err and list(tmp_path.iterdir()) == []
+
+
+def test_names_of_the_package_are_not_taken_again(tmp_path, capsys):
+    assert ekfslam("new", "sensor", "PinHole", "--dir", tmp_path) == 2
+    assert "the package has a sensor 'pin_hole' already" in capsys.readouterr().err
+
+
+def test_broken_models_are_told_with_their_error(tmp_path, capsys):
+    (tmp_path / "bad.py").write_text("import nothing_like_this\n")
+    assert ekfslam("run", "range_bearing_2d", "--models", tmp_path / "bad.py", "--out", tmp_path) == 2
+    assert "bad.py cannot be loaded: ModuleNotFoundError" in capsys.readouterr().err
+
+
+def test_notebooks_are_copied_and_work_is_never_overwritten(tmp_path, capsys):
+    mine = tmp_path / "course"
+    assert ekfslam("notebooks", mine) == 0
+    there = sorted(p.relative_to(mine) for p in mine.rglob("*.ipynb"))
+    assert there == sorted(p.relative_to(shipped("notebooks")) for p in shipped("notebooks").rglob("*.ipynb")
+                           if not any(part.startswith(".") for part in p.parts))  # fmt: skip
+    first = mine / there[0]
+    first.write_text("my work")
+    (mine / there[-1]).unlink() if len(there) > 1 else None
+    assert ekfslam("notebooks", mine) == 0
+    assert first.read_text() == "my work" and (mine / there[-1]).exists()
+    assert f"kept: {first}" in capsys.readouterr().err
+    assert ekfslam("notebooks", shipped("notebooks")) == 2
+    assert "is where the notebooks come from" in capsys.readouterr().err
+
+
+def test_doctor_finds_this_environment_well(capsys):
+    assert ekfslam("doctor") == 0, capsys.readouterr().out
+    assert "all is well" in capsys.readouterr().out
+
+
+def test_doctor_has_a_cure_of_one_line_for_each_problem(monkeypatch, capsys, tmp_path):
+    def version(name):
+        if name == "ipywidgets":
+            raise doctor.importlib.metadata.PackageNotFoundError(name)
+        return "1.25.3" if name == "numpy" else "99.0"
+
+    monkeypatch.setattr(doctor.importlib.metadata, "version", version)
+    monkeypatch.setattr(doctor.sys, "prefix", str(tmp_path))
+    monkeypatch.setenv("EKFSLAM_DATA", str(tmp_path / "gone"))
+    assert ekfslam("doctor") == 1
+    out = capsys.readouterr().out.splitlines()
+    problems = [i for i, line in enumerate(out) if line.startswith("PROBLEM")]
+    assert {out[i].split()[1] for i in problems} == {"numpy", "ipywidgets", "kernel", "widgets", "data"}
+    assert all("cure: " in out[i + 1] for i in problems) and out[-1] == "5 problems"
+    assert "1.25.3, older than 1.26" in "\n".join(out)
+
+
+def test_progress_lists_the_exercises(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("EKFSLAM_PROGRESS", str(tmp_path / "progress.json"))
+    assert ekfslam("progress") == 0
+    assert "exercises passed" in capsys.readouterr().out
+    assert ekfslam("progress", "02") == 0 and "02.1" in capsys.readouterr().out
+    assert ekfslam("progress", "77") == 2 and "no exercises of a notebook '77'" in capsys.readouterr().err
+
+
+def test_data_tells_where_to_get_what_is_missing(capsys, monkeypatch):
+    monkeypatch.delenv("EKFSLAM_DATA", raising=False)
+    assert ekfslam("data", "--quick") == 0
+    assert "mrclam" in (out := capsys.readouterr().out) and "not found" in out and "http" in out
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    command = f"{sys.executable} -m ekfslam_tutorial doctor | head -1"
+    out = subprocess.run(command, shell=True, capture_output=True, text=True)
+    assert out.stdout.startswith("ok") and "Traceback" not in out.stderr and "pipe" not in out.stderr.lower()
+
+
+def test_shipped_files_are_found():
+    assert {"range_bearing_2d", "cloister_idp", "two_robots_four_cameras"} <= set(scenarios())
+    assert find_scenario("anywhere/cloister_idp.toml") == scenarios()["cloister_idp"]
+    assert Path(find_scenario(scenarios()["cloister_idp"])) == scenarios()["cloister_idp"]
