@@ -11,7 +11,8 @@ import numpy as np
 
 
 def _state(map, obj):
-    return obj.x if obj.r is None else map.x[obj.r]
+    """A copy: what was read from the map stays what it was when the map goes on."""
+    return np.array(obj.x if obj.r is None else map.x[obj.r])
 
 
 @dataclass
@@ -93,7 +94,7 @@ class Sen:
     def frame(self, map):
         """Frame of the sensor on its robot."""
         if self.r is not None:
-            return self.frame_type(map.x[self.r])
+            return self.frame_type(self.state(map))
         if self._known is None or self._known.x is not self.x:
             self._known = self.frame_type(self.x)  # it never changes: its rotation matrix is computed once
         return self._known
