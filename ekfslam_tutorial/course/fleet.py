@@ -129,7 +129,8 @@ def run(scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, se
     """
     s, rng = scenario, np.random.default_rng(seed)
     moved, new_blocks = formulas["moved"], formulas["new_blocks"]
-    out = Result(np.arange(1, s.frames + 1) * s.dt, *(np.full((s.frames, k), np.nan) for k in (3, runs, runs, runs)))
+    truths, nees, nis, error = (np.full((s.frames, k), np.nan) for k in (3, runs, runs, runs))
+    out = Result(np.arange(1, s.frames + 1) * s.dt, truths, nees, nis, error)
     truth, x, P = s.start, np.tile(s.start, (runs, 1)), np.zeros((runs, 3, 3))
     for k in range(s.frames):
         truth = Odometry2().move(truth, s.step, s.dt)[0]
@@ -137,17 +138,17 @@ def run(scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, se
         P = each(moved, P, X_x, X_u, U=s.U)
 
         y = s.sensor.project(Frame2(truth).to_frame(s.points)[0])[0]
-        seen = np.flatnonzero(y[:, 0] <= s.sensor.max_range)
+        seen = np.flatnonzero(y[:, 0] <= s.sensor.max_range).tolist()
         y = y + draw(rng, s.sensor.R, (runs, len(y)))
         known = [i for i in seen if i in out.ranges]
-        nis = [correct(x, P, out.ranges[i], s.sensor, y[:, i]) for i in known]
+        distances = [correct(x, P, out.ranges[i], s.sensor, y[:, i]) for i in known]
         for i in (i for i in seen if i not in out.ranges):
-            x, P, out.ranges[int(i)] = augment(x, P, s.sensor, y[:, i], new_blocks)
+            x, P, out.ranges[i] = augment(x, P, s.sensor, y[:, i], new_blocks)
 
         out.truth[k] = truth
         out.nees[k], out.position_error[k] = pose_errors(x, P, truth)
-        if nis:
-            out.nis[k] = np.mean(nis, 0)
+        if distances:
+            out.nis[k] = np.mean(distances, 0)
         if k + 1 in keep:
             out.states[k + 1] = x[0].copy(), P[0].copy()
     l = np.stack([x[:, r] for r in out.ranges.values()], 1)

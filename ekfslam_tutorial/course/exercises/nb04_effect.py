@@ -119,11 +119,11 @@ def _wrong(name, hint, K=None, Pb=None):
 
 inv = np.linalg.inv
 # fmt: off
-_wrong("B is not in view, so it stays", "A and B were seen by the same uncertain robot: they share errors, and what corrects "
-       "A corrects B. H is zero in B's own columns, so take B's whole rows of P: P[b] @ H.T.",
+_wrong("B is not in view, so it stays", "A and B were seen by the same uncertain robot: they share errors, and what "
+       "corrects A corrects B. H is zero in B's own columns, so take B's whole rows of P: P[b] @ H.T.",
        K=lambda P, H, R, b, Z: np.zeros((2, len(R))))
-_wrong("(I - K H) with B's block only", "In P - K H P the row of B is P[b] - K_b H P, with the whole H and P. B's own part of H "
-       "is zero, so (I - K_b H_b) P_bb changes nothing.", Pb=lambda P, H, R, b, Z, K: P[b, b])
+_wrong("(I - K H) with B's block only", "In P - K H P the row of B is P[b] - K_b H P, with the whole H and P. B's own "
+       "part of H is zero, so (I - K_b H_b) P_bb changes nothing.", Pb=lambda P, H, R, b, Z, K: P[b, b])
 _wrong("Z without R", "Z is the covariance of z = y - e: the measurement has noise, too. Z = H P H' + R.",
        K=lambda P, H, R, b, Z: P[b] @ H.T @ inv(Z - R))
 _wrong("R for Z", "The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.",

@@ -25,7 +25,8 @@ inverse = Exercise(
     "A new landmark and its two Jacobians",
     inverse_observation,
     hints=(
-        "The beam points in the direction a = theta + beta, seen from the map. All else is made of r, cos(a) and sin(a).",
+        "The beam points in the direction a = theta + beta, seen from the map. All else is made of r, cos(a) and "
+        "sin(a).",
         "Move the robot by 1 m: where does the landmark go? Now turn the robot by a small angle: the landmark moves "
         "along a circle of radius r. The same happens when the bearing changes.",
         "L_r = [[1, 0, -r sin(a)], [0, 1, r cos(a)]]. The last column of L_y is the last column of L_r.",
@@ -109,8 +110,8 @@ def _at(x_r, r, a):
 
 
 # fmt: off
-_inverse_wrong("heading forgotten", "Without theta this is right only for a robot that looks along the x axis: the beam "
-               "points in the direction theta + beta.", l=lambda r, b, x, _: _at(x, r, b))
+_inverse_wrong("heading forgotten", "Without theta this is right only for a robot that looks along the x axis: the "
+               "beam points in the direction theta + beta.", l=lambda r, b, x, _: _at(x, r, b))
 _inverse_wrong("bearing subtracted", "Angles count counter-clockwise: a bearing to the left is added to the heading.",
                l=lambda r, b, x, _: _at(x, r, x[2] - b))
 _inverse_wrong("sine and cosine swapped", "cos belongs to x and sin to y.",
@@ -123,32 +124,32 @@ _inverse_wrong("angles taken as degrees", "Angles are in radians already: no np.
                l=lambda r, b, x, _: _at(x, r, np.radians(x[2] + b)))
 _inverse_wrong("columns instead of vectors", "Vectors have one axis here: l = np.array([x, y]), no columns.",
                l=lambda r, b, x, l: l[:, None])
-_inverse_wrong("the pose is known", "L_r = 0 says: the landmark does not depend on the pose. That was notebook 02; now the "
-               "pose is uncertain and its error goes into the landmark.", L_r=lambda r, b, x, _: np.zeros((2, 3)))
-_inverse_wrong("turning does not matter", "Turn the robot by a small angle: the landmark swings along a circle of radius "
-               "r. The last column of L_r is not zero.", L_r=lambda r, b, x, J: J * [1, 1, 0])
-_inverse_wrong("only theta in the last column", "In the last column of L_r, sin and cos are taken of the whole direction "
-               "theta + beta.", L_r=lambda r, b, x, J: [[1, 0, -r * np.sin(x[2])], [0, 1, r * np.cos(x[2])]])
-_inverse_wrong("only beta in the last column", "In the last column of L_r, sin and cos are taken of the whole direction "
-               "theta + beta.", L_r=lambda r, b, x, J: [[1, 0, -r * np.sin(b)], [0, 1, r * np.cos(b)]])
-_inverse_wrong("range forgotten in the last column", "A landmark twice as far away swings twice as much: the last column "
-               "of L_r has a factor r.", L_r=lambda r, b, x, J: J / [1, 1, r])
-_inverse_wrong("sign of the last column", "d cos(a) = -sin(a) da and d sin(a) = +cos(a) da: check the signs in the last "
-               "column of L_r.", L_r=lambda r, b, x, J: J * [1, 1, -1])
+_inverse_wrong("the pose is known", "L_r = 0 says: the landmark does not depend on the pose. That was notebook 02; now "
+               "the pose is uncertain and its error goes into the landmark.", L_r=lambda r, b, x, _: np.zeros((2, 3)))
+_inverse_wrong("turning does not matter", "Turn the robot by a small angle: the landmark swings along a circle of "
+               "radius r. The last column of L_r is not zero.", L_r=lambda r, b, x, J: J * [1, 1, 0])
+_inverse_wrong("only theta in the last column", "In the last column of L_r, sin and cos are taken of the whole "
+               "direction theta + beta.", L_r=lambda r, b, x, J: [[1, 0, -r * np.sin(x[2])], [0, 1, r * np.cos(x[2])]])
+_inverse_wrong("only beta in the last column", "In the last column of L_r, sin and cos are taken of the whole "
+               "direction theta + beta.", L_r=lambda r, b, x, J: [[1, 0, -r * np.sin(b)], [0, 1, r * np.cos(b)]])
+_inverse_wrong("range forgotten in the last column", "A landmark twice as far away swings twice as much: the last "
+               "column of L_r has a factor r.", L_r=lambda r, b, x, J: J / [1, 1, r])
+_inverse_wrong("sign of the last column", "d cos(a) = -sin(a) da and d sin(a) = +cos(a) da: check the signs in the "
+               "last column of L_r.", L_r=lambda r, b, x, J: J * [1, 1, -1])
 _inverse_wrong("minus sign forgotten in L_r", "d cos(a) = -sin(a) da: the upper right entry of L_r has a minus sign.",
                L_r=lambda r, b, x, J: J * [[1, 1, -1], [1, 1, 1]])
 _inverse_wrong("position block negative", "Move the robot by 1 m: the new landmark moves with it, not against it.",
                L_r=lambda r, b, x, J: J * [-1, -1, 1])
-_inverse_wrong("position block turned", "The robot's position is given in the map frame, and so is l: the first two columns "
-               "of L_r are the identity.", L_r=lambda r, b, x, J: np.column_stack([_turn(x[2]), J[:, 2]]))
+_inverse_wrong("position block turned", "The robot's position is given in the map frame, and so is l: the first two "
+               "columns of L_r are the identity.", L_r=lambda r, b, x, J: np.column_stack([_turn(x[2]), J[:, 2]]))
 _inverse_wrong("L_r transposed", "Rows are outputs (x_l, y_l), columns are inputs (x, y, theta): L_r is 2 x 3.",
                L_r=lambda r, b, x, J: J.T)
 _inverse_wrong("heading column in degrees", "The last column of L_r is in metres per degree: keep to radians.",
                L_r=lambda r, b, x, J: J * [1, 1, np.pi / 180])
 _inverse_wrong("L_y transposed", "Rows are outputs (x_l, y_l), columns are inputs (range, bearing): L_y is transposed.",
                L_y=lambda r, b, x, J: J.T)
-_inverse_wrong("range forgotten in L_y", "A landmark twice as far away moves twice as much when the bearing changes: the "
-               "last column of L_y has a factor r.", L_y=lambda r, b, x, J: J / [1, r])
+_inverse_wrong("range forgotten in L_y", "A landmark twice as far away moves twice as much when the bearing changes: "
+               "the last column of L_y has a factor r.", L_y=lambda r, b, x, J: J / [1, r])
 _inverse_wrong("heading forgotten in L_y", "In L_y, too, sin and cos are taken of the whole direction theta + beta.",
                L_y=lambda r, b, x, J: [[np.cos(b), -r * np.sin(b)], [np.sin(b), r * np.cos(b)]])
 _inverse_wrong("sign in L_y", "d cos(a) = -sin(a) da: the upper right entry of L_y has a minus sign.",

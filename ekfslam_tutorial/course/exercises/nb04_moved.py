@@ -30,8 +30,8 @@ motion = Exercise(
     hints=(
         "Write the errors after the step: dx_r' = X_x dx_r + X_u w for the robot, dm' = dm for the map. Then multiply.",
         "Three blocks: P_rr becomes X_x P_rr X_x' + X_u U X_u', P_rm becomes X_x P_rm, P_mm stays. And P_mr = P_rm'.",
-        "Copy P. Multiply its first three rows by X_x from the left, then its first three columns by X_x' from the right, "
-        "then add X_u U X_u' to P[:3, :3].",
+        "Copy P. Multiply its first three rows by X_x from the left, then its first three columns by X_x' from the "
+        "right, then add X_u U X_u' to P[:3, :3].",
     ),
 )
 
@@ -124,8 +124,8 @@ def _wrong(name, hint, robot=None, cross=None, landmarks=None, both=True):
 
 
 # fmt: off
-_wrong("P_rm not propagated", "The landmarks stand still, but the robot does not: its covariance with them becomes X_x P_rm. "
-       "Left as it was, P does not fit together any more, and the filter diverges.", cross=lambda C, X: C)
+_wrong("P_rm not propagated", "The landmarks stand still, but the robot does not: its covariance with them becomes X_x "
+       "P_rm. Left as it was, P does not fit together any more, and the filter diverges.", cross=lambda C, X: C)
 _wrong("P_rm forgotten", "Moving does not make robot and map independent: P_rm becomes X_x P_rm, not zero.",
        cross=lambda C, X: 0 * C)
 _wrong("P_rm transposed Jacobian", "The error of the robot goes through X_x, not through X_x': P_rm becomes X_x P_rm.",
