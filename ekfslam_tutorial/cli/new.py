@@ -29,7 +29,7 @@ def main(options):
     for path in paths:
         if path.exists():
             raise FileExistsError(f"{path} is there already, and nothing is overwritten; take another name")
-    for path, template in zip(paths, (f"{options.kind}.py", f"test_{options.kind}.py"), strict=True):
+    for path, template in zip(paths, (f"{options.kind}.py", f"test_{options.kind}.txt"), strict=True):
         text = (TEMPLATES / template).read_text(encoding="utf-8")
         with replacing(path) as part:
             part.write_text(filled(text, options.kind, name, cls), encoding="utf-8")

@@ -1,11 +1,12 @@
 """`ekfslam run`: a scenario from its file to figures, with a progress bar, and nothing lost on Ctrl-C."""
 
-import importlib.util
+import importlib.machinery
 import inspect
 import signal
 import sys
 import threading
 import time
+import types
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -33,7 +34,7 @@ def main(options):
     history, recorder = History(), Recorder()
     run = universal_slam(data, recording)
     with ExitStack() as stack:
-        watchers = [history, recorder] if options.record else [history]
+        watchers: list = [history, recorder] if options.record else [history]
         if movie:
             watchers.append(stack.enter_context(views.Film(movie, data.figure)))
         if options.live:
@@ -115,6 +116,7 @@ def stopped_by_ctrl_c():
         return
 
     def on_signal(*_):
+        """Stop after this frame; at the second signal at once."""
         if stop.is_set():
             raise KeyboardInterrupt
         stop.set()
@@ -131,11 +133,12 @@ def own_models(file):
     path = Path(file)
     if not path.is_file() or path.suffix != ".py":
         raise FileNotFoundError(f"no Python file {file}; `ekfslam new sensor NAME` writes one")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(spec)
+    loader = importlib.machinery.SourceFileLoader(path.stem, str(path))
+    module = types.ModuleType(path.stem)
+    module.__file__ = str(path)
     sys.modules[path.stem] = module  # dataclasses look their module up there
     try:
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
     except Exception as error:
         raise ValueError(f"{file} cannot be loaded: {type(error).__name__}: {error}") from error
     return [c for _, c in inspect.getmembers(module, inspect.isclass) if c.__module__ == path.stem]

@@ -21,30 +21,29 @@ def write_figures(out, history, data):
 def _map(out, history, data):
     """The whole run in one picture: laid on the truth, if the map has a frame of its own."""
     s = history.last
-    align, _ = history.alignment()
-    free = history.gauge == "free" and align is not None
+    align = history.alignment()[0] if history.gauge == "free" else None
     tracks = {f"robot {id}": history.track(id) for id in history.robots}
-    if free:
+    if align is not None:
         tracks = {name: _laid(track.moved(align)) for name, track in tracks.items()}
     dim = s.robs[0].motion.frame.dim
     points = [lmk.point(s.map) for lmk in s.lmks.values()]
     mean = np.array([p for p, _ in points]).reshape(-1, dim)
     cov = np.array([P for _, P in points]).reshape(-1, dim, dim)
-    if free and len(mean):
+    if align is not None and len(mean):
         mean, cov = align.from_frame(mean)[0], align.R @ cov @ align.R.T
-    finite = np.isfinite(mean).all(1) & np.isfinite(cov).all((1, 2))
+    finite = np.flatnonzero(np.isfinite(np.concatenate([mean, cov.reshape(-1, dim * dim)], 1)).all(1))
     known = {name: track for name, track in tracks.items() if track.known.any()}
     axes, _ = map_picture(
         {name: track.x[:, :dim] for name, track in tracks.items()},
         mean[finite],
         cov[finite],
-        ids=[id for id, ok in zip(s.lmks, finite, strict=True) if ok],
+        ids=np.array(list(s.lmks))[finite].tolist(),
         true_path={name: track.truth[:, :dim] for name, track in known.items()} or None,
         true_points=None if s.sim_lmk is None else s.sim_lmk.points,
         true_ids=None if s.sim_lmk is None else s.sim_lmk.ids,
         dead_reckoning={name: track.dead[:, :dim] for name, track in tracks.items()},
         k=data.figure.k,
-        title=f"{data.name}: {s.k - data.time.first + 1} frames" + ", map laid on the truth" * free,
+        title=f"{data.name}: {s.k - data.time.first + 1} frames" + ", map laid on the truth" * (align is not None),
     )
     return _save(axes.figure, out / "map.png")
 
@@ -91,34 +90,37 @@ class _Figures:
     """Map figure and sensor figures, made with the first snapshot and updated with every `period`-th one."""
 
     def __init__(self, options):
-        self._options, self._count, self.map, self.sensors = options, 0, None, []
+        self._options, self._count, self.figures = options, 0, []
 
     def add(self, snapshot):
         """Take a snapshot; draw it if it is one of those to be drawn."""
         due, self._count = self._count % self._options.period == 0, self._count + 1
         if not due:
             return
-        if self.map is None:
+        if not self.figures:
             self._make(snapshot)
-        elif self._options.orbit_deg and snapshot.map.n and self.map.dim == 3:
-            self.map.orbit(np.deg2rad(self._options.orbit_deg * self._options.period))
-        for figure in (self.map, *self.sensors):
+        elif self._options.orbit_deg and self.figures[0].dim == 3:
+            self.figures[0].orbit(np.deg2rad(self._options.orbit_deg * self._options.period))
+        for figure in self.figures:
             figure.update(snapshot)
         self.show()
 
     def _make(self, snapshot):
         o = self._options
-        self.map = MapFig(snapshot, k=o.k, view=o.view or None, limits=o.limits, labels=o.labels)
-        self.sensors = [SenFig(snapshot, sen.id, k=o.k, labels=o.labels) for sen in snapshot.sens]
+        world = MapFig(snapshot, k=o.k, view=o.view or None, limits=o.limits, labels=o.labels)
+        self.figures = [world, *(SenFig(snapshot, sen.id, k=o.k, labels=o.labels) for sen in snapshot.sens)]
+
+    def show(self):
+        """Do with the figures what they are for."""
+        raise NotImplementedError
 
     def __enter__(self):
         use_style(dpi=75)
         return self
 
     def __exit__(self, *problem):
-        for figure in (self.map, *self.sensors):
-            if figure is not None:
-                plt.close(figure.fig)
+        for figure in self.figures:
+            plt.close(figure.fig)
 
 
 class Film(_Figures):
@@ -130,15 +132,11 @@ class Film(_Figures):
 
     def show(self):
         """Append the figures to the movie."""
-        self._movie.add(side_by_side(grab(f.fig) for f in (self.map, *self.sensors[:1])))
-
-    def __enter__(self):
-        self._movie.__enter__()
-        return super().__enter__()
+        self._movie.add(side_by_side(grab(figure.fig) for figure in self.figures[:2]))
 
     def __exit__(self, *problem):
         super().__exit__(*problem)
-        self._movie.__exit__(*(problem or (None, None, None)))
+        self._movie.__exit__(*problem)
 
 
 class Live(_Figures):
@@ -146,11 +144,11 @@ class Live(_Figures):
 
     def show(self):
         """Let the windows draw."""
-        for figure in (self.map, *self.sensors):
+        for figure in self.figures:
             figure.fig.canvas.draw_idle()
         plt.pause(0.001)
 
     def __exit__(self, *problem):
-        if problem[0] is None and self.map is not None:
+        if problem[0] is None and self.figures:
             plt.show(block=True)
         super().__exit__(*problem)

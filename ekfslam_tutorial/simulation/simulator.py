@@ -4,6 +4,7 @@ None of this is needed with the data of a real robot (manual, section 3.2): ther
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class SimRob:
 
     id: int
     name: str
-    motion: object
+    motion: Any
     x: np.ndarray
     u: np.ndarray
     sensors: list = field(default_factory=list)
@@ -61,8 +62,8 @@ class SimSen:
     id: int
     name: str
     robot: int
-    frame: object
-    model: object
+    frame: Any
+    model: Any
     p_detect: float = 1.0
     clutter: float = 0.0
 
@@ -145,6 +146,10 @@ def sim_observation(rob, sen, lmk, rng, clutter_rng=None):
     """
     y, seen = _measure(rob, sen, lmk.points, rng)
     ids, y = lmk.ids[seen], y[seen]
+    if clutter_rng is None:
+        if sen.p_detect < 1 or sen.clutter > 0:
+            raise ValueError(f"sensor {sen.id} misses measurements or makes false ones: a clutter_rng is needed")
+        return SimObs(sen.id, ids, y)
     if sen.p_detect < 1:
         hit = clutter_rng.random(len(lmk.ids))[seen] < sen.p_detect
         ids, y = ids[hit], y[hit]

@@ -174,7 +174,7 @@ def typed(key, value, parameter):
             raise ValueError(f"{key} must be {name}, got {shown(value)}")
     if wanted in (float, tuple) and not (isinstance(value, float) and math.isinf(value) and value == parameter.default):
         numbers(key, value)
-    return tuple(value) if wanted is tuple else value
+    return tuple(value) if isinstance(value, list) and wanted is tuple else value
 
 
 def _type(parameter):

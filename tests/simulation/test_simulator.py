@@ -91,6 +91,11 @@ def test_missed_and_false_measurements_come_at_the_rates_asked_for():
     assert abs(true.mean() - 0.7 * full) < 4 * np.sqrt(0.21 * full / 300) + 0.5
 
 
+def test_clutter_needs_its_own_generator():
+    with pytest.raises(ValueError, match="sensor 1 misses measurements or makes false ones: a clutter_rng is needed"):
+        sim_observation(rob(), sen(clutter=1.0), lmk(), np.random.default_rng(5))
+
+
 def test_clutter_leaves_the_true_measurements_as_they_were():
     a = sim_observation(rob(), sen(), lmk(), np.random.default_rng(5))
     b = sim_observation(rob(), sen(clutter=3.0), lmk(), np.random.default_rng(5), np.random.default_rng(6))

@@ -1,8 +1,6 @@
 """Worlds: numbers, places, and the reference's own cloister where its recorded numbers are at hand."""
 
 import json
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -57,11 +55,8 @@ def test_random_worlds_follow_their_generator_and_limits():
     assert (a[:, 2] >= 1).all() and (a[:, 2] <= 2).all() and a[:, :2].min() < -5 and a[:, :2].max() > 5
 
 
-def test_cloisters_agree_with_recorded_numbers():
-    folder = os.environ.get("EKFSLAM_GOLDEN")
-    if not folder:
-        pytest.skip("EKFSLAM_GOLDEN is not set: no recorded numbers to compare with")
-    records = json.loads((Path(folder) / "functions" / "worlds.json").read_text())
+def test_cloisters_agree_with_recorded_numbers(golden_dir):
+    records = json.loads((golden_dir / "functions" / "worlds.json").read_text())
     compared = 0
     for record in records:
         if record["fn"] not in ("cloister", "thickCloister"):

@@ -1,1 +1,1 @@
-"""Starting points of `ekfslam new`. They are real models: the package's own tests run them as they are."""
+"""Starting points of `ekfslam new`. The models are real ones and run as they are."""
