@@ -1,0 +1,71 @@
+"""Example objects of every exported model. A model whose parameters all have defaults needs no entry here.
+
+Tests are parametrised over what `models.motion`, `models.sensors` and `models.landmarks` export, so a new class is
+tested as soon as it is exported; if it cannot be made without arguments, the tests ask for an entry.
+"""
+
+import pytest
+
+from ekfslam_tutorial.models import landmarks, motion, sensors
+from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
+from ekfslam_tutorial.models.motion import Unicycle
+from ekfslam_tutorial.models.sensors import BearingOnly2, OmniCam, PinHole, PinHoleDepth, RangeBearing
+
+K = (320.0, 240.0, 300.0, 310.0)
+LENSES = [(), (-0.3,), (-0.3, 0.1), (-0.25, 0.08, 0.01)]  # distortion vectors of length 0 to 3
+OMNI_K = (668.0, 438.0, 1.01, 0.002, -0.003)
+OMNI_D = (644.7, -341.0, -29.01, -57.7, 18.49, 5.415, 50.65, -56.14, 15.91)
+
+EXAMPLES = {
+    "Unicycle": [Unicycle()],
+    "PinHole": [PinHole(K, d) for d in LENSES],
+    "PinHoleDepth": [PinHoleDepth(K, d) for d in LENSES],
+    "OmniCam": [OmniCam(OMNI_K, OMNI_D, image_size=(1280, 960), fov=3.0)],
+    "RangeBearing": [RangeBearing(0.1, 0.02), RangeBearing(0.1, 0.02, max_range=8.0, fov=2.0)],
+    "BearingOnly2": [BearingOnly2(0.02), BearingOnly2(0.02, fov=2.0)],
+    "EucPnt": [EucPnt(2), EucPnt(3)],
+    "HmgPnt": [HmgPnt(2), HmgPnt(3)],
+    "AhmPnt": [AhmPnt(2), AhmPnt(3)],
+    "IdpPnt": [IdpPnt()],
+}
+
+
+def examples(module):
+    """Examples of all classes that a module exports, as pytest parameters.
+
+    A class without an example becomes a parameter that is an error message.
+    """
+    return [param for name in module.__all__ for param in of(module, name)]
+
+
+def of(module, name):
+    """Examples of one exported class."""
+    found = EXAMPLES.get(name)
+    if found is None:
+        try:
+            found = [getattr(module, name)()]
+        except TypeError:
+            text = f"{name} is exported from {module.__name__} and needs arguments: add an example of it to EXAMPLES"
+            return [pytest.param(text, id=f"{name}-without-example")]
+    return [pytest.param(model, id=f"{name}-{i}") for i, model in enumerate(found)]
+
+
+def ready(model):
+    """The model, or a failed test with the message that stands in its place."""
+    if isinstance(model, str):
+        pytest.fail(model)
+    return model
+
+
+def dim(model):
+    """Dimension of the world that a model lives in."""
+    return getattr(model, "dim", 3)
+
+
+MOTIONS, SENSORS, LANDMARKS = examples(motion), examples(sensors), examples(landmarks)
+PAIRS = [
+    pytest.param(s.values[0], l.values[0], id=f"{s.id}-{l.id}")
+    for s in SENSORS
+    for l in LANDMARKS
+    if isinstance(s.values[0], str) or isinstance(l.values[0], str) or dim(s.values[0]) == dim(l.values[0])
+]
