@@ -1,0 +1,76 @@
+"""docs/scenarios.md lists the keys of a scenario file: all of them, and no others."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from ekfslam_tutorial.models import landmarks, motion, sensors
+from ekfslam_tutorial.simulation import worlds
+from ekfslam_tutorial.slam import Jcbb, KnownIds, NearestNeighbour
+from ekfslam_tutorial.toolbox import FigureOptions, Landmark, Options, Robot, Sensor, Time
+from ekfslam_tutorial.toolbox.scenario import SECTIONS
+from ekfslam_tutorial.toolbox.tables import exported, functions, parameters, snake
+
+PAGE = (Path(__file__).parents[2] / "docs" / "scenarios.md").read_text(encoding="utf-8")
+
+
+def section(title):
+    """Text of one section of the page."""
+    return re.split(r"^## ", PAGE.partition(f"\n## {title}\n")[2], flags=re.MULTILINE)[0]
+
+
+def keys(title, head="key"):
+    """First column of a table of a section, and the names of its other columns by row."""
+    table = re.split(rf"^\| {head} \|.*\n\|---.*\n", section(title), flags=re.MULTILINE)[1].partition("\n\n")[0]
+    rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| `")]
+    return {row[0].strip("| `"): [re.findall(r"`([^`]+)`(?: \((\d)\))?", cell) for cell in row[1:]] for row in rows}
+
+
+@pytest.mark.parametrize(
+    "title, cls, without, more",
+    [
+        ("`[time]`", Time, (), ()),
+        ("`[[robot]]`", Robot, ("state", "state_std", "control", "control_std"), ()),
+        ("`[[sensor]]`", Sensor, ("model",), ("type",)),
+        ("`[landmark]`", Landmark, ("model",), ("type",)),
+        ("`[options]`", Options, ("lmk_type", "n", "N"), ()),
+        ("`[figure]`", FigureOptions, (), ()),
+    ],
+)
+def test_a_section_lists_its_keys(title, cls, without, more):
+    assert set(keys(title)) == {*parameters(cls), *more} - set(without)
+
+
+def test_the_page_has_all_sections():
+    titles = set(re.findall(r"^## `\[+(\w+)\]+`$", PAGE, re.MULTILINE)) | set(keys("Top"))
+    assert titles == set(SECTIONS)
+
+
+def test_motion_models_and_their_fields():
+    listed = keys("`[[robot]]`", "`motion`")
+    assert set(listed) == set(exported(motion))
+    for name, cells in listed.items():
+        cls = exported(motion)[name]
+        stated = [{key: int(n) for key, n in cell} for cell in cells]
+        assert stated == [cls.control_fields, cls.state_fields], name
+
+
+@pytest.mark.parametrize(
+    "title, head, known",
+    [
+        ("`[[sensor]]`", "`type`", exported(sensors)),
+        ("`[world]`", "`type`", functions(worlds)),
+        ("`[options]`", "`association`", {snake(c.__name__): c for c in (KnownIds, NearestNeighbour, Jcbb)}),
+    ],
+)
+def test_models_and_their_keys(title, head, known):
+    listed = keys(title, head)
+    assert set(listed) == set(known)
+    for name, cells in listed.items():
+        assert [key.removesuffix("_deg") for key, _ in cells[0]] == list(parameters(known[name])), name
+
+
+def test_landmark_types_are_all_named():
+    named = {name for cell in keys("`[landmark]`")["type"] for name, _ in cell}
+    assert named == set(exported(landmarks))
