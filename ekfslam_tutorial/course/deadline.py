@@ -18,8 +18,8 @@ class TookTooLong(Exception):
     """The deadline passed."""
 
 
-class Stopped(BaseException):
-    """Put into a thread that must end."""
+class Stopped(SystemExit):
+    """Put into a thread that must end. (Of all exceptions, Python lets a thread end silently by SystemExit only.)"""
 
 
 def run(job, seconds):
@@ -90,17 +90,29 @@ def _stop(thread, patience=0.3):
 
 
 _survivors: set[threading.Thread] = set()  # threads that could not be stopped: they stay silent
+_streams: list[Any] = []  # what a survivor may be writing to: `print` crashes if that is freed meanwhile
 
 
 @contextlib.contextmanager
 def _captured(sink):
     """Send what is printed to `sink`; afterwards drop what surviving threads print."""
+    before = sys.stdout, sys.stderr
+    sys.stdout = sys.stderr = sink
     try:
-        with contextlib.redirect_stdout(sink), contextlib.redirect_stderr(sink):
-            yield
+        yield
     finally:
-        if _survivors and not isinstance(sys.stdout, _Muted):
-            sys.stdout, sys.stderr = _Muted(sys.stdout), _Muted(sys.stderr)
+        sys.stdout, sys.stderr = map(_filtered, before)
+        if isinstance(sys.stdout, _Muted):
+            _streams.append(sink)
+
+
+def _filtered(stream):
+    """The stream, with a filter in front of it as long as a survivor lives."""
+    stream = stream._stream if isinstance(stream, _Muted) else stream
+    if not any(thread.is_alive() for thread in _survivors):
+        return stream
+    _streams.append(_Muted(stream))
+    return _streams[-1]
 
 
 class _Muted:

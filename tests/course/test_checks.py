@@ -1,0 +1,272 @@
+"""What a student sees: check, hint, reveal, progress; and a check that nothing can hang, flood or break."""
+
+import json
+import re
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.course import check, checks, deadline, guard, hint, logbook, progress, registry, reveal
+from ekfslam_tutorial.course.exercises.nb02_q import q
+
+# --- the messages ---
+
+
+def test_a_passed_answer_is_handed_back(capsys):
+    def mine(y, x_r):
+        return q(y, x_r)
+
+    assert check("02.3", mine) is mine
+    assert capsys.readouterr().out == "[02.3] passed\n"
+
+
+def test_a_missing_answer_gives_the_reference(capsys):
+    def stub(y, x_r):
+        raise NotImplementedError
+
+    assert check("02.3", stub) is q
+    assert check("02.3") is q
+    line = "[02.3] not attempted yet: the reference solution is used below.\n"
+    assert capsys.readouterr().out == 2 * line
+    assert not logbook.read()
+
+
+def test_a_wrong_answer_is_told_what_is_wrong_and_gives_the_reference(capsys):
+    def mine(y, x_r):
+        print("my own debugging")
+        l, L_y = q(y, x_r)
+        return l, L_y.T
+
+    assert check("02.3", mine) is q
+    out = capsys.readouterr().out
+    assert out.startswith("[02.3] failed 'derivative': L_y[0, 1] = d(x_l)/d(bearing) is")
+    assert "transpose" in out and 'hint("02.3")' in out and "reference solution is used below" in out
+    assert out.count("my own debugging") <= 5
+    assert max(len(line) for line in out.splitlines()) <= 110
+
+
+def test_an_exception_shows_the_line(capsys):
+    def mine(y, x_r):
+        r, beta = y
+        angle = beta + theta_of_the_robot  # noqa: F821
+        return r * angle
+
+    check("02.3", mine)
+    out = " ".join(capsys.readouterr().out.split())
+    assert "NameError: name 'theta_of_the_robot' is not defined, in line 3: `angle = beta + theta_of_the_robot" in out
+
+
+def test_an_exception_in_a_helper_shows_the_line_of_the_helper(capsys):
+    def helper(y):
+        return y.no_such_thing
+
+    check("02.3", lambda y, x_r: helper(y))
+    assert "in `helper`: `return y.no_such_thing`" in " ".join(capsys.readouterr().out.split())
+
+
+def test_not_implemented_later_on_is_a_failure():
+    def only_ahead(y, x_r):
+        if x_r[2] != 0:
+            raise NotImplementedError("turned robots")
+        return q(y, x_r)
+
+    calls = []
+
+    def after_two(y, x_r):
+        calls.append(1)
+        if len(calls) > 2:
+            raise NotImplementedError
+        return q(y, x_r)
+
+    assert registry.get("02.3").judge(only_ahead).status == "not attempted"  # the first call is a turned robot
+    assert "NotImplementedError" in registry.get("02.3").judge(after_two).message
+
+
+@pytest.mark.parametrize(
+    "id, near", [("02.33", "'02.3'"), ("02.", "'02."), ("2.3", "'02.3'"), (2.3, "a text such as"), ("", "'02.")]
+)
+def test_an_unknown_id_names_the_nearest(id, near):
+    with pytest.raises(ValueError, match=re.escape(near)):
+        check(id, None)
+
+
+def test_hints_come_one_by_one_and_then_the_solution(capsys):
+    for level in (1, 2, 3, 3):
+        hint("02.3")
+        assert f"hint {level} of 3" in capsys.readouterr().out
+    hint("02.3", 1)
+    assert "hint 1 of 3" in capsys.readouterr().out
+    with pytest.raises(ValueError, match="hints 1 to 3, got 4"):
+        hint("02.3", 4)
+    reveal("02.3")
+    out = capsys.readouterr().out
+    space = {"np": np}
+    exec(out, space)
+    assert registry.get("02.3").judge(space["q"]).passed
+    assert logbook.read()["02.3"]["hints"] == 3 and logbook.read()["02.3"]["revealed"]
+
+
+def test_progress_counts(capsys):
+    check("02.3", q)
+    check("02.2", lambda x, i, x_r: None)
+    capsys.readouterr()
+    progress("02")
+    out = capsys.readouterr().out
+    assert out.startswith("1 of 6 exercises passed")
+    assert re.search(r"02\.3 +passed \d{4}-\d\d-\d\d", out) and re.search(r"02\.2 +tried once", out)
+    assert re.search(r"02\.1 +not attempted", out)
+    check("02.3", lambda y, x_r: None)  # once passed stays passed
+    progress("02")
+    assert "1 of 6" in capsys.readouterr().out
+    with pytest.raises(ValueError, match="no exercises of a notebook '99'"):
+        progress("99")
+
+
+# --- the file ---
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"02.3": 7}', '{"02.3": {"tries": 1}}', "\x00\xff"])
+def test_a_damaged_file_costs_nothing(own_progress, content):
+    own_progress.write_text(content, encoding="utf-8")
+    check("02.3", q)
+    assert logbook.read()["02.3"]["passed"]
+
+
+def test_a_folder_that_cannot_be_written_costs_nothing(tmp_path, monkeypatch, capsys):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    monkeypatch.setenv(logbook.VARIABLE, str(blocked / "progress.json"))
+    assert check("02.3", q) is q
+    assert "passed" in capsys.readouterr().out
+
+
+def test_the_file_is_replaced_in_one_step(own_progress, monkeypatch):
+    check("02.3", q)
+    before = own_progress.read_text()
+
+    def broken(*args):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(logbook.os, "replace", broken)
+    check("02.2", lambda x, i, x_r: None)
+    assert own_progress.read_text() == before
+    assert [p.name for p in own_progress.parent.iterdir()] == [own_progress.name]  # no part of a file is left
+    json.loads(before)
+
+
+def test_the_home_folder_is_the_default(monkeypatch, tmp_path):
+    monkeypatch.delenv(logbook.VARIABLE)
+    monkeypatch.setattr(logbook.Path, "home", lambda: tmp_path)
+    assert logbook.path() == tmp_path / ".ekfslam" / "progress.json"
+
+
+# --- time-outs ---
+
+
+def ended(threads):
+    """Wait until there are only so many threads."""
+    until = time.monotonic() + 5
+    while threading.active_count() > threads and time.monotonic() < until:
+        time.sleep(0.05)
+    return threading.active_count() == threads
+
+
+def forever(*args):
+    while True:
+        pass
+
+
+def stubborn(*args):
+    while True:
+        try:
+            print("x" * 1000)
+        except:  # noqa: E722
+            pass
+
+
+def prints_forever(*args):
+    while True:
+        print("x" * 1000)
+
+
+@pytest.mark.parametrize("answer", [forever, stubborn, prints_forever])
+def test_an_endless_loop_is_stopped(answer, capsys):
+    threads = threading.active_count()
+    started = time.perf_counter()
+    assert check("02.3", answer) is q
+    assert time.perf_counter() - started < 2.5  # 1.5 s of patience, 0.3 s to stop it; the rest is a busy machine
+    out = capsys.readouterr().out
+    assert "took more than 1.5 s" in out and "loop that does not end" in out and len(out) < 1000
+    assert ended(threads)
+
+
+def test_a_sleeping_answer_does_not_hold_the_notebook(monkeypatch, capsys):
+    threads = threading.active_count()
+    monkeypatch.setenv("EKFSLAM_CHECK_SECONDS", "0.2")
+    started = time.perf_counter()
+    check("02.3", lambda y, x_r: time.sleep(1.5))
+    assert time.perf_counter() - started < 1.4
+    assert "took more than 0.2 s" in capsys.readouterr().out
+    print("the notebook goes on printing")
+    assert capsys.readouterr().out == "the notebook goes on printing\n"
+    assert ended(threads)
+
+
+def test_an_endless_recursion_is_an_error(capsys):
+    def deep(y, x_r):
+        return deep(y, x_r)
+
+    check("02.3", deep)
+    assert "RecursionError" in capsys.readouterr().out
+
+
+def test_prints_are_bounded_and_standard_output_is_given_back(capsys):
+    import sys
+
+    before = sys.stdout, sys.stderr
+    value, printed = deadline.run(lambda: [print("x" * 100) for _ in range(10_000)] and 7, 5.0)
+    assert value == 7 and len(printed) == 2000
+    with pytest.raises(deadline.TookTooLong):
+        deadline.run(forever, 0.1)
+    with pytest.raises(ZeroDivisionError):
+        deadline.run(lambda: 1 / 0, 1.0)
+    assert (sys.stdout, sys.stderr) == before
+    assert capsys.readouterr().out == ""
+
+
+def test_without_threads_a_check_still_works(monkeypatch, capsys):
+    def none(self):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", none)
+    check("02.3", q)
+    assert capsys.readouterr().out == "[02.3] passed\n"
+
+
+# --- comparing results ---
+
+
+@pytest.mark.parametrize(
+    "a, b, same",
+    [
+        ([1, 2], np.array([1.0, 2.0]), True),
+        ([[1], [2]], [1, 2], False),
+        ((1, [2, 3]), (1, [2, 3]), True),
+        ({"a": np.eye(2)}, {"a": np.eye(2)}, True),
+        ({"a": 1}, {"b": 1}, False),
+        (None, 0, False),
+        ("a", "a", True),
+        (np.nan, np.nan, True),
+        (registry.get("02.3"), registry.get("02.3"), True),
+        (1j, 1j, True),
+    ],
+)
+def test_equal(a, b, same):
+    assert guard.equal(a, b) is same
+
+
+def test_a_report_without_a_hint_has_no_empty_line():
+    verdict = checks.Verdict("failed", "link", "message")
+    assert "\n\n" not in checks.report(registry.get("02.3"), verdict)
