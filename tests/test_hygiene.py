@@ -53,9 +53,7 @@ def lines_that_match(pattern):
 def test_one_version():
     version = ekfslam_tutorial.__version__
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    released = re.findall(
-        r"^## \[(\d[^\]]*)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
-    )
+    released = re.findall(r"^## \[(\d[^\]]*)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
     assert str(citation["version"]) == version
@@ -73,9 +71,7 @@ def locked():
     """Return the locked packages as {name: text of the entry}, hashes included."""
     text = (ROOT / "requirements.txt").read_text(encoding="utf-8")
     entries = re.split(r"\n(?=[A-Za-z0-9])", text)
-    return {
-        re.split(r"[=\s]", entry)[0].lower(): entry for entry in entries if re.match(r"[A-Za-z0-9]", entry)
-    }
+    return {re.split(r"[=\s]", entry)[0].lower(): entry for entry in entries if re.match(r"[A-Za-z0-9]", entry)}
 
 
 def test_every_locked_package_has_an_exact_version_and_hashes():
@@ -115,9 +111,7 @@ def test_files_are_small():
             return NOTEBOOK_KB
         return DATA_KB if path.is_relative_to(ROOT / "data") else FILE_KB
 
-    large = [
-        (path.name, path.stat().st_size) for path in TRACKED if path.stat().st_size > 1000 * limit_kb(path)
-    ]
+    large = [(path.name, path.stat().st_size) for path in TRACKED if path.stat().st_size > 1000 * limit_kb(path)]
     assert large == []
 
 
