@@ -14,6 +14,7 @@ Names: z innovation, Z its covariance, E covariance of the expectation, R of the
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri
@@ -43,7 +44,7 @@ class Innovation:
     def iL(self):
         """Inverse of the Cholesky factor: Z = L L', Z^-1 = iL' iL."""
         L, info = dpotrf(self.Z, lower=1, clean=1)
-        if info != 0:
+        if info != 0 or not isfinite(L[-1, -1]):
             raise ValueError(f"the innovation covariance must be positive definite, got {np.asarray(self.Z).tolist()}")
         return dtrtri(L, lower=1)[0]
 
@@ -87,7 +88,8 @@ def cross(map, blocks):
     Parameters
     ----------
     map : Map
-    blocks : iterable of (slice or None, ndarray of shape (m, k))
+    blocks : sequence of (slice or None, ndarray of shape (m, k))
+        At least one; those of known states have the range None.
 
     Returns
     -------
@@ -104,7 +106,7 @@ def covariance(PHt, blocks):
     ----------
     PHt : ndarray, shape (n, m)
         From `cross`.
-    blocks : iterable of (slice or None, ndarray of shape (m, k))
+    blocks : sequence of (slice or None, ndarray of shape (m, k))
     """
     m = PHt.shape[1]
     return sum((J @ PHt[r] for r, J in blocks if r is not None), start=np.zeros((m, m)))
@@ -136,9 +138,17 @@ def correct(map, PHt, inn):
     PHt : ndarray, shape (n, m)
         From `cross`.
     inn : Innovation
+
+    Raises
+    ------
+    ValueError
+        If the innovation is not finite, or its covariance not positive definite. Nothing has been changed then.
     """
+    w = inn.iL @ inn.z
+    if not isfinite(w @ w):
+        raise ValueError(f"the innovation must be finite, got {np.asarray(inn.z).tolist()}")
     W = PHt @ inn.iL.T
-    map.x[:] += W @ (inn.iL @ inn.z)
+    map.x[:] += W @ w
     subtract_product(map.P, W)
 
 
@@ -147,14 +157,14 @@ def augment(map, l, blocks, Q):
 
         P_lm = L_x P,    P_ll = L_x P L_x' + Q
 
-    With known poses there are no blocks, and this is the lecture's formula: zero cross-covariance, and P_ll = Q.
+    With known poses all ranges are None, and this is the lecture's formula: zero cross-covariance, and P_ll = Q.
 
     Parameters
     ----------
     map : Map
     l : ndarray, shape (k,)
         Mean of the new state.
-    blocks : iterable of (slice or None, ndarray of shape (k, ·))
+    blocks : sequence of (slice or None, ndarray of shape (k, ·))
         Derivatives of g by the states in the map.
     Q : ndarray, shape (k, k)
         Covariance of all that is not in the map: L_y R L_y' of the measurement, and L_n N L_n' of the prior.
@@ -171,7 +181,7 @@ def augment(map, l, blocks, Q):
     """
     PLt = cross(map, blocks)
     P_ll = covariance(PLt, blocks) + Q
-    return map.add(l, _symmetric(P_ll), PLt.T)
+    return map.add(l, P_ll, PLt.T)
 
 
 def transform(map, r, x, J):

@@ -33,8 +33,8 @@ class Map:
     """
 
     def __init__(self, capacity=None):
-        if capacity is not None and capacity < 1:
-            raise ValueError(f"the capacity of a map must be a positive number of states, got {capacity}")
+        if capacity is not None and (not isinstance(capacity, (int, np.integer)) or capacity < 1):
+            raise ValueError(f"the capacity of a map must be a positive number of states, got {capacity!r}")
         self.capacity = capacity
         self.n = 0
         self._x = np.zeros(0)
@@ -86,19 +86,19 @@ class Map:
         ValueError
             For shapes that do not fit each other, numbers that are not finite, or a P_xx that is no covariance.
         """
-        x, P_xx = np.asarray(x, float), np.asarray(P_xx, float)
+        x, P_xx = np.atleast_1d(np.asarray(x, float)), np.atleast_2d(np.asarray(P_xx, float))
         check_covariance(P_xx, len(x), "P_xx")
         if not np.isfinite(x).all():
             raise ValueError(f"the mean of a new state must be finite, got {x}")
-        if P_xm is not None and np.shape(P_xm) != (len(x), self.n):
-            raise ValueError(f"P_xm must have shape {(len(x), self.n)}, got {np.shape(P_xm)}")
+        if P_xm is not None and (np.shape(P_xm) != (len(x), self.n) or not np.isfinite(P_xm).all()):
+            raise ValueError(f"P_xm must be finite and have shape {(len(x), self.n)}, got shape {np.shape(P_xm)}")
 
         r = self._make_room(len(x))
         if P_xm is not None:
             n = np.shape(P_xm)[1]
             self._P[r, :n] = P_xm
             self._P[:n, r] = np.transpose(P_xm)
-        self._x[r], self._P[r, r], self._used[r] = x, P_xx, True
+        self._x[r], self._P[r, r], self._used[r] = x, 0.5 * (P_xx + P_xx.T), True
         return r
 
     def remove(self, r):
@@ -109,6 +109,8 @@ class Map:
         ValueError
             If r is not a range in use.
         """
+        if not isinstance(r, slice) or None in (r.start, r.stop):
+            raise ValueError(f"remove takes the range that add has returned, got {r!r}")
         if not (0 <= r.start < r.stop <= self.n and self.used[r].all()):
             raise ValueError(f"range {r.start}:{r.stop} is not in use in this map of {self.n} states")
         self._x[r], self._P[r, :], self._P[:, r], self._used[r] = 0, 0, 0, False
