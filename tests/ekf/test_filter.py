@@ -84,9 +84,20 @@ def test_a_correction_of_what_is_known_changes_nothing(scene, rng):
     assert np.array_equal(map.x, x) and np.array_equal(map.P, P)
 
 
-def test_an_indefinite_innovation_is_named():
-    with pytest.raises(ValueError, match="innovation covariance must be positive definite, got .*-1.0"):
-        _ = Innovation(np.zeros(2), np.diag([1.0, -1.0])).md2
+@pytest.mark.parametrize(
+    "z, Z, said",
+    [
+        ([0.0, 0.0], np.diag([1.0, -1.0]), "innovation covariance must be positive definite, got .*-1.0"),
+        ([0.0, 0.0], np.diag([1.0, np.nan]), "innovation covariance must be positive definite, got .*nan"),
+        ([0.0, np.nan], np.eye(2), "innovation must be finite, got .*nan"),
+    ],
+)
+def test_a_bad_innovation_is_named_and_nothing_is_changed(scene, z, Z, said):
+    map, _ = scene
+    x, P = map.x.copy(), map.P.copy()
+    with pytest.raises(ValueError, match=said):
+        correct(map, np.ones((map.n, 2)), Innovation(np.array(z), Z))
+    assert np.array_equal(map.x, x) and np.array_equal(map.P, P)
 
 
 def test_a_prediction_is_that_of_the_textbook_and_touches_its_blocks_only(scene, rng):
