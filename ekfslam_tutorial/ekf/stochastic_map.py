@@ -86,7 +86,9 @@ class Map:
         ValueError
             For shapes that do not fit each other, numbers that are not finite, or a P_xx that is no covariance.
         """
-        x, P_xx = np.atleast_1d(np.asarray(x, float)), np.atleast_2d(np.asarray(P_xx, float))
+        x, P_xx = np.asarray(x, float), np.asarray(P_xx, float)
+        if x.ndim != 1:
+            raise ValueError(f"the mean of a new state must be a vector, got shape {x.shape}")
         check_covariance(P_xx, len(x), "P_xx")
         if not np.isfinite(x).all():
             raise ValueError(f"the mean of a new state must be finite, got {x}")

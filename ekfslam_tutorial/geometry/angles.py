@@ -21,4 +21,4 @@ def wrap(angle):
     >>> float(wrap(3 * np.pi))
     3.141592653589793
     """
-    return np.pi - (np.pi - angle) % (2 * np.pi)
+    return np.pi - np.subtract(np.pi, angle) % (2 * np.pi)

@@ -76,7 +76,9 @@ def check_jacobians(f, *args, rtol=1e-6, atol=1e-6, step=STEP):
     --------
     >>> check_jacobians(lambda x: (x**2, 2 * np.diag(x)), np.array([1.0, 3.0]))
     """
-    _, *jacobians = f(*args)
+    out = f(*args)
+    assert isinstance(out, tuple), f"the function must return a tuple: value, Jacobian, ...; got {type(out).__name__}"
+    _, *jacobians = out
     assert len(jacobians) == len(args), f"got {len(jacobians)} Jacobians for {len(args)} arguments; one each is needed"
 
     for i, (arg, J) in enumerate(zip(args, jacobians, strict=True)):

@@ -6,9 +6,17 @@ May not: know of maps, filters, robots or ids.
 
 from . import landmarks, motion, sensors
 from .contracts import check_landmark, check_motion, check_pair, check_sensor
-from .observation import observe, retro_project, to_sensor
+from .observation import (
+    check_fit,
+    observe,
+    observe_parameters,
+    retro_project,
+    retro_project_parameters,
+    to_sensor,
+)
 
 __all__ = [
+    "check_fit",
     "check_landmark",
     "check_motion",
     "check_pair",
@@ -16,7 +24,9 @@ __all__ = [
     "landmarks",
     "motion",
     "observe",
+    "observe_parameters",
     "retro_project",
+    "retro_project_parameters",
     "sensors",
     "to_sensor",
 ]

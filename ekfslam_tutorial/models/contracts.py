@@ -79,6 +79,12 @@ class LmkType(Protocol):
         ...
 
 
+def _instance(model):
+    """Refuse a class where one of its instances is meant."""
+    if isinstance(model, type):
+        raise TypeError(f"give an instance, {model.__name__}(...), not the class {model.__name__}")
+
+
 def _frame(F, rng):
     """A random frame of class F, with a unit quaternion in 3D."""
     return F(np.concatenate([rng.normal(size=F.dim), rng.normal(size=F.size - F.dim)])).normalized()[0]
@@ -106,6 +112,7 @@ def check_motion(model, dt=0.1):
     AssertionError
         With the first property that does not hold.
     """
+    _instance(model)
     n_u = sum(model.control_fields.values())
     assert model.size == model.frame.size + sum(model.state_fields.values()), "size is not frame + state_fields"
     for seed in SEEDS:
@@ -136,6 +143,7 @@ def check_sensor(model, dim=None):
     AssertionError
         With the first property that does not hold.
     """
+    _instance(model)
     dim = _dim(model) if dim is None else dim
     R = np.asarray(model.R)
     assert R.ndim == 2 and np.allclose(R, R.T) and (np.linalg.eigvalsh(R) > 0).all(), "R is not a covariance"
@@ -172,6 +180,7 @@ def check_landmark(lmk, dim=None):
     AssertionError
         With the first property that does not hold.
     """
+    _instance(lmk)
     F = Frame2 if (_dim(lmk) if dim is None else dim) == 2 else Frame3
     for seed in SEEDS:
         rng = np.random.default_rng(seed)

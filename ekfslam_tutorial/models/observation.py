@@ -73,11 +73,9 @@ def retro_project(Rf, Sf, sensor, lmk, y, n):
     TypeError
         If the landmark type cannot be started from what the sensor measures.
     """
+    check_fit(sensor, lmk, "from_ray" if sensor.bearing_only else "from_point")
     v, V_y = sensor.retro(y)
-    try:
-        ls, LS_v, LS_n = lmk.from_ray(v, n) if sensor.bearing_only else lmk.from_point(v)
-    except AttributeError as error:
-        raise TypeError(f"{_name(lmk)} cannot be started by {_name(sensor)}: {_missing(sensor)}") from error
+    ls, LS_v, LS_n = lmk.from_ray(v, n) if sensor.bearing_only else lmk.from_point(v)
     lr, LR_s, LR_ls = lmk.from_frame(Sf, ls)
     l, L_r, L_lr = lmk.from_frame(Rf, lr)
 
@@ -85,9 +83,63 @@ def retro_project(Rf, Sf, sensor, lmk, y, n):
     return l, L_r, L_lr @ LR_s, L_ls @ LS_v @ V_y, L_ls @ LS_n
 
 
-def _name(model):
-    return type(model).__name__
+def observe_parameters(Rf, Sf, sensor, lmk, l):
+    """Direct model once more, with the derivatives by the sensor's parameters. Manual, section 5.1.
+
+    Only for sensors that have `project_parameters`: the cameras.
+
+    Returns
+    -------
+    e : ndarray, shape (..., m)
+    E_k, E_d : ndarray, shape (..., m, ·)
+        With respect to the intrinsic parameters and the distortion.
+    """
+    v, *_ = to_sensor(Rf, Sf, sensor, lmk, l)
+    return sensor.project_parameters(v)
 
 
-def _missing(sensor):
-    return "one ray does not fix it" if sensor.bearing_only else "it cannot be made from a point"
+def retro_project_parameters(Rf, Sf, sensor, lmk, y, n):
+    """Inverse model once more, with the derivatives by the sensor's parameters. Manual, section 5.2.
+
+    Only for sensors that have `retro_parameters`: the cameras.
+
+    Returns
+    -------
+    l : ndarray, shape (..., lmk.size)
+    L_k, L_c : ndarray, shape (..., lmk.size, ·)
+        With respect to the intrinsic parameters and the correction vector (the distortion, if the sensor inverts it
+        exactly).
+    """
+    v, V_k, V_c = sensor.retro_parameters(y)
+    ls, LS_v, _ = lmk.from_ray(v, n) if sensor.bearing_only else lmk.from_point(v)
+    lr, _, LR_ls = lmk.from_frame(Sf, ls)
+    l, _, L_lr = lmk.from_frame(Rf, lr)
+
+    L_v = L_lr @ LR_ls @ LS_v
+    return l, L_v @ V_k, L_v @ V_c
+
+
+def check_fit(sensor, lmk, needed=None):
+    """Refuse a sensor and a landmark type that do not fit each other.
+
+    Parameters
+    ----------
+    sensor : SensorModel
+    lmk : LmkType
+    needed : str, optional
+        Method that the landmark type must have; by default the one that an observation needs.
+
+    Raises
+    ------
+    TypeError
+        Naming both.
+    """
+    sensor_name, lmk_name = type(sensor).__name__, type(lmk).__name__
+    dims = getattr(sensor, "dim", None), getattr(lmk, "dim", None)
+    if None not in dims and dims[0] != dims[1]:
+        raise TypeError(f"{sensor_name} measures in {dims[0]} dimensions, and {lmk_name} is a landmark in {dims[1]}")
+    needed = needed or ("ray" if sensor.bearing_only else "point")
+    if not hasattr(lmk, needed):
+        why = {"from_ray": "one ray does not fix it"}.get(needed, f"it has no method {needed}")
+        verb = "started" if needed.startswith("from") else "observed"
+        raise TypeError(f"{lmk_name} cannot be {verb} by {sensor_name}: {why}")

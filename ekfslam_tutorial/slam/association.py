@@ -36,6 +36,19 @@ def gate(confidence, dof):
     return float(chi2.ppf(confidence, dof))
 
 
+def check_confidences(association):
+    """Refuse probabilities that are none.
+
+    Raises
+    ------
+    ValueError
+    """
+    for name in ("confidence", "new_confidence"):
+        value = getattr(association, name)
+        if not isinstance(value, (int, float)) or not 0 < value < 1:
+            raise ValueError(f"{type(association).__name__}: {name} must be between 0 and 1, got {value!r}")
+
+
 def fresh_id(lmks):
     """An id that no landmark has."""
     return max(lmks, default=0) + 1
@@ -43,11 +56,14 @@ def fresh_id(lmks):
 
 @dataclass(frozen=True)
 class KnownIds:
-    """Every measurement carries the id of its landmark: a simulator, or barcodes."""
+    """Every measurement carries the id of its landmark: a simulator, or barcodes.
+
+    Of several measurements with the same id in one frame the first is used.
+    """
 
     def __call__(self, map, obs, raw, sensor):
         """Match by id. Returns Matches; anything with an id may start a landmark, if that id is not in use."""
-        index = {int(id): i for i, id in enumerate(raw.ids) if id >= 0}
+        index = {int(id): i for i, id in reversed(list(enumerate(raw.ids))) if id >= 0}
         pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
         return Matches(pairs, [int(i) for i in np.argsort(raw.ids, kind="stable") if raw.ids[i] >= 0])
 
@@ -98,6 +114,9 @@ class NearestNeighbour:
     confidence: float = 0.99
     new_confidence: float = 1 - 1e-6
 
+    def __post_init__(self):
+        check_confidences(self)
+
     def __call__(self, map, obs, raw, sensor):
         """Match by distance. Returns Matches."""
         D = distances(obs, raw, sensor)
@@ -145,6 +164,9 @@ class Jcbb:
     confidence: float = 0.99
     new_confidence: float = 1 - 1e-6
     max_nodes: int = 20_000
+
+    def __post_init__(self):
+        check_confidences(self)
 
     def __call__(self, map, obs, raw, sensor):
         """Match jointly. Returns Matches."""

@@ -12,6 +12,8 @@ import numpy as np
 
 def _state(map, obj):
     """A copy: what was read from the map stays what it was when the map goes on."""
+    if obj.r is None and obj.x is None:
+        raise ValueError(f"{type(obj).__name__} {obj.id} has no state yet: put it into the map, or give it a known x")
     return np.array(obj.x if obj.r is None else map.x[obj.r])
 
 
@@ -34,6 +36,8 @@ class Rob:
         Ids of the sensors it carries.
     n_refused : int
         How many of its innovations in a row have failed the gate.
+    checked_U : ndarray or None
+        The control covariance that was last found to be one: it is not tested again while it stays the same.
     """
 
     id: int
@@ -46,6 +50,7 @@ class Rob:
     U: Any = None
     sensors: list = field(default_factory=list)
     n_refused: int = 0
+    checked_U: Any = field(default=None, repr=False)
 
     def state(self, map):
         """State vector: the map's estimate, or the known one."""

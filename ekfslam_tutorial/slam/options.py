@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..models.landmarks import EucPnt
+from ..ekf.stochastic_map import check_covariance
 from .association import KnownIds
 
 
@@ -15,8 +15,8 @@ class Options:
 
     Parameters
     ----------
-    lmk_type : LmkType
-        How new landmarks are stored.
+    lmk_type : LmkType or None
+        How new landmarks are stored; None for Euclidean points of the sensor's world.
     n, N : array_like, shape (k,) and (k, k)
         Prior of what a bearing-only sensor does not measure, mean and covariance: an inverse distance, 1/m
         (manual: nonObsMean, nonObsStd). Used where the sensor leaves something open.
@@ -52,7 +52,7 @@ class Options:
         An inverse distance that a correction turned negative is set to this (1/m).
     """
 
-    lmk_type: Any = EucPnt()
+    lmk_type: Any = None
     n: Any = (0.01,)
     N: Any = ((0.25,),)
     association: Any = field(default_factory=KnownIds)
@@ -70,3 +70,25 @@ class Options:
     min_match_ratio: float = 0.0
     min_inlier_ratio: float = 0.0
     min_rho: float = 1e-3
+
+    def __post_init__(self):
+        object.__setattr__(self, "n", np.atleast_1d(np.array(self.n, float)))
+        object.__setattr__(self, "N", np.atleast_2d(np.array(self.N, float)))
+        check_covariance(self.N, len(self.n), "the covariance N of the prior")
+        for name in ("n_updates", "max_lmks"):
+            self._need(name, getattr(self, name) is None or getattr(self, name) >= 0, "a number of 0 or more, or None")
+        self._need(
+            "reopen_after", self.reopen_after is None or self.reopen_after >= 1, "a number of 1 or more, or None"
+        )
+        two = self.n_inits is None or (np.shape(self.n_inits) == (2,) and min(self.n_inits) >= 0)
+        self._need("n_inits", two, "two numbers of 0 or more, or None")
+        for name in ("md2_threshold", "lin_test", "min_rho"):
+            self._need(name, getattr(self, name) > 0, "a positive number")
+        for name in ("init_margin", "min_search"):
+            self._need(name, getattr(self, name) >= 0, "a number of 0 or more")
+        for name in ("min_match_ratio", "min_inlier_ratio"):
+            self._need(name, 0 <= getattr(self, name) <= 1, "between 0 and 1")
+
+    def _need(self, name, ok, what):
+        if not ok:
+            raise ValueError(f"Options: {name} must be {what}, got {getattr(self, name)!r}")

@@ -22,10 +22,13 @@ def place(map, obj, x, P=None):
     Raises
     ------
     ValueError
-        If P is not a covariance.
+        If the state is not finite or has the wrong length, or P is not a covariance.
     """
+    size = obj.motion.size if hasattr(obj, "motion") else obj.frame_type.size
+    if np.shape(x) != (size,) or not np.isfinite(x).all():
+        raise ValueError(f"{type(obj).__name__} {obj.id}: the state must be {size} finite numbers, got {x}")
     if P is None:
-        obj.x, obj.r = np.asarray(x, float), None
+        obj.x, obj.r = np.array(x, float), None
     else:
         obj.x, obj.r = None, map.add(x, P)
 

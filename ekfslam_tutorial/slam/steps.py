@@ -7,6 +7,7 @@ ones that it does not. The order matters: a measurement that starts a landmark h
 import numpy as np
 
 from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict, transform
+from ..ekf.stochastic_map import check_covariance
 from ..models.landmarks import EucPnt
 from ..models.observation import observe, retro_project
 from .objects import Event, Lmk
@@ -31,7 +32,7 @@ def move(map, rob, dt):
     ValueError
         If the control or its covariance is not finite or has the wrong shape.
     """
-    _check_control(rob)
+    _check_control(rob, dt)
     normalize(map, rob)
     x, X_x, X_u = rob.motion.move(rob.state(map), rob.u, dt)
     if rob.r is None:
@@ -43,13 +44,16 @@ def move(map, rob, dt):
         normalize(map, rob)
 
 
-def _check_control(rob):
+def _check_control(rob, dt):
     m = sum(rob.motion.control_fields.values())
     fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
     if np.shape(rob.u) != (m,) or not np.isfinite(rob.u).all():
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
-    if rob.r is not None and (np.shape(rob.U) != (m, m) or not np.isfinite(rob.U).all()):
-        raise ValueError(f"robot {rob.id}: the control covariance must be a finite {m} x {m} matrix, got {rob.U}")
+    if not 0 <= dt < np.inf:
+        raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds, got {dt}")
+    if rob.r is not None and rob.U is not rob.checked_U:
+        check_covariance(rob.U, m, f"robot {rob.id}: the control covariance")
+        rob.checked_U = rob.U
 
 
 # --- corrections -----------------------------------------------------------------------------------------------------
@@ -173,7 +177,15 @@ def _delete_bad(map, lmks, seen, opt):
 
 
 def _check_raw(raw, sen):
-    m = len(sen.model.R)
+    m, ids = len(sen.model.R), np.asarray(raw.ids)
+    if ids.size and not np.issubdtype(ids.dtype, np.integer):
+        raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()}")
+    if raw.R is not None and np.shape(raw.R) != (len(ids), m, m):
+        raise ValueError(
+            f"sensor {sen.id}: noise covariances must have shape {(len(ids), m, m)}, got {np.shape(raw.R)}"
+        )
+    for id, R in zip(ids, () if raw.R is None else raw.R, strict=False):
+        check_covariance(R, m, f"sensor {sen.id}: the noise covariance of landmark {id}")
     if np.shape(raw.y) != (len(raw.ids), m):
         raise ValueError(
             f"sensor {sen.id}: measurements must have shape {(len(raw.ids), m)}, one row per id, got {np.shape(raw.y)}"
@@ -240,11 +252,9 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     """
     if opt.max_lmks is not None and len(lmks) >= opt.max_lmks:
         raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
-    kind = sen.lmk_type or opt.lmk_type
+    kind = sen.lmk_type or opt.lmk_type or EucPnt(sen.frame_type.dim)
     Rf, Sf = rob.frame(map), sen.frame(map)
-    n, N = (
-        (np.array(opt.n, float), np.array(opt.N, float)) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
-    )
+    n, N = (opt.n, opt.N) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
     R = sen.model.R if R is None else R
 
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)

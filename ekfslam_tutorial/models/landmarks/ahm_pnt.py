@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry import identity, unit
-from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar
+from .projective import ahead, anchored, anchored_point, anchored_ray, check_dim, linearity, scalar
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,9 @@ class AhmPnt:
     """
 
     dim: int = 3
+
+    def __post_init__(self):
+        check_dim(self)
 
     @property
     def size(self):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry import identity
+from .projective import check_dim
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,9 @@ class EucPnt:
     """
 
     dim: int = 3
+
+    def __post_init__(self):
+        check_dim(self)
 
     @property
     def size(self):

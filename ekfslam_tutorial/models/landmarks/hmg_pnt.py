@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry import identity, unit
-from .projective import along, homogeneous, scalar
+from .projective import along, check_dim, homogeneous, scalar
 
 
 @dataclass(frozen=True)
@@ -13,6 +13,7 @@ class HmgPnt:
     """A point l = [m; rho] at p = m / rho; m is a direction from the world's origin.
 
     Born from a ray, m is a unit vector of the sensor frame and rho the inverse distance (1/m).
+    A correction may turn rho negative: the point is then taken to lie behind, and not mended (as in the manual).
     Solà et al., "Impact of landmark parametrization on monocular EKF-SLAM", IJCV 97 (2012), section 3.2.
 
     Parameters
@@ -22,6 +23,9 @@ class HmgPnt:
     """
 
     dim: int = 3
+
+    def __post_init__(self):
+        check_dim(self)
 
     @property
     def size(self):

@@ -5,6 +5,17 @@ import numpy as np
 from ...geometry import identity
 
 
+def check_dim(lmk):
+    """Refuse a landmark that is neither in the plane nor in space.
+
+    Raises
+    ------
+    ValueError
+    """
+    if lmk.dim not in (2, 3):
+        raise ValueError(f"{type(lmk).__name__}: dim must be 2 or 3, got {lmk.dim!r}")
+
+
 def along(rho):
     """+1 in front of the anchor, -1 behind: the sign that keeps a ray a point up to a *positive* scale.
 

@@ -7,7 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import wrap
-from .range_bearing import _positive, polar
+from .checks import angle, positive
+from .range_bearing import polar
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,9 @@ class BearingOnly2:
     angles: ClassVar = ("bearing_std", "fov")  # parameters in radians; users may write them in degrees, as NAME_deg
 
     def __post_init__(self):
-        _positive(self, "bearing_std", "max_range", "fov")
+        positive(self, "bearing_std", "max_range", "fov", infinite=("max_range",))
+        angle(self, "bearing_std", np.pi)
+        angle(self, "fov", 2 * np.pi)
 
     @cached_property
     def R(self):

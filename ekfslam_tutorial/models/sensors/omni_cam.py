@@ -11,7 +11,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import unit
-from .pin_hole import Imager, vector
+from .checks import angle, positive, vector
+from .pin_hole import Imager
 
 
 def polynomial(a, x):
@@ -122,13 +123,17 @@ class OmniCam(Imager):
     dim: ClassVar[int] = 3
     bearing_only: ClassVar[bool] = True
     units: ClassVar = ("px", "px")
+    angles: ClassVar = ("fov",)
 
     def __post_init__(self):
         self.check_image()
+        positive(self, "fov")
+        angle(self, "fov", 2 * np.pi)
         k = vector(self, "k", 5)
         if k[2] == k[3] * k[4]:
             raise ValueError(f"OmniCam: k = [xc, yc, c, d, e] is singular, c - d e must not be zero, got {self.k!r}")
-        vector(self, "d")
+        if not vector(self, "d").size:
+            raise ValueError("OmniCam: d must hold at least one coefficient of the forward polynomial, got none")
         if self.c is not None:
             vector(self, "c")
 
@@ -145,8 +150,22 @@ class OmniCam(Imager):
     def retro(self, y):
         """Pixel to a ray of any length; a landmark's birth normalises it. Returns v, V_y."""
         u, U_y, _ = omni_depixellise(np.asarray(y, float), self.k)
-        v, V_u = self._exact_retro(u) if self.c is None else omni_ray(u, self.c)[:2]
+        v, V_u, _ = self._exact_retro(u) if self.c is None else omni_ray(u, self.c)
         return v, V_u @ U_y
+
+    def project_parameters(self, p):
+        """Derivatives of `project` by the camera's parameters. Returns y, Y_k (..., 2, 5), Y_d (..., 2, len(d))."""
+        y, _, Y_k, Y_d = omni_cam(np.asarray(p, float), self.k, self.d)
+        return y, Y_k, Y_d
+
+    def retro_parameters(self, y):
+        """Derivatives of `retro` by the camera's parameters. Returns v, V_k (..., 3, 5), V_c (..., 3, len(c)).
+
+        Without a backward polynomial the last one is by the forward polynomial d, whose exact inverse is used then.
+        """
+        u, _, U_k = omni_depixellise(np.asarray(y, float), self.k)
+        v, V_u, V_c = self._exact_retro(u) if self.c is None else omni_ray(u, self.c)
+        return v, V_u @ U_k, V_c
 
     def _exact_retro(self, u, iterations=50):
         """Unit ray whose forward projection is u: Newton's method on the elevation, from the middle of the view."""
@@ -156,14 +175,16 @@ class OmniCam(Imager):
             for _ in range(iterations):
                 rho, slope, _ = polynomial(self.d, theta)
                 theta = np.clip(theta - (rho - r) / slope, np.pi / 2 - self.fov, np.pi / 2)
-            rho, slope, _ = polynomial(self.d, theta)
+            rho, slope, RHO_d = polynomial(self.d, theta)
             theta = np.where(np.abs(rho - r) <= 1e-9 * (1 + r), theta, np.nan)
             axis, AXIS_u = unit(u)
             c, s = np.cos(theta)[..., None], np.sin(theta)[..., None]
             THETA_u = axis / slope[..., None]
             V_theta = np.concatenate([-s * axis, c], -1)
             V_u = np.concatenate([c[..., None] * AXIS_u, np.zeros((*c.shape, 2))], -2)
-        return np.concatenate([c * axis, s], -1), V_u + V_theta[..., :, None] * THETA_u[..., None, :]
+            THETA_d = -RHO_d / slope[..., None]
+        v = np.concatenate([c * axis, s], -1)
+        return v, V_u + V_theta[..., :, None] * THETA_u[..., None, :], V_theta[..., :, None] * THETA_d[..., None, :]
 
     def visible(self, y, p):
         """Whether points lie in the field of view and in the image."""

@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import identity
+from .checks import positive, vector
 
 # --- the manual's functions: plain arrays, every Jacobian ------------------------------------------------------------
 
@@ -175,28 +176,17 @@ def inv_pin_hole(u, s, k, c):
 # --- the sensor model ------------------------------------------------------------------------------------------------
 
 
-def vector(model, name, size=None):
-    """A field as an array of finite numbers, or a sentence that says what it must be."""
-    value = np.asarray(getattr(model, name), float)
-    if value.ndim != 1 or (size is not None and value.size != size) or not np.isfinite(value).all():
-        count = "a list of" if size is None else size
-        raise ValueError(f"{type(model).__name__}: {name} must be {count} finite numbers, got {getattr(model, name)!r}")
-    return value
-
-
 class Imager:
     """What cameras with an image of a given size share."""
 
     image_size: tuple
     pixel_std: float
-    _name: ClassVar
 
     def check_image(self):
         """Refuse an image without pixels and noise that is not positive."""
         if not (vector(self, "image_size", 2) > 0).all():
             raise ValueError(f"{type(self).__name__}: image_size must be two positive numbers, got {self.image_size!r}")
-        if not 0 < self.pixel_std < np.inf:
-            raise ValueError(f"{type(self).__name__}: pixel_std must be a positive number, got {self.pixel_std!r}")
+        positive(self, "pixel_std")
 
     def inside(self, u):
         """Whether pixels lie in the image, borders included."""
@@ -269,6 +259,25 @@ class PinHole(Imager):
         up, UP_ud, *_ = exact_undistort(ud, np.asarray(self.d)) if self.c is None else undistort(ud, self.c)
         v, V_up, _ = retro(up, np.ones((*up.shape[:-1], 1)))
         return v, V_up @ UP_ud @ UD_y
+
+    def project_parameters(self, p):
+        """Derivatives of `project` by the camera's parameters. Returns y, Y_k (..., 2, 4), Y_d (..., 2, len(d))."""
+        y, _, Y_k, Y_d = pin_hole(np.asarray(p, float), self.k, self.d)
+        return y, Y_k, Y_d
+
+    def retro_parameters(self, y):
+        """Derivatives of `retro` by the camera's parameters. Returns v, V_k (..., 3, 4), V_c (..., 3, len(c)).
+
+        Without a correction vector the last one is by the distortion d, whose exact inverse is used then.
+        """
+        ud, _, UD_k = depixellise(np.asarray(y, float), self.k)
+        if self.c is None:
+            up, UP_ud = exact_undistort(ud, np.asarray(self.d))
+            UP_c = -UP_ud @ distort(up, self.d)[2]  # distort(up, d) = ud, differentiated by d
+        else:
+            up, UP_ud, UP_c = undistort(ud, self.c)
+        v, V_up, _ = retro(up, np.ones((*up.shape[:-1], 1)))
+        return v, V_up @ UP_ud @ UD_k, V_up @ UP_c
 
     @cached_property
     def fold(self):

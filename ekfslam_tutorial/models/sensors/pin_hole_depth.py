@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from .checks import positive
 from .pin_hole import PinHole
 
 
@@ -28,8 +29,7 @@ class PinHoleDepth(PinHole):
 
     def __post_init__(self):
         super().__post_init__()
-        if not 0 < self.depth_std < np.inf:
-            raise ValueError(f"PinHoleDepth: depth_std must be a positive number, got {self.depth_std!r}")
+        positive(self, "depth_std")
 
     @cached_property
     def R(self):
@@ -49,3 +49,16 @@ class PinHoleDepth(PinHole):
         ray, RAY_u = super().retro(y[..., :2])
         s = y[..., 2:]
         return s * ray, np.concatenate([s[..., None] * RAY_u, ray[..., None]], -1)
+
+    def project_parameters(self, p):
+        """Derivatives of `project` by k and d; the depth does not depend on them. Returns y, Y_k, Y_d."""
+        u, U_k, U_d = super().project_parameters(p)
+        y = np.concatenate([u, np.asarray(p, float)[..., 2:]], -1)
+        return y, *(np.concatenate([U, np.zeros((*U.shape[:-2], 1, U.shape[-1]))], -2) for U in (U_k, U_d))
+
+    def retro_parameters(self, y):
+        """Derivatives of `retro` by k and c (or d, see `PinHole`). Returns v, V_k, V_c."""
+        y = np.asarray(y, float)
+        ray, RAY_k, RAY_c = super().retro_parameters(y[..., :2])
+        s = y[..., 2:]
+        return s * ray, s[..., None] * RAY_k, s[..., None] * RAY_c

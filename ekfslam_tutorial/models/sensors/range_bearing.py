@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import wrap
+from .checks import angle, positive
 
 
 def polar(p):
@@ -23,7 +24,7 @@ def polar(p):
     r = np.hypot(x, y)
     with np.errstate(divide="ignore", invalid="ignore"):
         c, s = x / r, y / r
-        e, E_p = np.empty(p.shape), np.empty((*p.shape, 2))
+        e, E_p = np.empty((*r.shape, 2)), np.empty((*r.shape, 2, 2))
         e[..., 0], e[..., 1] = r, np.arctan2(y, x)
         E_p[..., 0, 0], E_p[..., 0, 1] = c, s
         E_p[..., 1, 0], E_p[..., 1, 1] = -s / r, c / r
@@ -55,7 +56,9 @@ class RangeBearing:
     angles: ClassVar = ("bearing_std", "fov")  # parameters in radians; users may write them in degrees, as NAME_deg
 
     def __post_init__(self):
-        _positive(self, "range_std", "bearing_std", "max_range", "fov")
+        positive(self, "range_std", "bearing_std", "max_range", "fov", infinite=("max_range",))
+        angle(self, "bearing_std", np.pi)
+        angle(self, "fov", 2 * np.pi)
 
     @cached_property
     def R(self):
@@ -75,18 +78,10 @@ class RangeBearing:
 
     def residual(self, y, e):
         """Innovation y - e with the bearing wrapped into (-pi, pi]."""
-        z = np.subtract(y, e)
+        z = np.subtract(y, e, dtype=float)
         z[..., 1] = wrap(z[..., 1])
         return z
 
     def visible(self, y, p):
         """Whether points are in range and in the field of view."""
         return (y[..., 0] <= self.max_range) & (np.abs(wrap(y[..., 1])) <= self.fov / 2) & (y[..., 0] > 0)
-
-
-def _positive(model, *names):
-    """Refuse parameters that are not positive numbers."""
-    for name in names:
-        value = getattr(model, name)
-        if not value > 0:
-            raise ValueError(f"{type(model).__name__}: {name} must be a positive number, got {value!r}")

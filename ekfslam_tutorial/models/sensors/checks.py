@@ -1,0 +1,56 @@
+"""Refusing parameters that make no sensor, early and in one sentence."""
+
+import numpy as np
+
+
+def number(model, name):
+    """A field as a float, NaN if it is none."""
+    try:
+        return float(getattr(model, name))
+    except (TypeError, ValueError):
+        return np.nan
+
+
+def positive(model, *names, infinite=()):
+    """Refuse fields that are not positive numbers; those named in `infinite` may be infinite.
+
+    Raises
+    ------
+    ValueError
+    """
+    for name in names:
+        value = number(model, name)
+        if not value > 0 or (value == np.inf and name not in infinite):
+            raise ValueError(f"{type(model).__name__}: {name} must be a positive number, got {getattr(model, name)!r}")
+
+
+def angle(model, name, limit):
+    """Refuse an angle above the limit: it was meant in degrees.
+
+    Raises
+    ------
+    ValueError
+    """
+    value = number(model, name)
+    if value > limit + 1e-9:
+        raise ValueError(
+            f"{type(model).__name__}: {name} is in radians and at most {limit:.4g}, got {value:.6g}; degrees?"
+        )
+
+
+def vector(model, name, size=None):
+    """A field as an array of finite numbers.
+
+    Raises
+    ------
+    ValueError
+        Saying what the field must be.
+    """
+    try:
+        value = np.asarray(getattr(model, name), float)
+    except (TypeError, ValueError):
+        value = np.full(1, np.nan)
+    if value.ndim != 1 or (size is not None and value.size != size) or not np.isfinite(value).all():
+        count = "a list of" if size is None else size
+        raise ValueError(f"{type(model).__name__}: {name} must be {count} finite numbers, got {getattr(model, name)!r}")
+    return value
