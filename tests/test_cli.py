@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.cli import doctor, main
-from ekfslam_tutorial.cli.files import find_scenario, replacing, scenarios, shipped
-from ekfslam_tutorial.toolbox import Recording, UserData
+from ekfslam_tutorial.cli import doctor, main, views
+from ekfslam_tutorial.cli.files import file_name, find_scenario, replacing, scenarios, shipped
+from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
 PNG = b"\x89PNG\r\n\x1a\n"
 FIGURES = {
@@ -291,3 +291,30 @@ def test_shipped_files_are_found():
     assert {"range_bearing_2d", "cloister_idp", "two_robots_four_cameras"} <= set(scenarios())
     assert find_scenario("anywhere/cloister_idp.toml") == scenarios()["cloister_idp"]
     assert Path(find_scenario(scenarios()["cloister_idp"])) == scenarios()["cloister_idp"]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("cloister_idp", "cloister_idp"),
+        ("../../etc", "etc"),
+        ("/a b\\c", "a_b_c"),
+        ("Zürich 1.5", "Zürich_1.5"),
+        ("..", "unnamed"),
+    ],
+)
+def test_a_scenarios_name_never_leads_out_of_the_results(name, expected):
+    assert file_name(name) == expected
+
+
+def test_a_live_view_draws_every_frame_asked_for(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(views.plt, "pause", drawn.append)
+    monkeypatch.setattr(views.plt, "show", lambda block: drawn.append(block))
+    data = UserData.from_toml(find_scenario("cloister_idp"), {"time.last": 5, "figure.period": 2, "figure.view": "top"})
+    before = views.plt.get_fignums()
+    with views.Live(data.figure) as live:
+        for snapshot in universal_slam(data):
+            live.add(snapshot)
+        assert len(live.figures) == 2
+    assert drawn == [0.001, 0.001, 0.001, True] and views.plt.get_fignums() == before

@@ -3,6 +3,7 @@
 import contextlib
 import difflib
 import os
+import re
 import tempfile
 from pathlib import Path
 
@@ -37,6 +38,11 @@ def find_scenario(name):
     close = difflib.get_close_matches(stem, known, n=1, cutoff=0.5)
     hint = f"; did you mean {close[0]}?" if close else ""
     raise FileNotFoundError(f"no scenario file {name}; known names: {', '.join(known) or 'none'}{hint}")
+
+
+def file_name(name):
+    """A name as the name of a file or folder: letters, digits, points and dashes of any language, never a path."""
+    return re.sub(r"[^\w.-]+", "_", name).strip("._") or "unnamed"
 
 
 def writable_folder(path):

@@ -16,14 +16,14 @@ from .. import datasets
 from ..analysis import History
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from . import results, views
-from .files import find_scenario, writable_folder
+from .files import file_name, find_scenario, writable_folder
 
 
 def main(options):
     """Run the command."""
     models = [cls for file in options.models for cls in own_models(file)]
     data = read(options, models)
-    out = writable_folder(options.out or Path("results") / data.name)
+    out = writable_folder(options.out or Path("results") / file_name(data.name))
     data, recording = source(options, data)
     for note in recording.notes if recording else ():
         print(f"note: {note}", file=sys.stderr)

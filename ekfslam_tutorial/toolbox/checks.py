@@ -69,5 +69,5 @@ def check_id(what, value):
 
 def shown(value, width=60):
     """A value as short text."""
-    text = repr(value.tolist() if isinstance(value, np.ndarray) else value)
+    text = " ".join(repr(value.tolist() if isinstance(value, np.ndarray) else value).split())
     return text if len(text) <= width else text[: width - 3] + "..."

@@ -121,7 +121,8 @@ class Robot:
         """Covariance of the control noise in SI units, shape (nu, nu)."""
         std = _joined(self._fields("control_std", self.motion.control_fields, stds))
         if self.control_cov is None:
-            return np.diag(std**2)
+            with np.errstate(over="ignore"):
+                return covariances("the squared standard deviations of the control", [np.diag(std**2)], len(std))[0]
         if self.control_std:
             raise ValueError("control_cov is given as well as standard deviations of the control; give one of them")
         return covariances("control_cov", [self.control_cov], len(std))[0]
@@ -209,6 +210,11 @@ class Sensor:
             raise ValueError(f"p_detect is a probability above 0, got {self.p_detect}")
         if not numbers("clutter", self.clutter) >= 0:
             raise ValueError(f"clutter is a mean number and must not be negative, got {self.clutter}")
+        name = f"the noise covariance R of {type(self.model).__name__}"
+        try:
+            covariances(name, [self.model.R], len(self.model.R))
+        except OverflowError:
+            raise ValueError(f"{name} must be finite") from None
 
     def start(self, frame, noise=None):
         """Frame vector on a robot whose frames are of class `frame`, and its covariance; or a draw around it."""

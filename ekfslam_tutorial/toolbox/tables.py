@@ -173,8 +173,9 @@ def typed(key, value, parameter):
         if not is_it(value):
             raise ValueError(f"{key} must be {name}, got {shown(value)}")
     if wanted in (float, tuple) and not (isinstance(value, float) and math.isinf(value) and value == parameter.default):
-        numbers(key, value)
-    return tuple(value) if isinstance(value, list) and wanted is tuple else value
+        checked = numbers(key, value)
+        return float(checked) if wanted is float else tuple(value)
+    return value
 
 
 def _type(parameter):

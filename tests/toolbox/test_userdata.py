@@ -148,6 +148,8 @@ class HalfBlind:
     dim: ClassVar[int] = 2
     bearing_only: ClassVar[bool] = False
 
+    R: ClassVar = np.eye(1)
+
     def project(self, p): ...
 
 
@@ -234,6 +236,8 @@ MISTAKES = [
     (FLAT, "sensor.range_std", INF, "range_std must be finite, got inf"),
     (FLAT, "sensor.range_std", "big", "range_std must be a number, got 'big'"),
     (FLAT, "sensor.range_std", True, "range_std must be a number, got True"),
+    (FLAT, "sensor.range_std", 1e200, "sensor 1: the noise covariance R of RangeBearing must be finite"),
+    (FLAT, "robot.v_std", 1e200, "robot 1: the squared standard deviations of the control must be finite"),
     (SPACE, "sensor.image_size", [640], "image_size must be 2 finite numbers"),
     (SPACE, "sensor.image_size", [0, 480], "image_size must be two positive numbers"),
     (SPACE, "sensor.image_size", 640, "image_size must be a list of numbers, got 640"),
