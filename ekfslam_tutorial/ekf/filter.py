@@ -34,7 +34,7 @@ class Innovation:
     Raises
     ------
     ValueError
-        When used, if Z is not positive definite.
+        When used, if z is not finite or Z not positive definite.
     """
 
     z: np.ndarray
@@ -43,6 +43,8 @@ class Innovation:
     @cached_property
     def iL(self):
         """Inverse of the Cholesky factor: Z = L L', Z^-1 = iL' iL."""
+        if not isfinite(np.sum(self.z)):
+            raise ValueError(f"the innovation must be finite, got {np.asarray(self.z).tolist()}")
         L, info = dpotrf(self.Z, lower=1, clean=1)
         if info != 0 or not isfinite(L[-1, -1]):
             raise ValueError(f"the innovation covariance must be positive definite, got {np.asarray(self.Z).tolist()}")
@@ -144,11 +146,8 @@ def correct(map, PHt, inn):
     ValueError
         If the innovation is not finite, or its covariance not positive definite. Nothing has been changed then.
     """
-    w = inn.iL @ inn.z
-    if not isfinite(w @ w):
-        raise ValueError(f"the innovation must be finite, got {np.asarray(inn.z).tolist()}")
     W = PHt @ inn.iL.T
-    map.x[:] += W @ w
+    map.x[:] += W @ (inn.iL @ inn.z)
     subtract_product(map.P, W)
 
 
