@@ -50,6 +50,7 @@ def run(job, seconds):
             pass
         except BaseException as error:
             box["error"] = error
+        _finish(box)
 
     sink = _Sink()
     with _captured(sink), warnings.catch_warnings():
@@ -62,7 +63,7 @@ def run(job, seconds):
         else:
             thread.join(seconds)
             if thread.is_alive():
-                _stop(thread)
+                _stop(thread, box)
                 raise TookTooLong
     if "error" in box:
         raise box["error"]
@@ -71,20 +72,40 @@ def run(job, seconds):
     return box["value"], sink.getvalue()
 
 
-def _stop(thread, patience=0.3):
+_lock = threading.Lock()
+
+
+def _finish(box):
+    """Say that the thread needs no stopping any more, and swallow a `Stopped` that is under way."""
+    while True:
+        try:
+            with _lock:
+                box["finished"] = True
+            for _ in range(100):  # Python looks for exceptions from outside when it jumps back in a loop
+                pass
+            return
+        except Stopped:
+            pass
+
+
+def _stop(thread, box, patience=0.3):
     """Raise `Stopped` in the thread until it ends.
 
-    Again and again and fast, as a bare ``except:`` catches it: sooner or later one is raised outside the `try`.
+    Once is enough for most. A bare ``except:`` catches it; then again and again and fast, as sooner or later one is
+    raised outside the `try`.
     """
-    until = time.monotonic() + patience
+    began = time.monotonic()
     interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-5)
-    try:
-        while thread.is_alive() and time.monotonic() < until:
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(Stopped))
+    while thread.is_alive() and time.monotonic() - began < patience:
+        with _lock:
+            if "finished" not in box:
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(Stopped))
+        if time.monotonic() - began < patience / 3:
+            thread.join(0.02)
+        else:
+            sys.setswitchinterval(1e-5)
             time.sleep(0)
-    finally:
-        sys.setswitchinterval(interval)
+    sys.setswitchinterval(interval)
     if thread.is_alive():
         _survivors.add(thread)
 
