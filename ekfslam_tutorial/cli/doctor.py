@@ -13,7 +13,6 @@ from .files import PACKAGE, scenarios, shipped
 
 NEEDED = {"numpy": "1.26", "scipy": "1.11", "matplotlib": "3.8", "ipywidgets": "8.1", "tqdm": "4.66"}
 LAB = {"jupyterlab": "4.2", "ipykernel": "6", "jupyterlab_widgets": "3"}
-INSTALL_LAB = "python -m pip install 'ekfslam_tutorial[lab]'"
 
 
 def main(options):
@@ -32,10 +31,8 @@ def findings():
     """All checks: name, what was found, and the cure (empty where there is no problem)."""
     yield python()
     yield "ekfslam_tutorial", f"{__version__} in {PACKAGE}", ""
-    for name, least in NEEDED.items():
+    for name, least in (NEEDED | LAB).items():
         yield package(name, least, f"python -m pip install '{name}>={least}'")
-    for name, least in LAB.items():
-        yield package(name, least, INSTALL_LAB)
     yield kernel()
     yield widgets()
     yield files("notebooks", list(shipped("notebooks").glob("*.ipynb")))
