@@ -162,9 +162,10 @@ class History:
         -------
         dict
             frames, n_landmarks, gauge ('fixed' or 'free'), alignment (what map and truth were aligned by, if the
-            gauge is free), ate_rmse_m, heading_rmse_deg, landmark_rmse_m, dead_reckoning_ate_m, nees_mean, nis_mean with the
-            degrees of freedom nees_dof and nis_dof they should be near to; ate_aligned_m and landmark_rmse_aligned_m,
-            after alignment in any case; n_refused innovations, n_recoveries; and `robots`, by id: the same for each.
+            gauge is free), ate_rmse_m, heading_rmse_deg, landmark_rmse_m, dead_reckoning_ate_m; nees_mean, nis_mean
+            with the degrees of freedom nees_dof and nis_dof they should be near to; ate_aligned_m and
+            landmark_rmse_aligned_m, after alignment in any case; n_refused innovations, n_recoveries; and `robots`, by
+            id: the same for each.
 
             With a free gauge all errors are those after alignment, and the dead reckoning of each robot is laid on its
             true trajectory as well as it can be. NEES is that of the robots; where all robots are known, as in mapping,
@@ -253,4 +254,4 @@ def _mean(a):
 
 def _known(value):
     """None instead of NaN, which JSON does not have."""
-    return value if np.isfinite(value) else None
+    return float(value) if np.isfinite(value) else None

@@ -137,11 +137,14 @@ def recording(log, calibration=None, odometry_noise=ODOMETRY_NOISE, sighting_noi
 
 
 def _frames(log, notes):
-    """Times at which a robot sees something, as long as there are commands."""
-    times = np.unique(np.concatenate([s.t for r in log.robots.values() for s in (r.landmarks, r.robots)]))
+    """Times at which a robot sees something, or a sparse ground truth knows its pose, as long as there are commands."""
+    robots = log.robots.values()
+    times = np.unique(np.concatenate([s.t for r in robots for s in (r.landmarks, r.robots)]))
     if not len(times):
         raise ValueError(f"{log.name}: robots {list(log.robots)} have not seen anything")
-    end = max(r.odometry[-1, 0] for r in log.robots.values()) + HOLD
+    instants = np.concatenate([r.truth[:, 0] for r in robots if not r.dense] or [times[:0]])
+    times = np.union1d(times, instants[(instants > times[0]) & (instants < times[-1])])
+    end = max(r.odometry[-1, 0] for r in robots) + HOLD
     late = times > end
     if late.any():
         early = times[-1] - end + HOLD

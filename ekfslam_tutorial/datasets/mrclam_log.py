@@ -98,6 +98,9 @@ def read_set(source, robots):
     notes = []
     subjects = _read_barcodes(source)
     survey = read_table(source, "Landmark_Groundtruth.dat", LANDMARKS)
+    without = sorted({*ROBOTS, *survey[:, 0].astype(int).tolist()} - set(subjects.values()))
+    if without:
+        notes.append(f"subjects {without} have no barcode in Barcodes.dat")
     logs = {r: _read_robot(source, r, subjects, notes) for r in robots}
     log = SetLog(source.path.stem, logs, survey[:, 0].astype(int), survey[:, 1:3], notes)
     return _check_survey(log)
@@ -185,7 +188,7 @@ def _sorted(rows, what, notes):
     return rows[np.argsort(rows[:, 0], kind="stable")]
 
 
-def truth_at(log, times, tolerance=0.1, gap=1.0):
+def truth_at(log, times, tolerance=0.05, gap=1.0):
     """True poses of a robot at given times.
 
     Parameters
@@ -227,8 +230,8 @@ def _check_survey(log):
     seen = _seen_places(log)
     points = log.points.copy()
     at = {int(i): k for k, i in enumerate(log.ids)}
-    for i in seen.keys() & at.keys():
-        for j in at.keys() - {i}:
+    for i in sorted(seen.keys() & at.keys()):
+        for j in sorted(at.keys() - {i}):
             own, other = (np.linalg.norm(seen[i] - log.points[at[k]]) for k in (i, j))
             back = np.linalg.norm(seen[j] - log.points[at[i]]) if j in seen else 0.0
             if own > 1.0 and other < 0.5 and back < 0.5 and np.array_equal(points[at[i]], log.points[at[i]]):

@@ -24,6 +24,7 @@ ARENA = np.array([[-1.0, 6.0], [-5.0, 4.0]])  # m
 TURN_SCALE, DELAY_TICKS, SPEED_SCALE = 0.9, 4, 1.02
 CAMERA = RangeBearing(range_std=0.08, bearing_std=0.012, max_range=6.0, fov=1.1)
 RANGE_GROWTH = 0.02  # of range_std, per metre
+NOISE = (0.02, 0.2)  # of the real speed and turn rate, m/s and rad/s, anew at each tick
 GAP = 1.2  # s without odometry, three times a log
 SPURIOUS = (3, 77)  # barcodes that nobody wears
 
@@ -110,7 +111,7 @@ def _drive(streams, n):
     rngs = [streams.motion(robot) for robot in ROBOTS]
     low, high = ARENA[:, 0] + 0.5, ARENA[:, 1] - 0.5
     x = np.array([[*rng.uniform(low, high), rng.uniform(-np.pi, np.pi)] for rng in rngs])
-    noise = np.stack([rng.normal(size=(n, 2)) for rng in rngs], 1) * [0.01, 0.08]
+    noise = np.stack([rng.normal(size=(n, 2)) for rng in rngs], 1) * NOISE
     goals = np.array([rng.uniform(low, high) for rng in rngs])
     commands, poses = np.zeros((n, len(ROBOTS), 2)), np.zeros((n, len(ROBOTS), 3))
     for k in range(n):

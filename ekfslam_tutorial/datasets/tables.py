@@ -30,13 +30,13 @@ def read_table(source, name, columns, separator=None):
         The file is missing.
     ValueError
         A line has the wrong number of columns or something that is not a finite number, or the file ends in the middle
-        of a number or has no data at all.
+        of a line or has no data at all.
     """
     text = source.read(name).decode("ascii", errors="replace")
     where = f"{source.path}: {name}"
     if not any(_tokens(line, separator) for line in text.splitlines()):
         raise ValueError(f"{where} has no line of data: is it cut off?")
-    _check_end(text, where)
+    _check_end(text, where, separator)
     try:
         table = np.loadtxt(io.StringIO(text), delimiter=separator, ndmin=2)
     except ValueError as error:
@@ -75,12 +75,18 @@ def _is_finite(word):
         return False
 
 
-def _check_end(text, where):
-    """These files write every number with the same decimals: a last line without an end and with fewer was cut off."""
-    if text.endswith("\n"):
+def _check_end(text, where, separator):
+    """A last line without an end was cut off if its last number has fewer decimals than the one above it.
+
+    Whole numbers have no decimals; if all lines above have the same width, a shorter last line was cut off.
+    """
+    lines = text.splitlines()
+    *above, last = [line.rstrip() for line in lines if _tokens(line, separator)]
+    if text.endswith("\n") or not above:
         return
-    *_, before, last = ["", *text.splitlines()]
-    decimals = [len(line.rstrip().rpartition(".")[2]) for line in (before, last)]
-    if not before.lstrip().startswith("#") and "." in before and decimals[1] < decimals[0]:
-        number = len(text.splitlines())
-        raise ValueError(f"{where}, line {number}: the file ends in the middle of a number: {last.strip()!r}")
+    decimals = [len(_tokens(line, separator)[-1].partition(".")[2]) for line in (above[-1], last)]
+    fixed_width = not any(decimals) and len(above) > 2 and len({len(line) for line in above}) == 1
+    if decimals[1] < decimals[0] or (fixed_width and len(last) < len(above[-1])):
+        raise ValueError(
+            f"{where}, line {len(lines)}: the file ends in the middle of a line: {last.strip()!r}; is it cut off?"
+        )

@@ -1,0 +1,107 @@
+"""The real MRCLAM logs: what the loader counts, and how well EKF-SLAM does on them. Needs EKFSLAM_DATA."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.analysis import History
+from ekfslam_tutorial.datasets import mrclam, prepare
+from ekfslam_tutorial.datasets.mrclam_log import read_set
+from ekfslam_tutorial.toolbox import UserData, universal_slam
+
+SCENARIO = Path(__file__).parents[2] / "data" / "scenarios" / "mrclam_single.toml"
+
+
+@pytest.fixture(scope="module")
+def figures(data_dir):
+    """(set, robot) -> summary of a run of the scenario file; each is run once."""
+    done = {}
+
+    def run(set, robot):
+        if mrclam.find_set(set) is None:
+            pytest.skip(f"MRCLAM set {set} is not below EKFSLAM_DATA")
+        if (set, robot) not in done:
+            start = time.process_time()
+            userdata = UserData.from_toml(SCENARIO, {"data.set": set, "data.robots": [robot]})
+            userdata, recording = prepare(userdata)
+            history = History()
+            for _ in history.watch(universal_slam(userdata, recording)):
+                pass
+            done[set, robot] = history.summary() | {"cpu_s": time.process_time() - start}
+        return done[set, robot]
+
+    return run
+
+
+def test_set_9_robot_3(figures):
+    """The figures asked of the scenario as it is. Measured: 0.060 m, 2.0 deg, 0.046 m."""
+    f = figures(9, 3)
+    assert f["ate_rmse_m"] <= 0.08
+    assert f["heading_rmse_deg"] <= 2.5
+    assert f["landmark_rmse_m"] <= 0.06
+    assert f["n_landmarks"] == 15
+    assert f["gauge"] == "free" and f["alignment"] == "landmarks"
+    assert f["cpu_s"] < 10
+
+
+@pytest.mark.parametrize("robot", [1, 2, 4, 5])
+def test_set_9_other_robots_do_not_diverge(figures, robot):
+    """Robot 4 gets stuck at a barrier while it is told to turn: it is lost, and found again."""
+    f = figures(9, robot)
+    assert f["ate_rmse_m"] < 0.2
+    assert f["landmark_rmse_m"] < 0.08
+    assert f["ate_rmse_m"] < f["dead_reckoning_ate_m"] / 4
+    if robot == 4:
+        assert f["n_recoveries"] >= 1
+
+
+@pytest.mark.parametrize("robot", [1, 2, 3, 4, 5])
+def test_set_7_robots_do_not_diverge(figures, robot):
+    f = figures(7, robot)
+    assert f["ate_rmse_m"] < 0.35
+    assert f["landmark_rmse_m"] < 0.13
+    assert f["ate_rmse_m"] < f["dead_reckoning_ate_m"] / 2
+
+
+def test_set_7_on_average(figures):
+    """Measured: 0.216 m; 0.262 m is what a careful filter with one turn scale for all reaches."""
+    assert np.mean([figures(7, robot)["ate_rmse_m"] for robot in range(1, 6)]) <= 0.25
+
+
+@pytest.mark.parametrize(("set", "sightings", "spurious"), [(7, 20282, 9), (9, 43157, 2)])
+def test_every_row_is_accounted_for(data_dir, set, sightings, spurious):
+    source = mrclam.find_set(set)
+    if source is None:
+        pytest.skip(f"MRCLAM set {set} is not below EKFSLAM_DATA")
+    log = read_set(source, (1, 2, 3, 4, 5))
+    assert sum(len(r.landmarks) + len(r.robots) for r in log.robots.values()) == sightings - spurious
+    assert sum("spurious" in note for note in log.notes) in (2, 2)
+    assert not any("interchanged" in note for note in log.notes)
+
+
+def test_five_robots_load_fast(data_dir):
+    """600,000 rows in less than 2 s of one core, the self-calibration of five logs included (measured: 1.2 s)."""
+    if mrclam.find_set(7) is None:
+        pytest.skip("MRCLAM set 7 is not below EKFSLAM_DATA")
+    start = time.process_time()
+    recording = mrclam.load(7, (1, 2, 3, 4, 5))
+    assert time.process_time() - start < 2.0
+    assert len(recording) == 11498
+
+
+def test_turns_of_set_9_are_too_large_and_those_of_set_7_nearly_right(data_dir):
+    """A documented property of set 9, commanded turns of about 1.5 times the real ones: the log finds it by itself, for
+    turns under way. On the spot robots 2 and 5 turn as they are told."""
+    for set, scale, tolerance in ((9, 0.62, 0.06), (7, 0.93, 0.07)):
+        source = mrclam.find_set(set)
+        if source is None:
+            pytest.skip(f"MRCLAM set {set} is not below EKFSLAM_DATA")
+        for log in read_set(source, (2, 5)).robots.values():
+            s = log.landmarks
+            fit = mrclam.self_calibration(log.odometry, s.t, s.ids, s.y, mrclam.FAMILY)
+            assert fit.left == pytest.approx(scale, abs=tolerance)
+            assert fit.right == pytest.approx(scale, abs=tolerance)
+            if set == 9:
+                assert fit.spin == pytest.approx(1.0, abs=0.05)
