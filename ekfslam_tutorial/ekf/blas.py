@@ -3,7 +3,7 @@
 import ctypes
 
 import numpy as np
-from scipy.linalg import cython_blas
+from scipy.linalg import cython_blas  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _pointer(name):

@@ -17,7 +17,7 @@ from functools import cached_property
 from math import isfinite
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dtrtri
+from scipy.linalg.lapack import dpotrf, dtrtri  # pyright: ignore[reportAttributeAccessIssue]
 
 from .blas import subtract_product
 

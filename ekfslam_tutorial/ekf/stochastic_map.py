@@ -47,14 +47,17 @@ class Map:
 
     @property
     def x(self):
+        """Mean of all states, shape (n,). A view: writing into it changes the map."""
         return self._x[: self.n]
 
     @property
     def P(self):
+        """Covariance of all states, shape (n, n). A view, too."""
         return self._P[: self.n, : self.n]
 
     @property
     def used(self):
+        """Which states are in use, shape (n,), bool."""
         return self._used[: self.n]
 
     @property

@@ -172,9 +172,11 @@ def typed(key, value, parameter):
         name, is_it = CHECKS[wanted]
         if not is_it(value):
             raise ValueError(f"{key} must be {name}, got {shown(value)}")
-    if wanted in (float, tuple) and not (isinstance(value, float) and math.isinf(value) and value == parameter.default):
-        checked = numbers(key, value)
-        return float(checked) if wanted is float else tuple(value)
+    if wanted is tuple:
+        numbers(key, value)
+        return tuple(value)
+    if wanted is float and not (math.isinf(value) and value == parameter.default):
+        return float(numbers(key, value))
     return value
 
 
