@@ -175,8 +175,8 @@ def typed(key, value, parameter):
     if wanted is tuple:
         numbers(key, value)
         return tuple(value)
-    if wanted is float and not (math.isinf(value) and value == parameter.default):
-        return float(numbers(key, value))
+    if wanted is float:
+        return value if value == parameter.default else float(numbers(key, value))
     return value
 
 

@@ -234,6 +234,7 @@ MISTAKES = [
     (SPACE, "robot.da_std_deg", [1, 2], "da_std_deg must be one number or 3"),
     (FLAT, "sensor.range_std", -1, "sensor 1: RangeBearing: range_std must be a positive number, got -1"),
     (FLAT, "sensor.range_std", INF, "range_std must be finite, got inf"),
+    (FLAT, "sensor.range_std", 2**2000, "range_std must be numbers"),
     (FLAT, "sensor.range_std", "big", "range_std must be a number, got 'big'"),
     (FLAT, "sensor.range_std", True, "range_std must be a number, got True"),
     (FLAT, "sensor.range_std", 1e200, "sensor 1: the noise covariance R of RangeBearing must be finite"),
