@@ -68,7 +68,7 @@ def test_what_is_seen_is_where_it_is(folder):
 
 @pytest.mark.parametrize("robot", [1, 5])
 def test_the_scenario_runs_on_it(robot):
-    """After alignment; measured: 0.04 to 0.06 m with this seed (0.04 to 0.2 m with others), landmarks 0.02 to 0.035 m."""
+    """After alignment; measured: 0.04 to 0.06 m with this seed, 0.04 to 0.2 m with others; landmarks 0.035 m."""
     userdata, recording = prepare(UserData.from_toml(SCENARIO, {"data.robots": [robot]}))
     assert recording.notes[0].startswith("simulated twin")
     history = History()

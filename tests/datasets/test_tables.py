@@ -89,7 +89,7 @@ def test_every_bit_is_read(rows):
 @given(st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=2, max_size=6), st.data())
 def test_a_file_cut_anywhere_is_refused_or_gives_its_first_rows(rows, data):
     """Numbers with fixed decimals, as the published files have them: no cut gives a number that was not there."""
-    text = "# head\n" + "".join("%.3f \t %7.3f \t %7.3f\n" % row for row in rows)
+    text = "# head\n" + "".join(f"{a:.3f} \t {b:7.3f} \t {c:7.3f}\n" for a, b, c in rows)
     whole = read(text)
     # a cut inside the first line leaves nothing to compare its decimals with
     first = text.index("\n", text.index("\n") + 1) + 1
