@@ -46,8 +46,11 @@ def frame_range(obj, F):
     return None if obj.r is None else slice(obj.r.start, obj.r.start + F.size)
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def project_lmks(map, rob, sen, lmks):
     """Expected observations of landmarks by one sensor: all landmarks of a type in one call.
+
+    A landmark at the lens, or in the plane of a camera, has no finite expectation; it is not visible.
 
     Parameters
     ----------
