@@ -1,7 +1,8 @@
 """Data association: which raw measurement belongs to which landmark, and which may start a new one.
 
-An association is called with the map, the expectations of the landmarks that should be visible, the raw measurements
-of one sensor in one frame, and the sensor model. Distances are squared Mahalanobis distances of innovations: what is
+An association is called with the map, the expectations of all landmarks, the raw measurements of one sensor in one
+frame, and the sensor model. Only visible landmarks are matched; but a measurement near one that should just be out of
+view starts no other. Distances are squared Mahalanobis distances of innovations: what is
 near is decided in the measurement space, in units of sigma, and angles are wrapped by the sensor's own residual.
 """
 
@@ -119,11 +120,10 @@ class NearestNeighbour:
 
     def __call__(self, map, obs, raw, sensor):
         """Match by distance. Returns Matches."""
-        D = distances(obs, raw, sensor)
-        if not len(D):
-            return Matches()
-        dof = np.shape(raw.y)[1]
-        return Matches(self._mutual(D, obs, gate(self.confidence, dof)), far(D, gate(self.new_confidence, dof)))
+        seen = [o for o in obs if o.visible]
+        dof = np.shape(raw.y)[-1]
+        pairs = self._mutual(distances(seen, raw, sensor), seen, gate(self.confidence, dof))
+        return Matches(pairs, far(obs, raw, sensor, gate(self.new_confidence, dof)))
 
     @staticmethod
     def _mutual(D, obs, threshold):
@@ -138,8 +138,9 @@ class NearestNeighbour:
         return fresh_id(lmks)
 
 
-def far(D, threshold):
-    """Indices of the measurements that are further than the threshold from every expectation."""
+def far(obs, raw, sensor, threshold):
+    """Indices of the measurements that are further than the threshold from every expectation, visible or not."""
+    D = distances([o for o in obs if np.isfinite(o.e).all() and np.isfinite(o.E).all()], raw, sensor)
     return [int(i) for i in np.flatnonzero(D.min(1, initial=np.inf) > threshold)]
 
 
@@ -170,15 +171,14 @@ class Jcbb:
 
     def __call__(self, map, obs, raw, sensor):
         """Match jointly. Returns Matches."""
-        D = distances(obs, raw, sensor)
-        if not len(D):
-            return Matches()
-        dof = np.shape(raw.y)[1]
+        seen = [o for o in obs if o.visible]
+        dof = np.shape(raw.y)[-1]
+        D = distances(seen, raw, sensor)
         candidates = [np.flatnonzero(row <= gate(self.confidence, dof)) for row in D]
         candidates = [js[np.argsort(row[js])] for js, row in zip(candidates, D, strict=True)]
-        best = _Search(self, map, obs, raw, sensor, candidates).best
-        pairs = {obs[j].lmk: i for i, j in enumerate(best) if j is not None}
-        return Matches(pairs, far(D, gate(self.new_confidence, dof)))
+        best = _Search(self, map, seen, raw, sensor, candidates).best
+        pairs = {seen[j].lmk: i for i, j in enumerate(best) if j is not None}
+        return Matches(pairs, far(obs, raw, sensor, gate(self.new_confidence, dof)))
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i."""

@@ -96,7 +96,7 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     expected = project_lmks(map, rob, sen, sorted(lmks.values(), key=lambda lmk: lmk.slot))
     obs.update({(sen.id, o.lmk): o for o in expected})
     seen = [o for o in expected if o.visible]
-    matches = opt.association(map, seen, raw, sen.model)
+    matches = opt.association(map, expected, raw, sen.model)
 
     events, stale = [], False
     for o in most_uncertain(seen, opt.n_updates):
