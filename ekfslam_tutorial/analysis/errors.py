@@ -126,9 +126,10 @@ class History:
         truth : ndarray, shape (N, d)
         """
         s = self.last
-        places = (
-            {} if s.sim_lmk is None else dict(zip(np.asarray(s.sim_lmk.ids).tolist(), s.sim_lmk.points, strict=True))
-        )
+        if s is None:
+            raise ValueError("this history has no frames yet; call add(snapshot) for each snapshot of a run")
+        known = [] if s.sim_lmk is None else zip(s.sim_lmk.ids, s.sim_lmk.points, strict=True)
+        places = {int(id): p for id, p in known}
         ids = [i for i in s.lmks if i in places]
         d = s.robs[0].motion.frame.dim
         estimates = [s.lmks[i].point(s.map) for i in ids]
@@ -183,7 +184,8 @@ class History:
         plain = [self.track(id) for id in robots]
         moved = [track.moved(F) for track in plain] if F is not None else []
         ids, points, covs, truth = self.landmarks()
-        mine = np.isin(ids, list(set().union(*(self._seen[id] for id in robots)) or set(ids.tolist())))
+        seen = set().union(*(self._seen[id] for id in robots)) & set(self.last.lmks)
+        mine = np.isin(ids, list(seen))
         points, covs, truth = points[mine], covs[mine], truth[mine]
         d = plain[0].frame.dim
         lmk = points - truth
@@ -198,7 +200,7 @@ class History:
             n, nees_dof = md2(lmk_aligned if free else lmk, R @ covs @ R.T), d
         pairs = np.array([pair for id in robots for pair in self._nis[id]]).reshape(-1, 2)
         return {
-            "n_landmarks": int(mine.sum()),
+            "n_landmarks": len(seen),
             "ate_rmse_m": _known(rmse(e[:, :d])),
             "ate_aligned_m": _known(rmse(e_aligned[:, :d])),
             "heading_rmse_deg": _known(np.rad2deg(rmse(e[:, d:]))),
