@@ -159,7 +159,7 @@ def knob(control: Control, name: str) -> w.ValueWidget:
         "layout": w.Layout(width="520px"),
     }
     if isinstance(control, Toggle):
-        return w.Checkbox(value=control.value, indent=True, **common)
+        return w.Checkbox(value=control.value, indent=False, **common)
     if isinstance(control, Choice):
         options = control.options.items() if isinstance(control.options, dict) else control.options
         return w.Dropdown(options=list(options), value=control.value, **common)
