@@ -30,6 +30,7 @@ def check_agreement(data):
         sensor.start(data.frame)
     if data.landmark.in_map:
         _check_births(data)
+    _check_view(data.figure, data.frame.dim, bool(data.sensors))
 
 
 def started_by(data, sensor):
@@ -65,3 +66,14 @@ def _check_dimensions(data):
     for name, d in of.items():
         if d != dim:
             raise ValueError(f"{first} is {dim}D and {name} is {d}D; a scenario is in 2D or in 3D, not in both")
+
+
+def _check_view(figure, dim, has_sensor):
+    """A view that the map figure has; a camera that turns only where it can."""
+    views = (("top",) if dim == 2 else ("perspective", "top", "side")) + (("self",) if has_sensor else ())
+    if figure.view and figure.view not in views:
+        raise ValueError(f"figure: a {dim}D scenario has the views {', '.join(views)}, got {figure.view!r}")
+    if figure.orbit_deg and (dim == 2 or figure.view == "self"):
+        raise ValueError(
+            f"figure: orbit_deg needs a 3D view from outside, got the {dim}D view {figure.view or 'top'!r}"
+        )

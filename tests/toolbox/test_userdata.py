@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +16,8 @@ from ekfslam_tutorial.slam import Jcbb, KnownIds
 from ekfslam_tutorial.toolbox import Landmark, Options, Robot, Sensor, UserData, World, parse_override, universal_slam
 from ekfslam_tutorial.toolbox.poses import pose
 from tests.toolbox.scenarios import FLAT, SPACE
+
+SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
 
 NAN, INF = math.nan, math.inf
 
@@ -361,3 +364,16 @@ def test_a_file_is_named_after_itself(tmp_path):
     assert UserData.from_toml(path).name == "mine"
     path.write_text("name = 'yours'\n[[robot]]\nmotion = 'odometry2'\n")
     assert UserData.from_toml(path).name == "yours"
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "message"),
+    [
+        ("range_bearing_2d", {"figure.view": "side"}, "a 2D scenario has the views top, self, got 'side'"),
+        ("range_bearing_2d", {"figure.orbit_deg": 2.0}, "orbit_deg needs a 3D view from outside"),
+        ("cloister_idp", {"figure.view": "self", "figure.orbit_deg": 2.0}, "got the 3D view 'self'"),
+    ],
+)
+def test_view_that_the_map_figure_does_not_have(scenario, changes, message):
+    with pytest.raises(ValueError, match=message):
+        UserData.from_toml(SCENARIOS / f"{scenario}.toml", changes)
