@@ -47,6 +47,7 @@ def run(name, *arguments):
     if "nbval" in arguments[0]:
         environment.pop("MPLBACKEND", None)  # the kernel chooses its own: inline
     with tempfile.TemporaryDirectory() as folder:
+        environment["EKFSLAM_PROGRESS"] = str(Path(folder, "progress.json"))  # the user's own stays as it is
         report = Path(folder, "report.xml")
         command = [sys.executable, "-m", "pytest", "-q", f"--junitxml={report}", *arguments]
         code = subprocess.run(command, env=environment, check=False).returncode

@@ -9,6 +9,7 @@ import textwrap
 
 import matplotlib.pyplot as plt
 from IPython.display import display
+from PIL import Image
 
 DPI = 75
 
@@ -32,7 +33,7 @@ def show(fig, caption: str, dpi: float = DPI):
 
 def publish(picture: bytes, caption: str):
     """Put a picture, then its caption, into the outputs of the cell."""
-    output = bundle(picture, caption)
+    output = bundle(with_palette(picture), caption)
     display(output["data"], metadata=output["metadata"], raw=True)
     # not printed: what a cell prints is gathered in one place, away from the picture
     display({"text/plain": textwrap.fill(caption, 110)}, raw=True)
@@ -43,6 +44,14 @@ def png(fig, dpi: float = DPI) -> bytes:
     buffer = io.BytesIO()
     fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
     plt.close(fig)
+    return buffer.getvalue()
+
+
+def with_palette(picture: bytes) -> bytes:
+    """Return the PNG in 256 colours: a third of the size, and in a drawing no visible difference."""
+    buffer = io.BytesIO()
+    image = Image.open(io.BytesIO(picture)).convert("RGB")
+    image.quantize(256, dither=Image.Dither.NONE).save(buffer, format="png", optimize=True)
     return buffer.getvalue()
 
 
