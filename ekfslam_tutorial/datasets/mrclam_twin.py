@@ -19,12 +19,13 @@ from .mrclam_log import ROBOTS, check_robots
 
 START = 1_250_000_000.0  # s, Unix time: stamps as large as the real ones
 TICK = 0.05  # s between commands
+RETHINK = 20  # ticks between two decisions where to go
 LOOK = 4  # ticks between two pictures of the camera
 ARENA = np.array([[-1.0, 6.0], [-5.0, 4.0]])  # m
 TURN_SCALE, DELAY_TICKS, SPEED_SCALE = 0.9, 4, 1.02
 CAMERA = RangeBearing(range_std=0.08, bearing_std=0.012, max_range=6.0, fov=1.1)
 RANGE_GROWTH = 0.02  # of range_std, per metre
-NOISE = (0.02, 0.2)  # of the real speed and turn rate, m/s and rad/s, anew at each tick
+NOISE = (0.02, 0.15)  # of the real speed and turn rate, m/s and rad/s, anew at each tick
 GAP = 1.2  # s without odometry, three times a log
 SPURIOUS = (3, 77)  # barcodes that nobody wears
 
@@ -120,7 +121,7 @@ def _drive(streams, n):
             goals[i] = rngs[i].uniform(low, high)
         to_goal = goals - x[:, :2]
         error = wrap(np.arctan2(to_goal[:, 1], to_goal[:, 0]) - x[:, 2])
-        if k % 4 == 0:
+        if k % RETHINK == 0:
             spin = abs(error) > 1.2
             commands[k, :, 0] = np.where(spin, 0.0, 0.15)
             commands[k, :, 1] = np.where(spin, 0.6 * np.sign(error), np.clip(error, -0.5, 0.5)).round(1)

@@ -208,10 +208,21 @@ def prepare(userdata):
         If the recording has other robots than the scenario, the first robot of the scenario stands for each of them.
     recording : Recording or None
         None for a simulation: the scenario has no `[data]`.
+
+    Raises
+    ------
+    ValueError
+        If one robot with a given start would stand for several, which cannot all have started there.
     """
     if userdata.data is None:
         return userdata, None
     recording = load_recording(userdata.data)
-    if {robot.id for robot in userdata.robots} != recording.robots.keys():
-        userdata = userdata.for_robots(list(recording.robots))
+    ids, first = list(recording.robots), userdata.robots[0]
+    if {robot.id for robot in userdata.robots} != set(ids):
+        if len(ids) > 1 and first.position is not None:
+            raise ValueError(
+                f"the robots {ids} of the data would all start at position = {list(first.position)}; name one robot, "
+                "or leave position out: then each starts where the ground truth does"
+            )
+        userdata = userdata.for_robots(ids)
     return userdata, recording

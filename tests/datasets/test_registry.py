@@ -116,6 +116,9 @@ def test_wrong_names_and_values(data, name, params, words):
 
 def test_prepare_makes_a_robot_for_each_in_the_data(data):
     userdata = UserData.from_toml(SCENARIOS / "mrclam_single.toml", {"data.set": 2, "data.robots": [2, 4]})
+    with pytest.raises(ValueError, match=r"the robots \[2, 4\] of the data would all start at position = \[0, 0\]"):
+        prepare(userdata)
+    userdata.robots[0].position = None
     userdata, recording = prepare(userdata)
     assert [r.id for r in userdata.robots] == [s.id for s in userdata.sensors] == [2, 4]
     assert [s.robot for s in userdata.sensors] == [2, 4]
