@@ -202,7 +202,7 @@ class Exercise:
         seconds = time.perf_counter() - started
         if outcome is None:
             return Verdict("passed", printed=printed, seconds=seconds)
-        known = None if outcome.hint else self.recognise(f.calls, at[0].part)
+        known = None if outcome.certain else self.recognise(f.calls, at[0].part)
         hint = known.hint if known else outcome.hint or at[0].help
         return Verdict("failed", at[0].name, str(outcome), hint, known.name if known else "", printed, seconds)
 

@@ -11,12 +11,12 @@ from .diagnose import diagnose, same
 class Failed(Exception):
     """A property does not hold; the message says what was got and what was expected.
 
-    `hint` replaces the help of the property where the cause is known.
+    `hint` replaces the help of the link. Where the cause is `certain`, no misconception is looked for.
     """
 
-    def __init__(self, message, hint=""):
+    def __init__(self, message, hint="", certain=False):
         super().__init__(message)
-        self.hint = hint
+        self.hint, self.certain = hint, certain
 
 
 def array(value, shape, what):
@@ -44,7 +44,8 @@ def array(value, shape, what):
         raise Failed(f"{what} has shape {a.shape}, it must be {shape}" + _shape_help(a.shape, shape))
     a = a.astype(float)
     if not np.isfinite(a).all():
-        raise Failed(f"{what} holds NaN or infinity: {_show(a)}")
+        place = [int(i) for i in np.argwhere(~np.isfinite(a))[0]]
+        raise Failed(f"{what} holds NaN or infinity" + (f" at {place}" if place else ""))
     return a
 
 
@@ -64,7 +65,12 @@ def close(got, want, what, rtol=1e-5, atol=1e-8, at=""):
     got, want = np.asarray(got, float), np.asarray(want, float)
     if not same(got, want, rtol, atol):
         where = f" for {at}" if at else ""
-        raise Failed(f"{what} is {_show(got)}{where}, it should be {_show(want)}. {diagnose(got, want)}".rstrip())
+        slip = diagnose(got, want)
+        if got.size > 16:  # too large to be shown: the entry that is most off
+            worst = np.unravel_index(np.argmax(np.abs(got - want)), got.shape)
+            what = f"{what}, entry {[int(i) for i in worst]},"
+            got, want = got[worst], want[worst]
+        raise Failed(f"{what} is {_show(got)}{where}, it should be {_show(want)}. {slip}".rstrip())
 
 
 def angle(got, want, what, atol=1e-6, at=""):
@@ -134,8 +140,6 @@ def _shape_help(got, want):
 def _show(a):
     if a.ndim == 0:
         return f"{float(a):.6g}"
-    if a.size > 16:
-        return f"an array of shape {a.shape}"
     return np.array2string(a, precision=4, suppress_small=True, separator=", ").replace("\n", "")
 
 

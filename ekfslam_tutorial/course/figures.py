@@ -36,7 +36,7 @@ def publish(picture: bytes, caption: str):
     output = bundle(with_palette(picture), caption)
     display(output["data"], metadata=output["metadata"], raw=True)
     # not printed: what a cell prints is gathered in one place, away from the picture
-    display({"text/plain": textwrap.fill(caption, 110)}, raw=True)
+    display({"text/plain": textwrap.fill(caption, 100)}, raw=True)
 
 
 def png(fig, dpi: float = DPI) -> bytes:

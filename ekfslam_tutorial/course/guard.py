@@ -16,6 +16,18 @@ from .expect import Failed
 IN_PLACE = "`+=` and `x[i] = ...` write into the caller's array. Work on a copy:"
 
 
+ADVICE = {
+    NameError: "Is the name spelt as in the `def` line, and defined before it is used?",
+    IndexError: "The index is too large: counting starts at 0, and the last entry has the number len - 1.",
+    np.linalg.LinAlgError: "Print the matrix of that line: is it the one that you mean?",
+    RecursionError: "The function calls itself without end.",
+    ValueError: "Print the shapes of the arrays in that line, `print(a.shape)`: do they fit?",
+    TypeError: "Print what is in that line: is each name the array, number or function that you think it is?",
+    AttributeError: "Print what is in that line: is each name the array, number or function that you think it is?",
+    SystemExit: "A function gives its result back by `return`; it never ends Python.",
+}
+
+
 class NotAttempted(Exception):
     """The first call of the student's function ended in NotImplementedError."""
 
@@ -66,10 +78,10 @@ class Guarded:
         except NotImplementedError as error:
             if not self.calls:
                 raise NotAttempted from None
-            raise Failed(_blame(self.function, error)) from None
+            raise Failed(_blame(self.function, error), _advice(error)) from None
         except BaseException as error:
             self.calls.append(Call(args, Raised(type(error).__name__)))
-            raise Failed(_blame(self.function, error)) from None
+            raise Failed(_blame(self.function, error), _advice(error)) from None
         self.calls.append(Call(args, result))
         self._unchanged(args, given)
         return result
@@ -78,7 +90,9 @@ class Guarded:
         for i, (before, after) in enumerate(zip(args, given, strict=True)):
             name = self.names[i] if i < len(self.names) else f"argument {i + 1}"
             if name not in self.may_change and not equal(before, after):
-                raise Failed(f"your function changes its input `{name}`", f"{IN_PLACE} `{name} = {name}.copy()`.")
+                raise Failed(
+                    f"your function changes its input `{name}`", f"{IN_PLACE} `{name} = {name}.copy()`.", certain=True
+                )
 
 
 def misses_arguments(function, names):
@@ -133,6 +147,12 @@ def _copied(value):
         return copy.deepcopy(value)
     except Exception:
         return value
+
+
+def _advice(error):
+    """What to look at first after an exception of this kind."""
+    known = (ADVICE[kind] for kind in ADVICE if isinstance(error, kind))
+    return next(known, "Read the error: it names the line, and what went wrong there.")
 
 
 def _blame(function, error):

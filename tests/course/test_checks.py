@@ -58,6 +58,7 @@ def test_an_exception_shows_the_line(capsys):
     check("02.3", mine)
     out = " ".join(capsys.readouterr().out.split())
     assert "NameError: name 'theta_of_the_robot' is not defined, in line 3: `angle = beta + theta_of_the_robot" in out
+    assert "Is the name spelt" in out
 
 
 def test_an_exception_in_a_helper_shows_the_line_of_the_helper(capsys):

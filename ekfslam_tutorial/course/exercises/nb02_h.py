@@ -80,7 +80,7 @@ def _(f, rng):
 
 @expected.link("bearing", "Look along the x axis of the robot: an angle to the left is positive.", part=0)
 def _(f, rng):
-    for angle in (0.3, 1.2, 2.8, -0.4, -2.0, -3.0):
+    for angle in (0.3, 1.2, 2.8, 3.13, -0.4, -2.0, -3.13):
         x_r = np.array([1.0, -2.0, 0.0])
         x = np.array([1 + 2 * np.cos(angle), -2 + 2 * np.sin(angle), 5.0, 5.0])
         expect.angle(_e(f(x, 0, x_r))[1], angle, "the bearing", at="a robot that looks along the x axis (theta = 0)")
