@@ -5,6 +5,7 @@ import json
 import os
 import re
 import signal
+import shlex
 import subprocess
 import sys
 import time
@@ -282,7 +283,7 @@ def test_data_tells_where_to_get_what_is_missing(capsys, monkeypatch):
 
 
 def test_a_reader_that_goes_away_is_no_error():
-    command = f"{sys.executable} -m ekfslam_tutorial doctor | head -1"
+    command = f"{shlex.quote(sys.executable)} -m ekfslam_tutorial doctor | head -1"
     out = subprocess.run(command, shell=True, capture_output=True, text=True)
     assert out.stdout.startswith("ok") and "Traceback" not in out.stderr and "pipe" not in out.stderr.lower()
 

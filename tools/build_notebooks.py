@@ -40,12 +40,12 @@ def main(names):
         return f"There is no notebook in {FOLDER.name}/."
     bad = []
     with tempfile.TemporaryDirectory() as folder:
-        quiet_environment(folder)
+        environment = own_environment(folder)
         for path in paths:
             started = time.monotonic()
             print(f"{path.name:44}", end=" ", flush=True)
             try:
-                text = build(path)
+                text = build(path, environment)
                 replace(path, text)
                 print(f"{len(text.encode()) / 1000:6.0f} kB {time.monotonic() - started:6.1f} s", flush=True)
             except (Refused, CellExecutionError, OSError, ValueError) as error:
@@ -54,14 +54,14 @@ def main(names):
     return f"Not stored: {', '.join(bad)}." if bad else 0
 
 
-def quiet_environment(folder):
-    """Let nothing of the user's own settings into the outputs."""
-    os.environ.update(OPENBLAS_NUM_THREADS="1", IPYTHONDIR=folder, JUPYTER_PREFER_ENV_PATH="1")
-    os.environ.update(EKFSLAM_PROGRESS=os.path.join(folder, "progress.json"))  # nobody has done an exercise yet
-    os.environ.pop("MPLBACKEND", None)  # the kernel chooses its own: inline
+def own_environment(folder):
+    """Return the kernel's environment: nothing of the user's own settings gets into the outputs."""
+    environment = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}  # the kernel's: inline
+    progress = os.path.join(folder, "progress.json")  # nobody has done an exercise yet
+    return environment | {"OPENBLAS_NUM_THREADS": "1", "IPYTHONDIR": folder, "EKFSLAM_PROGRESS": progress}
 
 
-def build(path):
+def build(path, environment):
     """Return the text of the notebook at `path`, run and normalised."""
     nb = nbformat.read(path, as_version=4)
     for cell in nb.cells:
@@ -78,7 +78,7 @@ def build(path):
         extra_arguments=["--IPKernelApp.log_level=ERROR"],
         resources={"metadata": {"path": str(path.parent)}},
     )
-    client.execute()
+    client.execute(env=environment)
     normalise(nb, number=path.name.split("_")[0])
     check(nb)
     text = nbformat.writes(nb) + "\n"
