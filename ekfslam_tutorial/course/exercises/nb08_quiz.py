@@ -15,7 +15,7 @@ self_test = Quiz(
 self_test.ask(
     "stands_still",
     "a",
-    "100 sights of one new landmark, robot at rest. True information on its heading:  a: none  b: 100 times  c: 10 times",
+    "100 sights of one new landmark, robot at rest: information on its heading?  a: none  b: 100 times  c: 10 times",
     "Robot and landmark may turn together about the robot: does any measurement change?",
     {
         "b": "Each sight tells where the landmark is *relative to the robot*. Of the heading itself it tells nothing.",
