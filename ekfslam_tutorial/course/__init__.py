@@ -1,12 +1,13 @@
 """What only the notebooks need: exercises that are checked, widgets, figures with captions.
 
-A notebook calls `check`, `hint`, `reveal`, `progress`, `explore` and `show`. No estimation lives here: what a
+A notebook calls `check`, `hint`, `reveal`, `progress`, `explore`, `show` and `replay`. No estimation lives here: what a
 notebook teaches is in the floors above.
 """
 
 from .checks import check, hint, progress, reveal
 from .controls import Choice, Float, Int, Toggle
 from .figures import show
+from .playback import replay
 from .widgets import explorable, explore, sweep
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "explore",
     "hint",
     "progress",
+    "replay",
     "reveal",
     "show",
     "sweep",

@@ -1,4 +1,4 @@
-"""Figures: ellipses, the map (MapFig), each sensor's measurement space (SenFig), panels, movies.
+"""Figures: ellipses, the map (MapFig), each sensor's measurement space (SenFig), panels, movies, the replay player.
 
 What may live here: matplotlib artists and what computes their points.
 What may not: estimation; a figure only reads what the filter has written.
@@ -9,6 +9,7 @@ from .map_fig import MapFig
 from .movie import Movie, check_movie_path, grab, side_by_side, write_movie
 from .panels import consistency_panel, covariance_panel, error_panel, error_panels, film_strip
 from .picture import map_picture
+from .player import StateLog, write_player_html
 from .sen_fig import SenFig
 from .style import (
     DEAD_RECKONING,
@@ -34,6 +35,7 @@ __all__ = [
     "PREDICTED",
     "REJECTED",
     "SenFig",
+    "StateLog",
     "TRUTH",
     "UPDATED",
     "check_movie_path",
@@ -55,4 +57,5 @@ __all__ = [
     "sigma_label",
     "use_style",
     "write_movie",
+    "write_player_html",
 ]

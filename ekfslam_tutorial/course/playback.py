@@ -1,0 +1,32 @@
+"""A run in a notebook: a film strip and a caption for every reader, and the player for those with a browser."""
+
+from __future__ import annotations
+
+from IPython.display import display
+
+from ..graphics.player import StateLog, log_caption, log_strip, player_frame
+from .figures import one_line, show
+
+
+def replay(log: StateLog, caption: str = "", n: int = 3):
+    """Show a run: film strip, caption, player.
+
+    Parameters
+    ----------
+    log : StateLog
+        ``log = StateLog("two rounds")``, then ``log.add(snapshot)`` for each snapshot of the run.
+    caption : str
+        Said before the caption that is computed from the log.
+    n : int
+        Pictures of the film strip.
+
+    Notes
+    -----
+    Strip and caption are plain outputs, which every viewer of notebooks shows. The player is HTML with everything
+    inside: it works without a kernel and without a network, wherever a notebook's scripts run (JupyterLab and Notebook
+    once the notebook is trusted, that is, run; nbviewer; HTML pages). Tag the cell ``nbval-ignore-output``: the numbers
+    inside the player may differ in the last digit from computer to computer.
+    """
+    show(log_strip(log, n), one_line(f"{caption} {log_caption(log)}"))
+    plain = f"Player: {log.title or 'replay'}, {len(log)} frames. It shows where a notebook's scripts run."
+    display({"text/html": player_frame(log), "text/plain": plain}, raw=True)

@@ -1,0 +1,182 @@
+"""From a snapshot to the record of a frame: what is said, and what need not be said again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..states import TruthInMap, lmk_points
+from .coding import METRE, RADIAN, hundredths, lower_factor, pack, pack_factor, short
+
+Array = np.ndarray
+
+MOVED, GROWN, FINE = 0.2, 0.2, 0.01
+"""A mean is written again when it has moved by so many sigmas, a covariance when a variance has changed by so much;
+a standard deviation below FINE (m) counts as FINE."""
+
+
+@dataclass
+class Told:
+    """What a viewer was told of a landmark: mean and covariance, and the mean as it was rounded."""
+
+    mean: Array
+    cov: Array
+    x: list[int]
+
+
+@dataclass
+class Memory:
+    """What a viewer knows already: landmarks and sensor poses by id, and the true landmarks."""
+
+    lmks: dict[int, Told] = field(default_factory=dict)
+    sens: dict[int, list[int]] = field(default_factory=dict)
+    world: list = field(default_factory=list)
+
+
+def header(snapshot) -> dict[str, Any]:
+    """Return what is said once: dimension, robots, sensors."""
+    return {
+        "dim": int(snapshot.robs[0].motion.frame.dim),
+        "robots": [{"id": int(rob.id), "name": rob.name or f"robot {rob.id}"} for rob in snapshot.robs],
+        "sensors": [_sensor(sen) for sen in snapshot.sens],
+    }
+
+
+def _sensor(sen) -> dict[str, Any]:
+    units = getattr(sen.model, "units", None) or [""] * len(sen.model.R)
+    about = {"id": int(sen.id), "robot": int(sen.robot), "name": sen.name or f"sensor {sen.id}"}
+    about |= {"units": list(units), "point": not sen.model.bearing_only}
+    field_of_view = {"fov": getattr(sen.model, "fov", None), "reach": getattr(sen.model, "max_range", None)}
+    return about | {name: round(float(v), 4) for name, v in field_of_view.items() if v is not None and np.isfinite(v)}
+
+
+def frame_record(snapshot, events, truth: TruthInMap, memory: Memory) -> dict[str, Any]:
+    """Return the record of a frame, and remember what it said.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    events : list of Event
+        Of this frame, and of those that were left out before it.
+    truth : TruthInMap
+    memory : Memory
+        It is changed.
+    """
+    dim = snapshot.robs[0].motion.frame.dim
+    frames = {rob.id: rob.frame(snapshot.map) for rob in snapshot.robs}
+    true = truth.frames(snapshot)
+    record = {
+        "k": int(snapshot.k),
+        "t": round(float(snapshot.t), 3),
+        "rob": [_robot(snapshot.map, rob, frames[rob.id]) for rob in snapshot.robs],
+        "true": [[int(id), *x] for id, F in true.items() if (x := pack(F.x, dim))],
+        "sen": _sensors(snapshot, memory, dim),
+        **_landmarks(snapshot, events, memory, dim),
+        **_observations(snapshot, frames, dim),
+        "world": _world(snapshot, truth, memory, dim),
+        "note": [[e.kind, int(e.lmk)] for e in events if e.kind in ("refused", "recovery")],
+    }
+    return {key: value for key, value in record.items() if key in ("k", "t") or value}
+
+
+def _robot(map, rob, frame) -> list[int]:
+    """Return the pose and the covariance of the position; in the plane also the std of the heading."""
+    d, x = frame.dim, pack(frame.x, frame.dim)
+    if rob.r is None or not x:
+        return [int(rob.id), *x]
+    P = map.P[rob.r, rob.r]
+    factor = pack_factor(lower_factor(P[:d, :d]))
+    if d == 2 and factor:
+        turn = np.sqrt(max(P[2, 2], 0.0))
+        factor += pack(np.array([turn * METRE / RADIAN]), 1) or [0]
+    return [int(rob.id), *x, *factor]
+
+
+def _sensors(snapshot, memory, dim) -> list[list[int]]:
+    """Return the poses of the sensors on their robots, where they are not what they were."""
+    now = {int(sen.id): pack(sen.frame(snapshot.map).x, dim) for sen in snapshot.sens}
+    moved = [[id, *x] for id, x in now.items() if x and memory.sens.get(id) != x]
+    memory.sens |= now
+    return moved
+
+
+def _landmarks(snapshot, events, memory, dim) -> dict[str, list]:
+    """Return the landmarks that have changed, were deleted, and were started."""
+    ids, mean, cov = lmk_points(snapshot, dim)
+    ids = [int(id) for id in ids]
+    started = {int(e.lmk) for e in events if e.kind == "initialisation"}
+    deleted = {int(e.lmk) for e in events if e.kind == "deletion"}
+    gone = [id for id in memory.lmks if id not in ids or id in deleted & started]
+    told = {id: memory.lmks[id] for id in ids if id in memory.lmks and id not in gone}
+    moved, grown = changed(ids, mean, cov, told)
+    memory.lmks, rows = {}, []
+    for id, m, P, L, moves, grows in zip(ids, mean, cov, lower_factor(cov), moved, grown, strict=True):
+        if moves or grows:
+            x, before = pack(m, dim), told[id].x if id in told else []
+            step = [a - b for a, b in zip(x, before or [0] * dim, strict=True)] if x else []
+            rows.append([id, *step, *((pack_factor(L) or [None]) if x and (grows or not before) else [])])
+            told[id] = Told(m, P if grows else told[id].cov, x)
+        memory.lmks[id] = told[id]
+    return {"lmk": rows, "gone": gone, "new": [id for id in ids if id in started]}
+
+
+def changed(ids: list[int], mean: Array, cov: Array, told: dict[int, Told]) -> tuple[Array, Array]:
+    """Return which means and which covariances are not what the viewer was told, up to MOVED and GROWN.
+
+    With P0 the covariance that was told, widened by FINE, and W W' = inv(P0): the move is |W' (m - m0)|, in sigmas,
+    and the growth is the spectral norm of W' (P - P0) W, relative in the variance, both the worst over all directions.
+    """
+    before = [told.get(id, Told(m, P, [])) for id, m, P in zip(ids, mean, cov, strict=True)]
+    m0 = np.array([t.mean for t in before]).reshape(mean.shape)
+    P0 = np.array([t.cov for t in before]).reshape(cov.shape)
+    fresh = np.array([id not in told for id in ids], dtype=bool)
+    same = np.isfinite(mean).all(-1) == np.isfinite(m0).all(-1)
+    alike = np.isfinite(cov).all((-1, -2)) == np.isfinite(P0).all((-1, -2))
+    with np.errstate(all="ignore"):
+        D, V = np.linalg.eigh(np.where(np.isfinite(P0), (P0 + np.swapaxes(P0, -1, -2)) / 2, 0.0))
+        W = V / np.sqrt(np.maximum(D, 0.0) + FINE**2)[:, None, :]
+        Wt = np.swapaxes(W, -1, -2)
+        move = np.linalg.norm((Wt @ (mean - m0)[..., None])[..., 0], axis=-1)
+        change = Wt @ (cov - P0) @ W
+        growth = np.linalg.norm(np.where(np.isfinite(change), change, 0.0), axis=(-2, -1), ord=2)
+    return fresh | ~same | (move > MOVED), fresh | ~alike | (growth > GROWN)
+
+
+def _observations(snapshot, frames, dim) -> dict[str, dict]:
+    """Return the innovations that were used, those that were rejected, and the missed landmarks, by sensor."""
+    sens, found = {sen.id: sen for sen in snapshot.sens}, {"used": {}, "rejected": {}, "missed": {}}
+    for (id, lmk), obs in snapshot.obs.items():
+        if obs.matched and obs.z is not None:
+            sen, kind = sens[id], "used" if obs.updated else "rejected"
+            row = [int(lmk), hundredths(obs.md2), *_innovation(obs)]
+            row += _measured(frames[sen.robot], sen, obs.y, snapshot.map, dim)
+            found[kind].setdefault(str(id), []).append(row)
+        elif obs.measured:
+            found["missed"].setdefault(str(id), []).append(int(lmk))
+    return found
+
+
+def _innovation(obs) -> list[float | int | None]:
+    """Return the innovation in hundredths of its standard deviations, then these."""
+    std = np.sqrt(np.maximum(np.diag(obs.Z), 0.0))
+    with np.errstate(all="ignore"):
+        return [*map(hundredths, obs.z / std), *map(short, std)]
+
+
+def _measured(rob, sen, y, map, dim) -> list[int]:
+    """Return the point that was measured, as the corrected robot sees it; nothing for a direction."""
+    if sen.model.bearing_only:
+        return []
+    v, *_ = sen.model.retro(y)
+    return pack(rob.from_frame(sen.frame(map).from_frame(v)[0])[0], dim)
+
+
+def _world(snapshot, truth, memory, dim) -> list[list[int]]:
+    """Return the true landmarks, if they are known and have not been told."""
+    if snapshot.sim_lmk is None or memory.world:
+        return []
+    points = truth.points(snapshot, dim)
+    memory.world = [[int(id), *pack(p, dim)] for id, p in zip(snapshot.sim_lmk.ids, points, strict=False)]
+    return memory.world

@@ -1,0 +1,385 @@
+// The picture: floor, paths, robots, landmarks with their covariances, measurements. What a colour and a shape mean
+// comes from Python (graphics/style.py), in the option `styles`.
+import { Camera } from './camera.js'
+import { fixed } from './element.js'
+import { matTimes, niceStep, outer, plus, principalAxes } from './log.js'
+
+const HALO = 'rgba(255,255,255,0.9)'
+const DASH = { '-': [], '--': [7, 4], ':': [1.5, 3.5], '-.': [8, 3, 2, 3] }
+
+export class Scene {
+  constructor(canvas, log, { styles, bodies }) {
+    Object.assign(this, { canvas, log, styles, bodies, k: log.head.k, shown: {}, font: 13 })
+    this.context = canvas.getContext('2d')
+    this.camera = new Camera(log.d)
+    this.items = [] // what the pointer can find: {key, x, y}
+  }
+
+  resize(width, height, font) {
+    const ratio = window.devicePixelRatio || 1
+    Object.assign(this.canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) })
+    this.camera.size = [width, height]
+    Object.assign(this, { ratio, font, scale: Math.min(Math.max(Math.min(width, 1.4 * height) / 700, 0.65), 1.3) })
+    if (!this.camera.touched) this.camera.turn(0, Math.min(Math.max(0.5, 0.6 * (height / width) + 0.2), 0.9) - this.camera.elevation)
+  }
+
+  // Points that the picture should hold: paths, true landmarks, and the estimates that know where they are.
+  contents() {
+    const last = this.log.frames.at(-1), points = []
+    for (const frame of this.log.frames) {
+      for (const { p } of [...frame.robots.values(), ...frame.truth.values()]) if (p) points.push(p)
+    }
+    const from = points.at(-1) ?? Array(this.log.d).fill(0)
+    for (const p of last?.world.values() ?? []) if (p) points.push(p)
+    for (const { p, L } of last?.lmks.values() ?? []) {
+      if (p && L && this.k * Math.hypot(...L.flat()) < 0.5 * Math.hypot(...p.map((v, i) => v - from[i]))) points.push(p)
+    }
+    const middle = points.length ? points[0] : from
+    return [...points, middle.map(v => v - 1), middle.map(v => v + 1)]
+  }
+
+  fit(always = true) {
+    const points = this.contents(), low = [], high = []
+    for (let i = 0; i < this.log.d; i++) {
+      low.push(Math.min(...points.map(p => p[i])))
+      high.push(Math.max(...points.map(p => p[i])))
+    }
+    const span = Math.max(high[0] - low[0], high[1] - low[1])
+    this.size = span / 30 // half a robot, as in MapFig
+    if (this.log.d === 3) {
+      const step = niceStep(span / 8), [xs, ys] = [0, 1].map(i => multiples(step, low[i] - step / 2, high[i] + step / 2))
+      this.floor = { step, xs, ys, z: Math.min(Math.max(0, low[2]), high[2]) }
+      for (const x of [xs[0], xs.at(-1)]) for (const y of [ys[0], ys.at(-1)]) points.push([x, y, this.floor.z])
+    }
+    if (always || !this.camera.shows(points, 0)) this.camera.fit(points, (this.log.d === 2 ? 3 : 4) * this.font)
+  }
+
+  // ---------------------------------------------------------------------------------------------------- one frame
+
+  draw(i, chosen) {
+    const { context, camera, log, ratio } = this, frame = log.frames[i]
+    context.setTransform(ratio, 0, 0, ratio, 0, 0)
+    context.clearRect(0, 0, ...camera.size)
+    context.lineJoin = 'round'
+    Object.assign(this, { items: [], at: i })
+    if (log.d === 2) this.plan()
+    else this.ground()
+    if (!frame) return
+    const states = new Map(frame.missed.map(id => [id, 'missed']))
+    for (const o of frame.obs) if (states.get(o.lmk) !== 'updated') states.set(o.lmk, o.used ? 'updated' : 'rejected')
+
+    if (this.shown.fan) this.fans(frame)
+    if (log.d === 3) this.stems(frame)
+    if (this.shown.truth) this.path(i, 'truth')
+    this.path(i, 'robots')
+    if (this.shown.ellipse) this.ellipses(frame, states)
+    if (this.shown.measurement) this.measurements(frame)
+    if (this.shown.truth) this.truth(frame)
+    for (const [id, robot] of frame.robots) this.robot(id, robot)
+    this.landmarks(frame, states)
+    this.ring(frame, chosen)
+    this.names()
+  }
+
+  plan() {
+    const { context, camera, font } = this, [w, h] = camera.size, step = niceStep((6.5 * font) / camera.scale)
+    const digits = decimals(step)
+    const [x0, y0] = camera.target, reach = [w / 2 / camera.scale, h / 2 / camera.scale]
+    this.style({ color: '#D9D9D9' }, 1)
+    const xs = multiples(step, x0 - reach[0], x0 + reach[0]), ys = multiples(step, y0 - reach[1], y0 + reach[1])
+    context.beginPath()
+    for (const x of xs) this.straight([camera.project([x, y0])[0], 0], [camera.project([x, y0])[0], h])
+    for (const y of ys) this.straight([0, camera.project([x0, y])[1]], [w, camera.project([x0, y])[1]])
+    context.stroke()
+    for (const x of xs) {
+      const at = camera.project([x, y0])[0]
+      if (at > 2 * font && at < w - 1.5 * font) this.text(fixed(x, digits), [at, h - 0.8 * font], '#555', 'center')
+    }
+    for (const y of ys) {
+      const at = camera.project([x0, y])[1]
+      if (at > 2 * font && at < h - 2 * font) this.text(fixed(y, digits), [4, at], '#555', 'left')
+    }
+    this.text('x (m)', [w - 4, h - 2.2 * font], '#222', 'right')
+    this.text('y (m)', [4, 0.9 * font], '#222', 'left')
+  }
+
+  // The floor of a world in space, its squares stated in metres, with the coordinates along its nearer edges.
+  ground() {
+    const { context, camera, font } = this, { step, xs, ys, z } = this.floor
+    const at = (x, y) => [x, y, z]
+    this.style({ color: '#D9D9D9' }, 1)
+    context.beginPath()
+    for (const x of xs) this.segment(at(x, ys[0]), at(x, ys.at(-1)))
+    for (const y of ys) this.segment(at(xs[0], y), at(xs.at(-1), y))
+    context.stroke()
+    const [mx, my] = [xs, ys].map(t => (t[0] + t.at(-1)) / 2), away = p => camera.see(p)[2]
+    const ny = away(at(mx, ys[0])) < away(at(mx, ys.at(-1))) ? [ys[0], -step] : [ys.at(-1), step]
+    const nx = away(at(xs[0], my)) < away(at(xs.at(-1), my)) ? [xs[0], -step] : [xs.at(-1), step]
+    const digits = decimals(step)
+    const label = (words, p, color) => {
+      const q = camera.project(p)
+      if (q) this.text(words, q, color, 'center')
+    }
+    for (const x of xs) label(fixed(x, digits), at(x, ny[0] + 0.45 * ny[1]), '#555')
+    for (const y of ys) label(fixed(y, digits), at(nx[0] + 0.45 * nx[1], y), '#555')
+    label('x (m)', at(mx + step / 2, ny[0] + 1.15 * ny[1]), '#222')
+    label('y (m)', at(nx[0] + 1.15 * nx[1], my + step / 2), '#222')
+    this.text(`one square: ${Number(step.toPrecision(1))} m`, [4, 0.9 * font], '#222', 'left')
+  }
+
+  // In space, a thin line from each landmark down to the floor says where it stands.
+  stems(frame) {
+    this.style({ color: '#BDBDBD' }, 1)
+    this.context.beginPath()
+    for (const { p } of frame.lmks.values()) if (p) this.segment(p, [p[0], p[1], this.floor.z])
+    this.context.stroke()
+  }
+
+  // What a sensor in the plane can see.
+  fans(frame) {
+    const { context, camera, log } = this
+    for (const { id, fov, reach } of log.sensors.values()) {
+      const pose = log.d === 2 && reach && log.sensorPose(frame, id), at = pose && camera.project(pose.p)
+      if (!at) continue
+      const half = Math.min(fov ?? 2 * Math.PI, 2 * Math.PI) / 2, heading = Math.atan2(pose.R[1][0], pose.R[0][0])
+      context.beginPath()
+      if (half < Math.PI) context.moveTo(...at)
+      context.arc(...at, reach * camera.scale, -heading - half, -heading + half)
+      context.closePath()
+      this.style(this.styles.measurement, 1)
+      context.globalAlpha = 0.07
+      context.fill()
+      context.globalAlpha = 0.35
+      context.stroke()
+      context.globalAlpha = 1
+    }
+  }
+
+  path(last, key) {
+    const { context, log } = this
+    for (const id of log.robots.keys()) {
+      this.style(key === 'truth' ? this.styles.truth : this.styles.estimate, 2)
+      context.beginPath()
+      for (let i = 1; i <= last; i++) {
+        const p = log.frames[i - 1][key].get(id)?.p, q = log.frames[i][key].get(id)?.p
+        if (p && q) this.segment(p, q)
+      }
+      context.stroke()
+    }
+  }
+
+  ellipses(frame, states) {
+    const { styles } = this
+    for (const { p, L } of frame.robots.values()) this.ellipse(p, L, styles.estimate, 1.5)
+    for (const [id, { p, L }] of frame.lmks) {
+      const state = states.get(id), style = (state !== 'missed' && styles[state]) || styles.estimate
+      this.ellipse(p, L, style, style === styles.estimate ? 1.3 : 2.2)
+    }
+  }
+
+  // The k-sigma ellipse; a straight line where an ellipsoid is so long that the eye is inside.
+  ellipse(p, L, style, width) {
+    const { context, camera } = this
+    if (!p || !L || !L.flat().some(Boolean)) return
+    const o = camera.outline(p, L, this.k)
+    this.style(style, width)
+    context.beginPath()
+    if (o) {
+      if (!(o.major < 1e5)) return
+      context.ellipse(o.x, o.y, o.major, o.minor, o.angle, 0, 2 * Math.PI)
+      const large = o.major > Math.max(...camera.size) / 3 // it would cover the others
+      context.globalAlpha = large ? 0.02 : 0.1
+      context.fill()
+      context.globalAlpha = large ? 0.45 : 1
+    } else {
+      const { value, vector } = principalAxes(outer(L))[0], half = vector.map(v => this.k * Math.sqrt(value) * v)
+      this.segment(plus(p, half.map(v => -v)), plus(p, half))
+      context.globalAlpha = 0.45
+    }
+    context.stroke()
+    context.globalAlpha = 1
+  }
+
+  // From the sensor to the measured point; a direction ends at the landmark that it is meant for.
+  measurements(frame) {
+    const { context, camera, log, styles } = this
+    for (const o of frame.obs) {
+      const from = log.sensorPose(frame, o.sen)?.p, lmk = frame.lmks.get(o.lmk)?.p, to = o.point ?? lmk
+      if (!from || !to) continue
+      const style = o.used ? styles.measurement : styles.rejected, end = camera.project(to)
+      this.style(style, o.used ? 1.4 : 2)
+      context.beginPath()
+      this.segment(from, to)
+      context.stroke()
+      if (end && o.point) this.marker(style, end, 1.15)
+    }
+  }
+
+  truth(frame) {
+    for (const p of frame.world.values()) {
+      const at = this.camera.project(p)
+      if (at) this.marker(this.styles.truth, at)
+    }
+    for (const pose of frame.truth.values()) if (pose.p) this.body(this.bodies.robot, this.size, pose, this.styles.truth)
+  }
+
+  robot(id, pose) {
+    const { log, styles } = this
+    if (!pose.p) return
+    this.body(this.bodies.robot, this.size, pose, styles.estimate, 0.55)
+    for (const sensor of log.sensors.values()) {
+      if (sensor.robot !== id) continue
+      const at = log.sensorPose(log.frames[this.at], sensor.id)
+      if (at) this.body(this.bodies.sensor, 0.9 * this.size, at, styles.estimate, log.d === 2 ? 0.3 : 0.06)
+    }
+    const at = this.camera.project(pose.p)
+    if (at) this.items.push({ key: `robot ${id}`, x: at[0], y: at[1] })
+  }
+
+  // Faces in the frame of a robot or a sensor.
+  body(faces, size, { p, R }, style, alpha = 0) {
+    const { context, camera } = this
+    this.style({ color: style.color }, alpha ? 1.2 : 1.6)
+    for (const face of faces) {
+      const corners = face.map(v => camera.project(plus(p, matTimes(R, v.map(x => size * x)))))
+      if (corners.some(c => !c)) continue
+      context.beginPath()
+      corners.forEach((c, i) => (i ? context.lineTo(...c) : context.moveTo(...c)))
+      context.closePath()
+      context.globalAlpha = alpha
+      if (alpha) context.fill()
+      context.globalAlpha = 1
+      context.stroke()
+    }
+  }
+
+  landmarks(frame, states) {
+    const { styles, camera } = this
+    for (const [id, { p }] of frame.lmks) {
+      const at = camera.project(p)
+      if (!at) continue
+      const state = states.get(id)
+      this.marker(state === 'updated' ? styles.updated : styles.estimate, at)
+      if (state === 'rejected') this.marker(styles.rejected, at, 1.5)
+      if (state === 'missed') this.marker(styles.predicted, at, 1.6)
+      if (frame.fresh.includes(id)) this.circle(at, 8.5 * this.scale, styles.estimate)
+      this.items.push({ key: id, x: at[0], y: at[1] })
+    }
+    for (const p of frame.lost) {
+      const at = camera.project(p)
+      if (at) this.marker(styles.deleted, at, 1.4)
+    }
+  }
+
+  names() {
+    if (!this.shown.name) return
+    for (const { key, x, y } of this.items) {
+      if (typeof key === 'number') this.text(key, [x + 7 * this.scale, y - 8 * this.scale], '#000', 'left')
+      else if (this.log.robots.size > 1) this.text(this.log.robots.get(idOf(key)).name, [x + 12, y - 12], this.styles.estimate.color, 'left', 'bold ')
+    }
+  }
+
+  // Round the landmark or robot that is being read; in space with the three great circles of its ellipsoid.
+  ring(frame, chosen) {
+    const item = this.items.find(({ key }) => key === chosen)
+    if (!item) return
+    const { p, L } = frame.lmks.get(chosen) ?? frame.robots.get(idOf(chosen)) ?? {}
+    if (L && this.log.d === 3) {
+      const axes = principalAxes(outer(L)).map(({ value, vector }) => vector.map(v => this.k * Math.sqrt(value) * v))
+      this.style(this.styles.estimate, 1.2)
+      this.context.beginPath()
+      for (const [a, b] of [[axes[0], axes[1]], [axes[1], axes[2]], [axes[2], axes[0]]]) {
+        const round = t => p.map((v, i) => v + Math.cos(t) * a[i] + Math.sin(t) * b[i])
+        for (let n = 0; n < 36; n++) this.segment(round((n * Math.PI) / 18), round(((n + 1) * Math.PI) / 18))
+      }
+      this.context.stroke()
+    }
+    this.circle([item.x, item.y], 14, { color: HALO }, 6)
+    this.circle([item.x, item.y], 14, { color: '#000' }, 2.5)
+  }
+
+  // The nearest thing to a pixel, not further than `reach`.
+  find(x, y, reach = 16) {
+    const far = item => Math.hypot(item.x - x, item.y - y)
+    const best = this.items.reduce((a, b) => (a && far(a) <= far(b) ? a : b), null)
+    return best && far(best) <= reach ? best.key : null
+  }
+
+  // --------------------------------------------------------------------------------------------------------- strokes
+
+  style({ color, linestyle }, width) {
+    Object.assign(this.context, { strokeStyle: color, fillStyle: color, lineWidth: width })
+    this.context.setLineDash(DASH[linestyle] ?? [])
+    this.pen = [NaN, NaN] // where the last line ended
+  }
+
+  segment(p, q) {
+    const ends = this.camera.segment(p, q)
+    if (ends) this.straight(...ends)
+  }
+
+  straight(from, to) {
+    if (Math.max(...[...from, ...to].map(Math.abs)) > 1e6) return
+    if (from.some((v, i) => v !== this.pen[i])) this.context.moveTo(...from)
+    this.context.lineTo(...to)
+    this.pen = to
+  }
+
+  circle([x, y], radius, style, width = 1.6) {
+    this.style({ color: style.color }, width)
+    this.context.beginPath()
+    this.context.arc(x, y, radius, 0, 2 * Math.PI)
+    this.context.stroke()
+  }
+
+  marker(style, at, scale = 1) {
+    drawMarker(this.context, style, at, scale * this.scale)
+  }
+
+  text(words, [x, y], color, align, weight = '') {
+    const { context } = this
+    Object.assign(context, { font: `${weight}${this.font}px sans-serif`, textAlign: align, textBaseline: 'middle' })
+    context.setLineDash([])
+    Object.assign(context, { strokeStyle: HALO, lineWidth: 3, fillStyle: color })
+    context.strokeText(words, x, y)
+    context.fillText(words, x, y)
+  }
+}
+
+const decimals = step => Math.max(0, -Math.floor(Math.log10(step) + 1e-9))
+
+function multiples(step, low, high) {
+  const first = Math.ceil(low / step - 1e-9), n = Math.floor(high / step + 1e-9) - first
+  return Array.from({ length: n + 1 }, (_, i) => step * (first + i))
+}
+
+// The id in the key of a robot.
+export const idOf = key => (typeof key === 'string' ? Number(key.slice(6)) : null)
+
+// The markers of matplotlib that the styles use.
+export function drawMarker(context, { color, marker, fillstyle }, [x, y], scale = 1) {
+  const r = { '*': 7, o: 3.6, '+': 6, x: 5, s: 5, D: 4.8, v: 5, 0: 6 }[marker] * scale
+  const corners = {
+    '*': Array.from({ length: 10 }, (_, i) => [(i * Math.PI) / 5, i % 2 ? 0.4 : 1]),
+    s: [1, 3, 5, 7].map(i => [(i * Math.PI) / 4, 1.3]),
+    D: [0, 1, 2, 3].map(i => [(i * Math.PI) / 2, 1.2]),
+    v: [1, 3, 5].map(i => [(i * Math.PI) / 3, 1.1]),
+  }[marker]
+  Object.assign(context, { strokeStyle: color, fillStyle: color, lineWidth: 1.7 })
+  context.setLineDash([])
+  context.beginPath()
+  if (corners) {
+    corners.forEach(([a, s], i) => context[i ? 'lineTo' : 'moveTo'](x + r * s * Math.sin(a), y - r * s * Math.cos(a)))
+    context.closePath()
+  } else if (marker === 'o' || marker === '0') {
+    context.arc(x, y, r, 0, 2 * Math.PI)
+  }
+  const strokes = { '+': [[-1, 0, 1, 0], [0, -1, 0, 1]], x: [[-1, -1, 1, 1], [-1, 1, 1, -1]], 0: [[-0.7, 0.7, 0.7, -0.7]] }
+  for (const [a, b, c, e] of strokes[marker] ?? []) {
+    context.moveTo(x + r * a, y + r * b)
+    context.lineTo(x + r * c, y + r * e)
+  }
+  if (fillstyle === 'none') Object.assign(context, { fillStyle: 'rgba(255,255,255,0.75)' })
+  if (corners || marker === 'o') context.fill()
+  context.stroke()
+}
