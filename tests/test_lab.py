@@ -54,7 +54,8 @@ def address(server, runtime, log):
             if info:
                 assert info["token"], "JupyterLab must ask for a token"
                 assert info["hostname"] in ("localhost", "127.0.0.1"), "JupyterLab must listen on loopback only"
-                return lambda name: f"{info['url']}lab/tree/{name}?token={info['token']}"
+                # A workspace each: else JupyterLab opens the notebooks of the tests before as well.
+                return lambda name: f"{info['url']}lab/workspaces/{name[:2]}/tree/{name}?token={info['token']}"
         time.sleep(0.2)
     pytest.fail("JupyterLab did not start:\n" + log.read_text()[-2000:])
 
