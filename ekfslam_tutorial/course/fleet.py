@@ -8,10 +8,11 @@ written for one run: the student's own, or a wrong one whose effect is to be see
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..analysis.consistency import md2
 from ..geometry import Frame2, wrap
 from ..models.landmarks import EucPnt
 from ..models.motion import Odometry2
@@ -52,7 +53,7 @@ class Scenario:
     dt: float = 0.1
 
 
-def round_trip(loops: float = 2, n: int = 20, radius: float = 10.0, max_range: float = 6.0) -> Scenario:
+def round_trip(loops: float = 2, n: int = 20, radius: float = 10.0, max_range: float = 5.0) -> Scenario:
     """A robot drives at 1 m/s along a circle, landmarks to its left and right.
 
     The landmarks stand every 360/n degrees, up to 4 m inside or outside the circle. The odometry is off by 1 cm and
@@ -79,8 +80,8 @@ class Result:
         True poses.
     nees : ndarray, shape (F, R)
         Of the pose, 3 degrees of freedom.
-    nis : ndarray, shape (F, R)
-        Mean over the corrections of the frame, 2 degrees of freedom; NaN where there was none.
+    nis : ndarray, shape (M, R)
+        Of each of the M corrections, 2 degrees of freedom.
     position_error : ndarray, shape (F, R)
         Metres.
     map_error : ndarray, shape (R, N)
@@ -96,9 +97,14 @@ class Result:
     nees: np.ndarray
     nis: np.ndarray
     position_error: np.ndarray
-    map_error: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    ranges: dict[int, slice] = field(default_factory=dict)
-    states: dict[int, tuple] = field(default_factory=dict)
+    map_error: np.ndarray
+    ranges: dict[int, slice]
+    states: dict[int, tuple]
+
+    @property
+    def broken(self) -> int:
+        """Number of runs in which P stopped being a covariance: it has no NEES, or Z no NIS."""
+        return int(np.sum(np.isnan(self.nees).any(0) | np.isnan(self.nis).any(0)))
 
     def summary(self) -> dict[str, float]:
         """Return medians over the runs: RMSE of position and map (m), mean NEES of the pose, mean NIS."""
@@ -106,8 +112,7 @@ class Result:
         return {
             "pose_rmse": float(np.median(rms(self.position_error, 0))),
             "map_rmse": float(np.median(rms(self.map_error, 1))),
-            "nees": float(np.median(self.nees.mean(0))),
-            "nees_mean": float(self.nees.mean()),
+            "nees": float(np.median(np.nanmean(self.nees, 0))),
             "nis": float(np.median(np.nanmean(self.nis, 0))),
         }
 
@@ -127,69 +132,63 @@ def run(scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, se
     keep : collection of int
         Frames whose state of the first run is kept.
     """
-    s, rng = scenario, np.random.default_rng(seed)
+    s, rng, robot = scenario, np.random.default_rng(seed), Odometry2()
     moved, new_blocks = formulas["moved"], formulas["new_blocks"]
-    truths, nees, nis, error = (np.full((s.frames, k), np.nan) for k in (3, runs, runs, runs))
-    out = Result(np.arange(1, s.frames + 1) * s.dt, truths, nees, nis, error)
     truth, x, P = s.start, np.tile(s.start, (runs, 1)), np.zeros((runs, 3, 3))
-    for k in range(s.frames):
-        truth = Odometry2().move(truth, s.step, s.dt)[0]
-        x[:, :3], X_x, X_u = Odometry2().move(x[:, :3], s.step + draw(rng, s.U, (runs,)), s.dt)
-        P = each(moved, P, X_x, X_u, U=s.U)
+    truths, poses, pose_covariances, innovations, ranges, states = [], [], [], [], {}, {}
+    for k in range(1, s.frames + 1):
+        truth = robot.move(truth, s.step, s.dt)[0]
+        x[:, :3], X_x, X_u = robot.move(x[:, :3], s.step + draw(rng, s.U, (runs,)), s.dt)
+        P = np.array([moved(*one, s.U) for one in zip(P, X_x, X_u, strict=True)], float)
 
         y = s.sensor.project(Frame2(truth).to_frame(s.points)[0])[0]
         seen = np.flatnonzero(y[:, 0] <= s.sensor.max_range).tolist()
         y = y + draw(rng, s.sensor.R, (runs, len(y)))
-        known = [i for i in seen if i in out.ranges]
-        distances = [correct(x, P, out.ranges[i], s.sensor, y[:, i]) for i in known]
-        for i in (i for i in seen if i not in out.ranges):
-            x, P, out.ranges[i] = augment(x, P, s.sensor, y[:, i], new_blocks)
+        innovations += [correct(x, P, ranges[i], s.sensor, y[:, i]) for i in seen if i in ranges]
+        for i in (i for i in seen if i not in ranges):
+            x, P, ranges[i] = augment(x, P, s.sensor, y[:, i], new_blocks)
 
-        out.truth[k] = truth
-        out.nees[k], out.position_error[k] = pose_errors(x, P, truth)
-        if distances:
-            out.nis[k] = np.mean(distances, 0)
-        if k + 1 in keep:
-            out.states[k + 1] = x[0].copy(), P[0].copy()
-    l = np.stack([x[:, r] for r in out.ranges.values()], 1)
-    out.map_error = np.linalg.norm(l - s.points[list(out.ranges)], axis=-1)
-    return out
+        truths.append(truth)
+        poses.append(x[:, :3].copy())
+        pose_covariances.append(P[:, :3, :3].copy())
+        if k in keep:
+            states[k] = x[0].copy(), P[0].copy()
 
-
-def each(formula: Callable, *arrays, **shared):
-    """Apply a formula for one run to the arrays of all runs; return the stacked result, or each of its results."""
-    rows = [formula(*one, *shared.values()) for one in zip(*arrays, strict=True)]
-    if isinstance(rows[0], tuple | list) and len(np.shape(rows[0][0])) == 2:
-        return tuple(np.stack([np.asarray(row[j], float) for row in rows]) for j in range(len(rows[0])))
-    return np.stack([np.asarray(row, float) for row in rows])
+    error = np.array(poses) - np.array(truths)[:, None]
+    error[..., 2] = wrap(error[..., 2])
+    l = np.stack([x[:, r] for r in ranges.values()], 1)
+    return Result(
+        t=np.arange(1, s.frames + 1) * s.dt,
+        truth=np.array(truths),
+        nees=md2(error, np.array(pose_covariances)),
+        nis=md2(*(np.array(a) for a in zip(*innovations, strict=True))),
+        position_error=np.hypot(error[..., 0], error[..., 1]),
+        map_error=np.linalg.norm(l - s.points[list(ranges)], axis=-1),
+        ranges=ranges,
+        states=states,
+    )
 
 
 def correct(x, P, r, sensor, y):
-    """Correct all runs, in place, with a measurement of the landmark in range r; return their NIS, shape (R,)."""
+    """Correct all runs, in place, with a measurement of the landmark in range r; return innovations and covariances."""
     e, E_r, _, E_l = observe(Frame2(x[:, :3]), AT_ROBOT, sensor, POINT, x[:, r])
     PHt = P[:, :, :3] @ T(E_r) + P[:, :, r] @ T(E_l)
     Z = E_r @ PHt[:, :3] + E_l @ PHt[:, r] + sensor.R
-    z = sensor.residual(y, e)[..., None]
+    z = sensor.residual(y, e)
     K = T(np.linalg.solve(Z, T(PHt)))
-    x += (K @ z)[..., 0]
+    x += (K @ z[..., None])[..., 0]
     P -= K @ Z @ T(K)
-    return (T(z) @ np.linalg.solve(Z, z))[:, 0, 0]
+    return z, Z
 
 
 def augment(x, P, sensor, y, new_blocks):
     """Add a landmark to all runs; return x, P and its range."""
     l, L_r, _, L_y, _ = retro_project(Frame2(x[:, :3]), AT_ROBOT, sensor, POINT, y, np.zeros((len(x), 0)))
-    P_lx, P_ll = each(new_blocks, P, L_r, L_y, R=sensor.R)
+    blocks = [new_blocks(*one, sensor.R) for one in zip(P, L_r, L_y, strict=True)]
+    P_lx, P_ll = (np.array([pair[j] for pair in blocks], float) for j in (0, 1))
     n = x.shape[1]
     P = np.concatenate([np.concatenate([P, T(P_lx)], -1), np.concatenate([P_lx, P_ll], -1)], -2)
     return np.concatenate([x, l], -1), P, slice(n, n + 2)
-
-
-def pose_errors(x, P, truth):
-    """Return the NEES of the pose and the position error of each run, both of shape (R,)."""
-    d = x[:, :3] - truth
-    d[:, 2] = wrap(d[:, 2])
-    return (d[:, None] @ np.linalg.solve(P[:, :3, :3], d[..., None]))[:, 0, 0], np.hypot(d[:, 0], d[:, 1])
 
 
 def T(A):

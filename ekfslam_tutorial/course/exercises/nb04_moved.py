@@ -191,7 +191,8 @@ def _(P, X_x, X_u, U):
 
 @motion.variant("by a square root of P, lists")
 def _(P, X_x, X_u, U):
-    S = np.linalg.cholesky(P + 1e-13 * np.trace(P) * np.eye(len(P)))
+    w, V = np.linalg.eigh(P)
+    S = V * np.sqrt(np.clip(w, 0, None))
     S[:3] = np.dot(X_x, S[:3])
     new = S @ S.T
     new[:3, :3] += np.linalg.multi_dot([X_u, U, np.transpose(X_u)])

@@ -26,8 +26,7 @@ self_test.ask(
 self_test.ask(
     "P_rm",
     "b",
-    "the robot moves; P_rm ...  a: stays, landmarks stand still  b: becomes X_x P_rm  c: becomes 0  d: becomes X_x "
-    "P_rm X_x'",
+    "the robot moves; P_rm ...  a: stays  b: becomes X_x P_rm  c: becomes 0  d: becomes X_x P_rm X_x'",
     "Multiply the errors: dx_r' = X_x dx_r + X_u w and dm' = dm.",
     {
         "a": "P_rm belongs to the robot, too, and the robot moves.",
@@ -50,8 +49,7 @@ self_test.ask(
 self_test.ask(
     "zero_cross",
     "c",
-    "P_lx is exactly zero when ...  a: never  b: the sensor is exact  c: the pose is known exactly  d: the landmark is "
-    "far",
+    "P_lx is exactly zero if ...  a: never  b: the sensor is exact  c: the pose is known exactly  d: it is far away",
     "P_lx = L_r P[:3]. When is that zero?",
     {
         "a": "It is so in notebook 02: put P[:3] = 0 into P_lx = L_r P[:3].",

@@ -51,7 +51,7 @@ frame = Exercise(
 
 R0 = np.array([[0.01, 0.0002], [0.0002, 0.0004]])  # 0.1 m and 1.1 degrees, a bit correlated
 U0 = np.array([[4e-4, 1e-5, 0], [1e-5, 1e-4, 2e-5], [0, 2e-5, 1e-4]])  # 2 cm ahead, 1 cm sideways, 0.6 degrees
-STEP = np.array([0.6, 0.0, 0.4])
+STEP = np.array([0.6, -0.1, 0.4])
 WORLD = {7: (3.0, 1.0), 3: (-2.0, 2.5), 12: (-3.0, -0.05), 4: (0.5, -4.0), 21: (2.5, 3.5)}
 
 

@@ -38,8 +38,7 @@ self_test.ask(
 self_test.ask(
     "correct",
     "b",
-    "correct, one landmark seen: what may change?  a: robot and that landmark  b: all of x and P  c: x only  d: the "
-    "robot",
+    "correct, one landmark seen; it may change ...  a: robot and landmark  b: all of x and P  c: x only  d: the robot",
     "K = P H' inv(Z) has a row for each number of the state. Which rows are zero?",
     {
         "a": "The others share errors with the robot: their rows of K are not zero.",
@@ -61,8 +60,7 @@ self_test.ask(
 self_test.ask(
     "delete",
     "a",
-    "a landmark is deleted; the covariance of the rest ...  a: stays  b: must be made larger  c: gets smaller  d: is "
-    "reset",
+    "a landmark is deleted; the covariance of the rest ...  a: stays  b: must grow  c: gets smaller  d: is reset",
     "The covariance of some of the states is a block of the whole P.",
     {
         "b": "What was learned through the landmark is in the other states already, and stays true.",
