@@ -175,7 +175,9 @@ class Frame2(_Frame):
         return Frame2(np.concatenate([t, np.expand_dims(-self.theta, -1)], -1)), I_f
 
     def normalized(self):
-        """The same frame with its heading in (-pi, pi]. Returns N, N_f (..., 3, 3)."""
+        """The same frame with its heading in (-pi, pi]; itself, if it is. Returns N, N_f (..., 3, 3)."""
+        if (np.abs(self.theta) < np.pi).all():
+            return self, _eye_like(self.x[..., None], 3)
         x = np.concatenate([self.t, wrap(self.x[..., 2:])], -1)
         return Frame2(x), _eye_like(x[..., None], 3)
 

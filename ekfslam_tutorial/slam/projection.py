@@ -37,8 +37,10 @@ def normalize(map, obj):
     """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading."""
     if obj.r is None:
         return
-    N, N_f = obj.frame(map).normalized()
-    transform(map, frame_range(obj, N), N.x, N_f)
+    F = obj.frame(map)
+    N, N_f = F.normalized()
+    if N is not F:
+        transform(map, frame_range(obj, N), N.x, N_f)
 
 
 def frame_range(obj, F):

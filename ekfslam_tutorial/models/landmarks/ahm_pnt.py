@@ -79,4 +79,4 @@ class AhmPnt:
 
     def linearity(self, l, P, camera):
         """Linearity index, seen from a camera at this place; below about 0.1 a Euclidean point will do."""
-        return linearity(l[self.dim : -1], l[-1], self.point(l)[0], P[-1, -1], camera)
+        return linearity(l[: self.dim], l[self.dim : -1], l[-1], P[-1, -1], camera)

@@ -116,4 +116,4 @@ class IdpPnt:
 
     def linearity(self, l, P, camera):
         """Linearity index, seen from a camera at this place; below about 0.1 a Euclidean point will do."""
-        return linearity(py2vec(l[3:5])[0], l[-1], self.point(l)[0], P[-1, -1], camera)
+        return linearity(l[:3], py2vec(l[3:5])[0], l[-1], P[-1, -1], camera)

@@ -81,7 +81,7 @@ def ahead(l, min_rho):
     return np.concatenate([l[:-1], [min_rho]])
 
 
-def linearity(m, rho, p, var_rho, camera):
+def linearity(t, m, rho, var_rho, camera):
     """Linearity index of an anchored point: small where a Euclidean Gaussian would do as well.
 
         L = 4 sigma_d / d |cos a|,    sigma_d = sigma_rho / rho^2
@@ -90,6 +90,6 @@ def linearity(m, rho, p, var_rho, camera):
     from which it is seen now. Civera, Davison, Montiel, "Inverse depth to depth conversion for monocular SLAM",
     ICRA 2007, eq. 10 and 17.
     """
-    d = p - camera
+    d = t + m / rho - camera
     d1 = np.sqrt(d @ d)
     return 4 * np.sqrt(var_rho) / rho**2 / d1 * abs(m @ d) / (np.sqrt(m @ m) * d1)
