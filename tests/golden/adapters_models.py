@@ -131,10 +131,22 @@ class Given:
         return v, np.eye(3)
 
 
+def pole(lmk, *states):
+    """Whether an inverse-depth point's direction comes to lie on the z axis of some frame on its way.
+
+    Its yaw has no meaning there. This package moves such a direction off the axis by 1e-8 rad, which is more than the
+    tolerance of the comparison.
+    """
+    return isinstance(lmk, IdpPnt) and any((np.cos(l[..., 3]) < 10 * POLE).any() for l in states)
+
+
 def seen(lens, lmk):
     """Adapter of a projection: landmark to robot frame, to sensor frame, through the lens (p, k, d)."""
 
     def project(record, Rf, Sf, k, d, l):
+        lr = lmk.to_frame(Rf, l.T)[0]
+        if pole(lmk, lr, lmk.to_frame(Sf, lr)[0]):
+            return Skip(DEGENERATE)
         depth = to_sensor(Rf, Sf, POINT, lmk, l.T)[0][..., 2]
         v, V_r, V_s, V_l = to_sensor(Rf, Sf, RAY, lmk, l.T)
         u, U_v, U_k, U_d = lens(v, k, d)
@@ -153,8 +165,8 @@ def seen_with_depth(record, Rf, Sf, k, d, l):
 
 def seen_by_sensor(_, Sf, k, d, l):
     """The same without a robot: its frame is the world's."""
-    u, s, _, U_s, U_k, U_d, U_l = seen(pin_hole, IdpPnt())(None, WORLD, Sf, k, d, l)
-    return u, s, U_s, U_k, U_d, U_l
+    outs = seen(pin_hole, IdpPnt())(None, WORLD, Sf, k, d, l)
+    return outs if isinstance(outs, Skip) else (*outs[:2], *outs[3:])
 
 
 WORLD = Frame3(np.array([0.0, 0, 0, 1, 0, 0, 0]))
@@ -172,6 +184,10 @@ def started(inverse_lens, lmk, recorded=None):
     def birth(record, Rf, Sf, k, c, u, n):
         v, V_u, V_k, V_c = inverse_lens(u, k, c)
         n = vec(n)
+        ls = lmk.from_ray(v, n)[0]
+        lr = lmk.from_frame(Sf, ls)[0]
+        if pole(lmk, ls, lr, lmk.from_frame(Rf, lr)[0]):
+            return Skip(DEGENERATE)
         l, L_r, L_s, _, L_n = retro_project(Rf, Sf, Given(True), lmk, v, n)
         L_v = retro_project(Rf, Sf, Given(True), recorded or lmk, v, n)[3]
         L_c = Skip(APPROXIMATE) if inverse_lens is omni_ray else L_v @ V_c
@@ -184,7 +200,10 @@ def started_at_camera(inverse_lens, lmk, recorded=None):
     """The same in the sensor frame, with the arguments (u, n, k, c)."""
 
     def birth(_, u, n, k, c):
-        l, _, _, L_k, L_c, L_u, L_n = started(inverse_lens, lmk, recorded)(None, WORLD, WORLD, k, c, u, n)
+        outs = started(inverse_lens, lmk, recorded)(None, WORLD, WORLD, k, c, u, n)
+        if isinstance(outs, Skip):
+            return outs
+        l, _, _, L_k, L_c, L_u, L_n = outs
         return l, L_u, L_n, L_k, L_c
 
     return birth
@@ -248,6 +267,8 @@ def euclidean(lmk):
 def frame_change(name, lmk):
     def change(_, F, l):
         value, L_f, L_l = getattr(lmk, name)(F, l)
+        if pole(lmk, value):
+            return Skip(DEGENERATE)
         return value, by_frame(L_f, F), L_l
 
     return change
@@ -277,6 +298,8 @@ def ahp2idp(_, l):
 def p2idp(record, p, p0):
     """A point as seen first from p0. With Jacobians, the recorded inverse distance is documented as wrong."""
     l, L_p, _ = IdpPnt().from_point(p - p0)
+    if pole(IdpPnt(), l):
+        return Skip(DEGENERATE)
     l = l + np.concatenate([p0, np.zeros(3)])
     if record["nargout"] == 1:
         return [l]
