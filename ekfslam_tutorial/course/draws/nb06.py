@@ -1,0 +1,359 @@
+"""Drawings of notebook 06: loop closure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ...ekf import Map
+from ...geometry import Frame2
+from ...graphics import ESTIMATE, TRUTH, line, plot_ellipse
+from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, Style
+from ...models.landmarks import EucPnt
+from ...models.motion import Odometry2
+from ...models.sensors import RangeBearing
+from ...simulation.simulator import SimObs
+from ...simulation.streams import Streams, draw
+from ...slam import Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, place
+from ..controls import Choice, Int, Toggle
+from ..widgets import explorable
+from .parts import landmarks, map_axes, robot, true_landmarks
+
+RADIUS, N, LAP = 10.0, 20, 126  # metres, landmarks, frames in a round
+STEP = np.array([2 * np.pi * RADIUS / LAP, 0.0, 2 * np.pi / LAP])
+U = np.diag(np.square([0.02, 0.005, np.radians(0.7)]))
+SENSOR = RangeBearing(0.2, np.radians(2), max_range=5.0, fov=np.pi)  # it looks ahead
+START = np.array([RADIUS, 0.0, np.pi / 2])
+START_STD = 0.3  # m, of the first position
+SEED = 1
+INSIDE: Style = dict(loc="center", bbox_to_anchor=(0.57, 0.47), fontsize=11)  # the round leaves room for a legend
+
+
+def world():
+    """20 landmarks, one every 18 degrees, up to 3 m inside or outside the path. Shape (20, 2)."""
+    angle = 2 * np.pi * (np.arange(N) + 0.5) / N
+    away = RADIUS + np.random.default_rng(7).uniform(-3, 3, N)
+    return away[:, None] * np.stack([np.cos(angle), np.sin(angle)], -1)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The filter after one frame: state, covariance, the range of each landmark by its index, the true pose.
+
+    `seen` are the landmarks that were corrected or started in this frame.
+    """
+
+    x: np.ndarray
+    P: np.ndarray
+    ranges: dict
+    truth: np.ndarray
+    seen: tuple
+
+
+@cache
+def drive(start_std: float = START_STD, heading_std_deg: float = 0.0, rounds: int = 2, max_range: float = 5.0):
+    """EKF-SLAM round a circle, ids known, from an uncertain first pose.
+
+    Parameters
+    ----------
+    start_std : float
+        Of the first position, m, in each direction.
+    heading_std_deg : float
+        Of the first heading, degrees.
+    rounds : int
+    max_range : float
+        Of the sensor, m.
+
+    Returns
+    -------
+    list of Moment
+        One for each frame.
+    """
+    streams, opt, points = Streams(SEED), Options(lmk_type=EucPnt(2)), world()
+    map, lmks = Map(), {}
+    rob = Rob(1, Odometry2(), U=U)
+    sen = Sen(1, 1, replace(SENSOR, max_range=max_range), Frame2, x=np.zeros(3))
+    P0 = np.diag(np.square([start_std, start_std, np.radians(heading_std_deg)]))
+    truth, motion, sensing = START, streams.motion(1), streams.sensing(1)
+    place(map, rob, START + draw(motion, P0), P0)
+    moments = []
+    for k in range(rounds * LAP + 1):
+        if k:
+            truth = rob.motion.move(truth, STEP, 1.0)[0]
+            rob.u = STEP + draw(motion, U)
+            move(map, rob, 1.0)
+        raw = scan(sen.model, truth, points, sensing)
+        events, new = correct_known_lmks(map, rob, sen, lmks, {}, raw, opt)
+        events += init_new_lmks(map, rob, sen, lmks, raw, new, opt)
+        seen = tuple(e.lmk for e in events if e.kind in ("correction", "initialisation"))
+        ranges = {id: lmk.r for id, lmk in lmks.items()}
+        moments.append(Moment(map.x.copy(), map.P.copy(), ranges, truth, seen))
+    return moments
+
+
+def scan(sensor, pose, points, rng):
+    """Noisy measurements of the points in range, with their ids 0, 1, ..."""
+    noise = draw(rng, sensor.R, (len(points),))  # one per landmark, seen or not: the same draws in every run
+    p = Frame2(pose).to_frame(points)[0]
+    y = sensor.project(p)[0]
+    ids = np.flatnonzero(sensor.visible(y, p))
+    return SimObs(1, ids, y[ids] + noise[ids])
+
+
+def closing(moments):
+    """The frame in which landmark 0 is seen again for the first time."""
+    for k in range(LAP // 2, len(moments)):
+        if 0 in moments[k].seen:
+            return k
+    raise ValueError("the loop is not closed in this run")
+
+
+def sigma(P, r):
+    """Standard deviation of a point, m: root of the mean variance over its two directions."""
+    return float(np.sqrt(np.trace(P[r, r]) / 2))
+
+
+def sigma_between(P, a, b):
+    """The same for the difference of two points."""
+    D = P[a, a] + P[b, b] - P[a, b] - P[b, a]
+    return float(np.sqrt(np.trace(D) / 2))
+
+
+# ---- figures of the notebook ----------------------------------------------------------------------------------------
+
+
+def before_after(moments, k):
+    """The map one frame before frame k, and at frame k. Returns (fig, caption)."""
+    fig, axes = plt.subplots(1, 2, figsize=(13, 6.6), layout="constrained", sharey=True)
+    for ax, j, title in zip(axes, (k - 1, k), ("one frame before", "the loop is closed"), strict=True):
+        _map(ax, moments, j, f"frame {j}: {title}")
+    axes[0].legend(**INSIDE)
+    axes[1].set_ylabel("")
+    a, b = moments[k - 1], moments[k]
+    out = [i for i in a.ranges if i not in b.seen]
+    gain = [1 - sigma(b.P, b.ranges[i]) / sigma(a.P, a.ranges[i]) for i in out]
+    best = out[int(np.argmax(gain))]
+    return fig, (
+        f"In frame {k} landmark 0 is seen again. {sum(g > 0.1 for g in gain)} of the {len(out)} landmarks out of view "
+        f"become better by more than 10 %; the best gain has landmark {best}: sigma from "
+        f"{sigma(a.P, a.ranges[best]):.2f} m to {sigma(b.P, b.ranges[best]):.2f} m."
+    )
+
+
+def correlations(before, after, names=("before", "after the closure")):
+    """Correlations of the landmarks' x, before and after. Returns (fig, caption).
+
+    Parameters
+    ----------
+    before, after : ndarray, shape (n, n)
+        Correlation coefficients, -1 to 1, between the same coordinate of n landmarks.
+    names : pair of str
+        Titles.
+    """
+    fig, axes = plt.subplots(1, 2, figsize=(13, 5.8), layout="constrained")
+    image = None
+    for ax, C, title in zip(axes, (before, after), names, strict=True):
+        image = ax.imshow(C, cmap="PuOr_r", vmin=-1, vmax=1, interpolation="none")
+        ax.set(xlabel="landmark", ylabel="landmark", title=title)
+        ax.set_xticks(range(0, len(C), 2))
+        ax.set_yticks(range(0, len(C), 2))
+        ax.grid(False)
+    fig.colorbar(image, ax=axes, label="correlation of x (-)", shrink=0.9)
+    last, near = len(before) - 1, len(before) // 2
+    return fig, (
+        f"Correlation between landmark {near} and its successor: {before[near, near + 1]:.2f} before, "
+        f"{after[near, near + 1]:.2f} after; between landmark 0 and landmark {last}, the two ends: "
+        f"{before[0, last]:.2f} before, {after[0, last]:.2f} after."
+    )
+
+
+def chain(before, after, shift, gap):
+    """A straight loop in one dimension: sigmas before and after, and what each landmark moves. Returns (fig, caption).
+
+    Parameters
+    ----------
+    before, after : ndarray, shape (n,)
+        Standard deviations, m.
+    shift : ndarray, shape (n,)
+        What each landmark is moved by, m.
+    gap : float
+        The innovation at the closure, m.
+    """
+    n = np.arange(1, len(before) + 1)
+    fig, (ax, side) = plt.subplots(1, 2, figsize=(12, 4.8), layout="constrained")
+    ax.plot(n, before, color=GREY, linestyle="--", marker="s", fillstyle="none", label="before the closure")
+    ax.plot(n, after, color=BLUE, linestyle="-", marker="o", label="after")
+    ax.set(xlabel="landmark, in the order of the drive", ylabel="sigma (m), 1σ", ylim=(0, None), xticks=n[1::2])
+    ax.legend()
+    side.bar(n, shift, color=ORANGE, edgecolor=BLACK, label="moved by")
+    side.axhline(gap, color=VERMILLION, linestyle=":", linewidth=2, label="the gap z")
+    side.set(xlabel="landmark, in the order of the drive", ylabel="correction (m)", xticks=n[1::2])
+    side.legend(loc="center left")
+    worst = int(np.argmax(after)) + 1
+    return fig, (
+        f"Before, landmark {len(n)} is the worst ({before[-1]:.2f} m). After, it is landmark {worst} "
+        f"({after[worst - 1]:.2f} m), half way. The gap of {gap:.2f} m is spread over all {len(n)} landmarks."
+    )
+
+
+def floor_figure(sigmas, floors, heading_std_deg):
+    """Sigma of each landmark and the floor below which none should fall. Returns (fig, caption).
+
+    Parameters
+    ----------
+    sigmas, floors : ndarray, shape (n,)
+        Standard deviations, m.
+    heading_std_deg : float
+        Of the first heading, for the title.
+    """
+    sigmas, floors = np.asarray(sigmas), np.asarray(floors)
+    below = sigmas < 0.99 * floors
+    ids = np.arange(len(sigmas))
+    fig, ax = plt.subplots(figsize=(11, 4.8), layout="constrained")
+    ax.step(
+        ids, floors, where="mid", color=BLACK, linestyle="--", linewidth=2, label="the floor: no filter can do better"
+    )
+    ax.plot(ids[~below], sigmas[~below], "o", color=BLUE, markersize=9, label="EKF-SLAM, on or above the floor")
+    if below.any():
+        ax.plot(ids[below], sigmas[below], "X", color=VERMILLION, markersize=11, label="EKF-SLAM, below the floor")
+    ax.set(xlabel="landmark", ylabel="sigma (m), 1σ", ylim=(0, None), xticks=ids)
+    ax.set_title(f"after two rounds; sigma of the first heading {heading_std_deg:g}°")
+    ax.legend()
+    low = int(np.argmin(sigmas / floors))
+    return fig, (
+        f"First heading: {heading_std_deg:g} degrees. {below.sum()} of {len(ids)} landmarks are below their floor. "
+        f"The lowest, landmark {low}: {sigmas[low]:.2f} m, floor {floors[low]:.2f} m."
+    )
+
+
+def differences_figure(pairs):
+    """Sigmas of differences between landmarks, along and across, over time. Returns (fig, caption).
+
+    Parameters
+    ----------
+    pairs : dict of str to ndarray, shape (F, 2)
+        For each pair of landmarks its name, and in each frame the sigma of the distance and that across it, m.
+    """
+    fig, axes = plt.subplots(1, 2, figsize=(13, 5), layout="constrained", sharey=True)
+    looks = zip((BLUE, VERMILLION, GREEN), ("-", "--", "-."), strict=True)
+    for (name, table), (color, dash) in zip(pairs.items(), looks, strict=False):
+        for ax, curve in zip(axes, np.transpose(table), strict=True):
+            ax.plot(curve, color=color, linestyle=dash, linewidth=2.4, label=name)
+    for ax, title in zip(axes, ("their distance", "across: the direction from one to the other"), strict=True):
+        ax.set(xlabel="frame", yscale="log", ylim=(0.01, 1), title=title)
+        ax.set_yticks([0.01, 0.03, 0.1, 0.3, 1], ["0.01", "0.03", "0.1", "0.3", "1"])
+        ax.axhline(START_STD, color=BLACK, linestyle=":", linewidth=2, label="floor of the positions")
+    axes[0].set_ylabel("sigma of the difference (m), 1σ")
+    axes[1].legend(loc="lower left")
+    words = [f"{name} {t[-1][0]:.3f} m and {t[-1][1]:.2f} m" for name, t in pairs.items()]
+    return (
+        fig,
+        f"At the end, sigma of the distance and across it: {'; '.join(words)}. Positions: {START_STD:g} m at best.",
+    )
+
+
+def closed_with(moment, whole, cut):
+    """One closure with the covariances and one without them, as maps. Returns (fig, caption).
+
+    Parameters
+    ----------
+    moment : Moment
+        Before the closure.
+    whole, cut : (x, P)
+        After it, with the cross-covariances and without them.
+    """
+    fig, axes = plt.subplots(1, 2, figsize=(13, 6.6), layout="constrained", sharey=True)
+    ranges, words = moment.ranges, []
+    titles = "with cross-covariances", "without them"
+    for ax, (x, P), title in zip(axes, (whole, cut), titles, strict=True):
+        map_axes(ax, 15, title)
+        true_landmarks(ax, world()[list(ranges)])
+        landmarks(ax, x, P, list(ranges.values()), labels=[str(i) for i in ranges])
+        steps = [(moment.x[r], x[r]) for r in (slice(0, 2), *ranges.values())]
+        far = [float(np.hypot(*(new - old))) for old, new in steps]
+        arrow = dict(arrowstyle="->", color=ORANGE, linewidth=2.5, shrinkA=0, shrinkB=0)
+        for (old, new), d in zip(steps, far, strict=True):
+            if d > 0.2:
+                ax.annotate("", new, old, arrowprops=arrow, zorder=7)
+        ax.plot([], [], color=ORANGE, linewidth=2, label="moved by the closure")
+        robot(ax, moment.truth, TRUTH, 0.9)
+        robot(ax, x[:3], ESTIMATE, 0.9)
+        words.append(f"{title} {sum(d > 0.2 for d in far[1:])} landmarks move by more than 0.2 m")
+    axes[0].legend(**INSIDE)
+    axes[1].set_ylabel("")
+    return fig, f"One measurement of landmark 0: {'; '.join(words)}. The robot moves in both cases."
+
+
+# ---- widget ---------------------------------------------------------------------------------------------------------
+
+
+@explorable(
+    frame=Int(107, 1, 2 * LAP, 1, label="frame", play=150, tip="Arrow keys move frame by frame"),
+    start_std=Choice(START_STD, {"exact": 0.0, "0.3 m": 0.3, "0.6 m": 0.6}, label="sigma of the first position"),
+    difference=Toggle(False, label="differences to landmark 0 instead of positions"),
+    ranges={"worst": (0, 3), "least": (0, 1)},
+)
+def scrubber(frame, start_std, difference):
+    """Two rounds, frame by frame: the map, and the sigma of every landmark against time, with the floor."""
+    moments = drive(start_std)
+    now = moments[frame]
+    fig = plt.figure(figsize=(13, 6.4))
+    ax = fig.add_axes((0.055, 0.1, 0.42, 0.85))
+    _map(ax, moments, frame)
+    ax.legend(**INSIDE)
+    curve = fig.add_axes((0.565, 0.1, 0.42, 0.85))
+    table = _differences(start_std) if difference else _sigmas(start_std)
+    curve.plot(table[:, 1:], color=GREY, linewidth=0.8)
+    late = N // 2
+    curve.plot(table[: frame + 1, late], color=VERMILLION, linewidth=2.6, linestyle="--", label=f"landmark {late}")
+    curve.plot(table[: frame + 1, 1], color=BLUE, linewidth=2.6, label="landmark 1")
+    curve.plot([], [], color=GREY, linewidth=0.8, label="all landmarks")
+    if not difference:
+        curve.axhline(start_std, color=BLACK, linestyle=":", linewidth=2, label=f"floor, {start_std:g} m")
+    curve.axvline(frame, color=BLACK, linewidth=1)
+    what = "sigma of the difference to landmark 0" if difference else "sigma of the position"
+    curve.set(xlabel="frame", ylabel=f"{what} (m), 1σ", xlim=(0, 2 * LAP), ylim=(0, 1.45))
+    curve.legend(loc="upper right", fontsize=11)
+    values = table[frame][np.isfinite(table[frame])]
+    back = "seen again" if frame >= closing(moments) else "not yet seen again"
+    values = values[1:] if difference and len(values) > 1 else values
+    caption = (
+        f"Frame {frame}: {len(now.ranges)} landmarks in the map, the first one {back}. {what.capitalize()}: best "
+        f"{values.min():.2f} m, worst {values.max():.2f} m"
+        + ("." if difference else f"; the floor is {start_std:.2f} m.")
+    )
+    return fig, {"worst": float(values.max()), "least": float(values.min()), "caption": caption}
+
+
+def _map(ax, moments, k, title=""):
+    now = moments[k]
+    map_axes(ax, 15, title)
+    true_landmarks(ax, world())
+    ax.plot(*np.array([m.truth[:2] for m in moments[: k + 1]]).T, **line(TRUTH, linewidth=1.2), label="true path")
+    landmarks(ax, now.x, now.P, list(now.ranges.values()), labels=[str(i) for i in now.ranges])
+    for i in now.seen:
+        ax.plot(*np.transpose([now.x[:2], now.x[now.ranges[i]]]), color=ORANGE, linestyle=":", linewidth=2)
+    ax.plot([], [], color=ORANGE, linestyle=":", linewidth=2, label="in view")
+    plot_ellipse(ax, now.x[:2], now.P[:2, :2], 3, **line(ESTIMATE, linewidth=1.3))
+    robot(ax, now.truth, TRUTH, 0.9)
+    robot(ax, now.x[:3], ESTIMATE, 0.9)
+
+
+@cache
+def _sigmas(start_std):
+    """Sigma of each landmark in each frame, NaN before it is in the map. Shape (F, N)."""
+    return _table(start_std, lambda m, i: sigma(m.P, m.ranges[i]))
+
+
+@cache
+def _differences(start_std):
+    """Sigma of the difference of each landmark to landmark 0."""
+    return _table(start_std, lambda m, i: sigma_between(m.P, m.ranges[0], m.ranges[i]))
+
+
+def _table(start_std, value):
+    moments = drive(start_std)
+    return np.array([[value(m, i) if i in m.ranges else np.nan for i in range(N)] for m in moments])
