@@ -134,10 +134,12 @@ def before_after(moments, k):
     axes[1].set_ylabel("")
     a, b = moments[k - 1], moments[k]
     out = [i for i in a.ranges if i not in b.seen]
+    pull = float(np.hypot(*(b.x[:2] - a.x[:2])))
     gain = [1 - sigma(b.P, b.ranges[i]) / sigma(a.P, a.ranges[i]) for i in out]
     best = out[int(np.argmax(gain))]
     return fig, (
-        f"In frame {k} landmark 0 is seen again. {sum(g > 0.1 for g in gain)} of the {len(out)} landmarks out of view "
+        f"In frame {k} landmark 0 is seen again: the robot is moved by {pull:.1f} m. "
+        f"{sum(g > 0.1 for g in gain)} of the {len(out)} landmarks out of view "
         f"become better by more than 10 %; the best gain has landmark {best}: sigma from "
         f"{sigma(a.P, a.ranges[best]):.2f} m to {sigma(b.P, b.ranges[best]):.2f} m."
     )
@@ -154,14 +156,13 @@ def correlations(before, after, names=("before", "after the closure")):
         Titles.
     """
     fig, axes = plt.subplots(1, 2, figsize=(13, 5.8), layout="constrained")
-    image = None
     for ax, C, title in zip(axes, (before, after), names, strict=True):
-        image = ax.imshow(C, cmap="PuOr_r", vmin=-1, vmax=1, interpolation="none")
+        ax.imshow(C, cmap="PuOr_r", vmin=-1, vmax=1, interpolation="none")
         ax.set(xlabel="landmark", ylabel="landmark", title=title)
         ax.set_xticks(range(0, len(C), 2))
         ax.set_yticks(range(0, len(C), 2))
         ax.grid(False)
-    fig.colorbar(image, ax=axes, label="correlation of x (-)", shrink=0.9)
+    fig.colorbar(axes[0].images[0], ax=axes, label="correlation of x (-)", shrink=0.9)
     last, near = len(before) - 1, len(before) // 2
     return fig, (
         f"Correlation between landmark {near} and its successor: {before[near, near + 1]:.2f} before, "
@@ -249,9 +250,10 @@ def differences_figure(pairs):
     axes[0].set_ylabel("sigma of the difference (m), 1σ")
     axes[1].legend(loc="lower left")
     words = [f"{name} {t[-1][0]:.3f} m and {t[-1][1]:.2f} m" for name, t in pairs.items()]
-    return (
-        fig,
-        f"At the end, sigma of the distance and across it: {'; '.join(words)}. Positions: {START_STD:g} m at best.",
+    first = next(iter(pairs.values()))
+    return fig, (
+        f"At the end, sigma of the distance and across it: {'; '.join(words)}. Half way the first distance had "
+        f"{first[len(first) // 2][0]:.3f} m. Positions: {START_STD:g} m at best."
     )
 
 

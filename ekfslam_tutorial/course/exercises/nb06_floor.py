@@ -96,6 +96,7 @@ def _(f, rng):
 
 def _wrong(name, hint, J=None, answer=None):
     def from_jacobian(P_0, x_0, l):
+        assert J is not None
         M = np.array(J(*x_0, *l), float)
         return M @ P_0 @ M.T
 
@@ -106,7 +107,7 @@ def _wrong(name, hint, J=None, answer=None):
 _wrong("heading forgotten", "The first heading is uncertain, too: it turns the whole map round the first position.",
        J=lambda x, y, t, a, b: [[1, 0, 0], [0, 1, 0]])
 _wrong("no correlation with the heading", "P_0 has covariances between position and heading: use the whole P_0.",
-       answer=lambda P, x, l: P[:2, :2] + P[2, 2] * np.outer(*[[-(l[1] - x[1]), l[0] - x[0]]] * 2))
+       answer=lambda P, x, l: _truth(P * [[1, 1, 0], [1, 1, 0], [0, 0, 1]], x, l))
 _wrong("turned round the origin", "A wrong first heading turns the map round the first *position*, not round the "
        "origin: use l - t_0.", J=lambda x, y, t, a, b: [[1, 0, -b], [0, 1, a]])
 _wrong("sign of the rotation", "Turned to the left, a landmark ahead moves to the left: d(l)/d(theta) is "
