@@ -169,6 +169,11 @@ _blocks_wrong(
     lambda P, L_r, L_y, R: (L_r @ P[:3], L_r @ P[:3, :3] @ L_r.T + L_y.T @ R @ L_y),
 )
 _blocks_wrong(
+    "only the diagonal of R",
+    "Use the whole R: the noise of range and bearing may be correlated.",
+    lambda P, L_r, L_y, R: (L_r @ P[:3], L_r @ P[:3, :3] @ L_r.T + L_y @ np.diag(np.diag(R)) @ L_y.T),
+)
+_blocks_wrong(
     "R squared",
     "R holds variances already: do not square it.",
     lambda P, L_r, L_y, R: (L_r @ P[:3], L_r @ P[:3, :3] @ L_r.T + L_y @ R @ R @ L_y.T),

@@ -128,6 +128,8 @@ _wrong("Z without R", "Z is the covariance of z = y - e: the measurement has noi
        K=lambda P, H, R, b, Z: P[b] @ H.T @ inv(Z - R))
 _wrong("R for Z", "The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.",
        K=lambda P, H, R, b, Z: P[b] @ H.T @ inv(R))
+_wrong("only the diagonal of R", "Use the whole R: the noise of range and bearing may be correlated.",
+       K=lambda P, H, R, b, Z: P[b] @ H.T @ inv(Z - R + np.diag(np.diag(R))))
 _wrong("Z not inverted", "K = P H' inv(Z): a large uncertainty of the innovation makes a small gain.",
        K=lambda P, H, R, b, Z: P[b] @ H.T @ Z)
 _wrong("sign of the gain", "With z = y - e the gain is + P H' inv(Z).", K=lambda P, H, R, b, Z: -P[b] @ H.T @ inv(Z))

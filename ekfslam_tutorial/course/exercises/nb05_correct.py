@@ -16,7 +16,8 @@ def correct(x, P, y, R, e, H):
 
     x, shape (n,), and P, shape (n, n): joint state, the robot's pose first, and its covariance.
     y = [range, bearing]: the measurement; R, shape (2, 2): its covariance.
-    e, shape (2,), and H, shape (2, n): the expected measurement and its derivative by x.
+    e, shape (2,), and H, shape (2, n): the expected measurement and its derivative by x. The bearings in y and e
+    may be several whole turns apart.
     Return the new x and P. Do not change the inputs.
     """
     z = np.array([y[0] - e[0], wrap(y[1] - e[1])])
@@ -171,6 +172,9 @@ _wrong("range wrapped, too", "The range is a distance, not an angle: wrap z[1] o
 _wrong("bearings wrapped, not their difference", "Wrap the difference: two wrapped angles can still be nearly 2 pi "
        "apart.",
        z=lambda y, e: np.array([y[0] - e[0], wrap(y[1]) - wrap(e[1])]))
+_wrong("at most one turn", "A heading that has counted several turns puts e several turns away: one correction by 2 pi "
+       "is not enough. wrap() takes off all turns.",
+       z=lambda y, e: np.array([y[0] - e[0], (d := y[1] - e[1]) - 2 * np.pi * (d > np.pi) + 2 * np.pi * (d < -np.pi)]))
 _wrong("wrapped to 0 ... 2 pi", "A small negative difference must stay small and negative: wrap into (-pi, pi].",
        z=lambda y, e: np.array([y[0] - e[0], (y[1] - e[1]) % (2 * np.pi)]))
 _wrong("expected minus measured", "The innovation is measurement minus expectation, z = y - e, and x + K z moves "

@@ -116,7 +116,7 @@ def _columns(f, rng, columns, names):
             return _smooth(full, l, direction)
 
         name = names if names else [f"x[{i}]" for i in where]
-        expect.jacobian(H[:, where], part, x[where], f"H in the columns {list(map(int, where))}", E_ROWS, name)
+        expect.jacobian(H[:, where], part, x[where], f"H[:, {where[0]}:{where[-1] + 1}]", E_ROWS, name)
 
 
 @observation.link("columns of the landmark", "The block of notebook 02, in the columns l of H.", part=1)

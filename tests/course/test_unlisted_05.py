@@ -1,0 +1,263 @@
+"""Answers to the exercises of notebook 05 that are in no list of the package: wrong ones and odd right ones."""
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.course import registry
+from ekfslam_tutorial.course.exercises.nb04_inverse import inverse_observation
+from ekfslam_tutorial.course.exercises.nb05_augment import augment
+from ekfslam_tutorial.course.exercises.nb05_correct import correct
+from ekfslam_tutorial.course.exercises.nb05_frame import slam_frame
+from ekfslam_tutorial.course.exercises.nb05_observe import observe
+from ekfslam_tutorial.course.exercises.nb05_predict import predict
+from ekfslam_tutorial.geometry import wrap
+
+ANSWERS = []
+
+
+def answer_to(id, right=False):
+    """Collect an answer: its exercise, and whether it is right."""
+
+    def collect(function):
+        ANSWERS.append(pytest.param(id, right, function, id=f"{id}: {function.__name__}"))
+        return function
+
+    return collect
+
+
+# --- 05.1 ---
+
+
+@answer_to("05.1")
+def heading_wrapped_into_a_half_turn(x, P, u, U):
+    x, P = predict(x, P, u, U)
+    x[2] = x[2] % np.pi
+    return x, P
+
+
+@answer_to("05.1")
+def half_the_turn_first(x, P, u, U):
+    new, Q = predict(x, P, u, U)
+    a = x[2] + u[2] / 2
+    new[:2] = x[:2] + [np.cos(a) * u[0] - np.sin(a) * u[1], np.sin(a) * u[0] + np.cos(a) * u[1]]
+    return new, Q
+
+
+@answer_to("05.1")
+def in_place(x, P, u, U):
+    x[:3] = predict(x, P, u, U)[0][:3]
+    return x, predict(x, P, u, U)[1]
+
+
+@answer_to("05.1")
+def noise_as_if_theta_were_0(x, P, u, U):
+    new, Q = predict(x, P, u, 0 * U)
+    Q[:3, :3] += U
+    return new, Q
+
+
+@answer_to("05.1")
+def U_of_position_only(x, P, u, U):
+    U = U.copy()
+    U[2], U[:, 2] = 0, 0
+    return predict(x, P, u, U)
+
+
+@answer_to("05.1", right=True)
+def with_rotation_matrix_and_float32_like_lists(x, P, u, U):
+    a = float(x[2])
+    R = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    step = R @ u[:2]
+    X_x, X_u = np.eye(3), np.eye(3)
+    X_x[:2, 2], X_u[:2, :2] = [-step[1], step[0]], R
+    new = np.concatenate([x[:2] + step, [np.angle(np.exp(1j * (a + u[2])))], x[3:]])
+    Q = np.array(P)
+    Q[:3, :3] = X_x @ P[:3, :3] @ X_x.T + X_u @ U @ X_u.T
+    Q[:3, 3:] = X_x @ P[:3, 3:]
+    Q[3:, :3] = Q[:3, 3:].T
+    return new.tolist(), [list(row) for row in Q]
+
+
+# --- 05.2 ---
+
+
+@answer_to("05.2")
+def heading_column_scaled_by_range(x, l):
+    e, H = observe(x, l)
+    H[1, 2] = -e[0]
+    return e, H
+
+
+@answer_to("05.2")
+def absolute_bearing(x, l):
+    e, H = observe(x, l)
+    return np.abs(e), H
+
+
+@answer_to("05.2")
+def robot_columns_at_the_end(x, l):
+    e, H = observe(x, l)
+    return e, np.hstack([H[:, 3:], H[:, :3]])
+
+
+@answer_to("05.2")
+def nine_columns_always(x, l):
+    e, H = observe(x, l)
+    return e, H[:, :9] if H.shape[1] > 9 else H
+
+
+@answer_to("05.2", right=True)
+def by_the_gradient_of_the_complex_logarithm(x, l):
+    d = complex(*(np.asarray(x)[l] - x[:2])) * np.exp(-1j * x[2])
+    w = np.exp(-1j * x[2]) / d  # d(log r + i beta)
+    H = np.zeros((2, len(x)))
+    H[:, l] = [[w.real * abs(d), -w.imag * abs(d)], [w.imag, w.real]]
+    H[:, :2] -= H[:, l]
+    H[1, 2] -= 1
+    return np.array([np.exp(np.log(abs(d))), np.log(d).imag + 6 * np.pi]), H
+
+
+# --- 05.3 ---
+
+
+@answer_to("05.3")
+def wraps_the_state(x, P, y, R, e, H):
+    x, P = correct(x, P, y, R, e, H)
+    return wrap(x), P
+
+
+@answer_to("05.3")
+def gate_at_three_sigma(x, P, y, R, e, H):
+    z = np.array([y[0] - e[0], wrap(y[1] - e[1])])
+    if z @ np.linalg.solve(H @ P @ H.T + R, z) > 0.5:
+        return x.copy(), P.copy()
+    return correct(x, P, y, R, e, H)
+
+
+@answer_to("05.3")
+def range_only(x, P, y, R, e, H):
+    K = P @ H[:1].T / (H[:1] @ P @ H[:1].T + R[:1, :1])
+    return x + K[:, 0] * (y[0] - e[0]), P - K @ H[:1] @ P
+
+
+@answer_to("05.3")
+def adds_a_little_noise(x, P, y, R, e, H):
+    x, P = correct(x, P, y, R, e, H)
+    return x, P + 1e-3 * np.eye(len(x))
+
+
+@answer_to("05.3", right=True)
+def in_two_halves(x, P, y, R, e, H):
+    """Decorrelated: first one number of the measurement, then the other, both linearised at e."""
+    L = np.linalg.inv(np.linalg.cholesky(R))
+    z, G = L @ [y[0] - e[0], wrap(y[1] - e[1])], L @ H
+    dx, Q = np.zeros(len(x)), np.array(P)
+    for h, v in zip(G, z, strict=True):
+        K = Q @ h / (h @ Q @ h + 1)
+        dx, Q = dx + K * (v - h @ dx), Q - np.outer(K, h @ Q)
+    return x + dx, (Q + Q.T) / 2
+
+
+# --- 05.4 ---
+
+
+@answer_to("05.4")
+def heading_wrapped_by_degrees(x, P, y, R):
+    new, Q = augment(x, P, [y[0], np.degrees(y[1])], R)
+    return new, Q
+
+
+@answer_to("05.4")
+def cross_covariance_with_the_first_landmark_lost(x, P, y, R):
+    new, Q = augment(x, P, y, R)
+    if len(x) > 3:
+        Q[-2:, 3:5] = 0
+        Q[3:5, -2:] = 0
+    return new, Q
+
+
+@answer_to("05.4")
+def a_bit_larger_for_safety(x, P, y, R):
+    new, Q = augment(x, P, y, R)
+    Q[-2:, -2:] *= 1.2
+    return new, Q
+
+
+@answer_to("05.4")
+def forgets_to_return_x(x, P, y, R):
+    return augment(x, P, y, R)[1]
+
+
+@answer_to("05.4", right=True)
+def by_sampling_points_of_the_linear_map(x, P, y, R):
+    """A square root of the augmented covariance, built column by column."""
+    l, L_r, L_y = inverse_observation(x[:3], y)
+    w, V = np.linalg.eigh(P)
+    A = V * np.sqrt(np.clip(w, 0, None))
+    C = np.linalg.cholesky(R)
+    S = np.block([[A, np.zeros((len(x), 2))], [L_r @ A[:3], L_y @ C]])
+    return np.hstack((x, l)), np.matmul(S, S.T)
+
+
+# --- 05.5 ---
+
+
+@answer_to("05.5")
+def appends_to_the_callers_ids(x, P, ids, u, U, seen, ys, R):
+    x, P, new = slam_frame(x, P, list(ids), u, U, seen, ys, R)
+    ids.extend(new[len(ids) :])
+    return x, P, ids
+
+
+@answer_to("05.5")
+def ids_sorted(x, P, ids, u, U, seen, ys, R):
+    x, P, ids = slam_frame(x, P, ids, u, U, seen, ys, R)
+    return x, P, sorted(ids)
+
+
+@answer_to("05.5")
+def corrects_twice(x, P, ids, u, U, seen, ys, R):
+    known = [i for i, id in enumerate(seen) if id in ids]
+    return slam_frame(x, P, ids, u, U, [seen[i] for i in known] + list(seen), np.vstack([ys[known], ys]), R)
+
+
+@answer_to("05.5")
+def forgets_covariances_of_the_robot(x, P, ids, u, U, seen, ys, R):
+    x, P, ids = slam_frame(x, P, ids, u, U, seen, ys, R)
+    P = P.copy()
+    P[:3, 3:], P[3:, :3] = 0, 0
+    return x, P, ids
+
+
+@answer_to("05.5")
+def moves_only_when_something_is_seen(x, P, ids, u, U, seen, ys, R):
+    return slam_frame(x, P, ids, u, U, seen, ys, R) if len(seen) else (x.copy(), P.copy(), list(ids))
+
+
+@answer_to("05.5", right=True)
+def known_ones_by_uncertainty_ids_as_a_tuple(x, P, ids, u, U, seen, ys, R):
+    """The toolbox's order: the most uncertain expectation first."""
+    x, P = predict(x, P, u, U)
+    place = {id: slice(3 + 2 * k, 5 + 2 * k) for k, id in enumerate(ids)}
+    todo = [(id, y) for id, y in zip(seen, ys, strict=True) if id in place]
+    while todo:
+        E = [np.linalg.det((H := observe(x, place[id])[1]) @ P @ H.T) for id, _ in todo]
+        id, y = todo.pop(int(np.argmax(E)))
+        e, H = observe(x, place[id])
+        x, P = correct(x, P, y, R, e, H)
+    out = tuple(ids)
+    for id, y in zip(seen, ys, strict=True):
+        if id not in place:
+            x, P = augment(x, P, y, R)
+            out += (id,)
+    return x, P, out
+
+
+@pytest.mark.parametrize(("id", "right", "answer"), ANSWERS)
+def test_the_check_is_right_about_it(id, right, answer):
+    verdict = registry.get(id).judge(answer)
+    if right:
+        assert verdict.passed, f"{verdict.link}: {verdict.message}"
+    else:
+        assert verdict.status == "failed"
+        assert verdict.hint and verdict.message
