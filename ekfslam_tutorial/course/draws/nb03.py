@@ -74,7 +74,7 @@ def nees_figure(nees, average, band):
     fig, ax = plt.subplots(figsize=(9.0, 4.6), layout="constrained")
     ax.axhspan(*one, color=SKY_BLUE, alpha=0.25, label=f"95 % band of one run: {one[0]:.2f} to {one[1]:.2f}")
     label = f"95 % band of the average: {band[0]:.2f} to {band[1]:.2f}"
-    ax.fill_between([n + 0.7, n + 3.3], *band, color=GREEN, alpha=0.4, hatch="//", label=label)
+    ax.fill_between([n + 0.7, n + 3.3], band[0], band[1], color=GREEN, alpha=0.4, hatch="//", label=label)
     ax.plot(np.arange(1, n + 1), nees, "o", color=BLUE, label="NEES of one run")
     ax.plot(n + 2, average, "D", color=BLACK, markersize=9, label=f"average: {average:.2f}")
     ax.set(xlabel="run", ylabel="NEES of the last pose", xlim=(0, n + 4), ylim=(0, max(12, 1.1 * nees.max())))
