@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 import types
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
 from tqdm import tqdm
@@ -33,25 +33,24 @@ def main(options):
 
     history, recorder = History(), Recorder()
     run = universal_slam(data, recording)
-    with ExitStack() as stack:
-        watchers: list = [history, recorder] if options.record else [history]
-        if movie:
-            watchers.append(stack.enter_context(views.Film(movie, data.figure)))
+    watchers: list = [history, recorder] if options.record else [history]
+    with ExitStack() as windows:  # they close last: everything is written while they are still open
         if options.live:
-            watchers.append(stack.enter_context(views.Live(data.figure)))
-        seconds, interrupted = consume(run, watchers)
-    if history.last is None:
-        print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
-        return 130
+            watchers.append(windows.enter_context(views.Live(data.figure)))
+        with views.Film(movie, data.figure) if movie else nullcontext() as film:
+            seconds, interrupted = consume(run, watchers + ([film] if movie else []))
+        if history.last is None:
+            print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
+            return 130
 
-    summary = results.summary(data, history, recording, seconds, len(run), interrupted)
-    written = results.write(out, summary, history, data)
-    if options.record:
-        written += results.write_recording(out, recorder, data.name)
-    if movie:
-        written.append(movie.name)
-    print(results.sentence(summary))
-    print(f"written to {out}: {', '.join(written)}")
+        summary = results.summary(data, history, recording, seconds, len(run), interrupted)
+        written = results.write(out, summary, history, data)
+        if options.record:
+            written += results.write_recording(out, recorder, data.name)
+        if movie:
+            written.append(movie.name)
+        print(results.sentence(summary))
+        print(f"written to {out}: {', '.join(written)}", flush=True)
     return 130 if interrupted else 0
 
 
