@@ -113,7 +113,7 @@ def rotate_world(dx, dy, turn, robot):
     right.plot(before[..., 0].ravel(), "s", color=GREY, fillstyle="none", markersize=9, label="before")
     right.plot(after[..., 0].ravel(), "+", color=ORANGE, markersize=9, markeredgewidth=2, label="after")
     right.set(xlabel="measurement number", ylabel="residual of the range [m]")
-    right.legend(loc="upper right")
+    right.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False)
     change = float(np.abs(after - before)[..., 0].max())
     same = np.abs(after - before).max() < 1e-9
     word = "no residual changes (less than 1e-9)" if same else f"residuals change by up to {change:.1f} m in range"
@@ -135,7 +135,7 @@ def eigenvalues(form, gain, noise, double):
     """Smallest eigenvalue of P after each update: rounding, and a gain that is not the best one."""
     case = dict(noise=noise, gain=round(gain, 3), double=double)
     low, count = repeated(form, **case), failures(form, 20, **case)
-    fig, ax = plt.subplots(figsize=(8.8, 4.4), layout="constrained")
+    fig, ax = plt.subplots(figsize=(10.5, 4.4), layout="constrained")
     k, bad = np.arange(1, len(low) + 1), low < 0
     ax.plot(k, low, color=GREY, linewidth=1)
     ax.plot(k[~bad], low[~bad], "o", color=BLUE, markersize=8, label="not negative")
@@ -146,7 +146,7 @@ def eigenvalues(form, gain, noise, double):
     ax.set(xlabel="update", ylabel="smallest / largest eigenvalue of P", ylim=(-1.5, 1.5))
     ax.set_yscale("symlog", linthresh=1e-9)
     ax.set_yticks([-1, -1e-3, -1e-6, 0, 1e-6, 1e-3, 1])
-    ax.legend(loc="lower right")
+    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)
     name = "(I - K H) P" if form == SHORT else form
     ax.set_title(f"{name}, float{64 if double else 32}, gain {gain:.2f} times the best")
     caption = (
