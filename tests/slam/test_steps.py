@@ -268,6 +268,17 @@ def test_landmarks_that_are_rarely_found_or_rarely_fit_are_deleted():
     assert not scene.map.P[5:].any() and not scene.map.x[5:].any() and scene.map.n_used == 5
 
 
+def test_exactly_the_share_that_is_asked_for_is_enough():
+    scene = posts(min_search=4, min_match_ratio=0.5, min_inlier_ratio=0.5)
+    scene.lmks[1].n_search, scene.lmks[1].n_match, scene.lmks[1].n_inlier = 9, 5, 2
+    corrected(scene, raw([], np.zeros((0, 2))))  # searched once more: 5 of 10, and 2 of 5 are used
+    assert 1 not in scene.lmks
+    scene = posts(min_search=4, min_match_ratio=0.5, min_inlier_ratio=0.5)
+    scene.lmks[1].n_search, scene.lmks[1].n_match, scene.lmks[1].n_inlier = 7, 4, 2
+    corrected(scene, raw([], np.zeros((0, 2))))
+    assert 1 in scene.lmks
+
+
 # --- self-calibration ------------------------------------------------------------------------------------------------
 
 
