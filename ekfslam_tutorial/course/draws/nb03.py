@@ -35,20 +35,37 @@ PANELS = dict(zip("PQRST", (BUGS[1], BUGS[3], BUGS[4], BUGS[2], BUGS[0]), strict
 def dial(k, dof):
     """Random points and the k-sigma ellipse; squared distances in any dimension."""
     rng = np.random.default_rng(1)
-    p = rng.standard_normal((2000, 2)) @ np.array([[1.0, 0.0], [0.6, 0.6]]).T
+    p = rng.standard_normal((1000, 2)) @ np.array([[1.0, 0.0], [0.6, 0.6]]).T
     d2 = (rng.standard_normal((4000, dof)) ** 2).sum(1)
     P = np.array([[1.0, 0.6], [0.6, 0.72]])
     inside = md2(p, P) < k * k
-    fig, (ax, right) = plt.subplots(1, 2, figsize=(11.0, 4.8), layout="constrained")
-    ax.plot(*p[inside].T, ".", color=BLUE, markersize=3, label=f"inside: {100 * inside.mean():.1f} %")
+    fig, (ax, right) = plt.subplots(1, 2, figsize=(11.0, 4.8))
+    fig.subplots_adjust(left=0.07, right=0.98, bottom=0.13, top=0.92, wspace=0.2)  # quicker than a layout engine
+    ax.plot(
+        *p[inside].T,
+        color=BLUE,
+        linestyle="none",
+        marker="o",
+        markersize=2,
+        markeredgewidth=0,
+        label=f"inside: {100 * inside.mean():.1f} %",
+    )
     ax.plot(*p[~inside].T, "x", color=VERMILLION, markersize=5, label=f"outside: {100 * (~inside).mean():.1f} %")
     plot_ellipse(ax, np.zeros(2), P, k=k, color=BLACK, label=f"{k:.1f} sigma ellipse")
     ax.set(xlim=(-5, 5), ylim=(-4.2, 4.2), xlabel="error in x [m]", ylabel="error in y [m]", aspect="equal")
-    ax.set_title("2000 errors in the plane")
+    ax.set_title("1000 errors in the plane")
     ax.legend(loc="upper left", fontsize=11)
     top = max(chi2.ppf(0.9995, dof), 1.1 * k * k)
     grid = np.linspace(1e-3, top, 300)
-    right.hist(d2, bins=60, range=(0, top), density=True, color=LIGHT_GREY, label="4000 squared distances")
+    right.hist(
+        d2,
+        bins=60,
+        range=(0, top),
+        density=True,
+        histtype="stepfilled",
+        color=LIGHT_GREY,
+        label="4000 squared distances",
+    )
     pdf = chi2.pdf(grid, dof)
     right.plot(grid, pdf, color=BLUE, label=f"chi-square, {dof} degrees of freedom")
     right.fill_between(grid, pdf, where=grid > k * k, color=VERMILLION, alpha=0.5, hatch="//", label="outside")
@@ -99,12 +116,14 @@ def over_time(told, runs):
     nees = md2(e, P)[:, :runs]
     low, high = anees_band(3, runs)
     mean, k = nees.mean(1), np.arange(1, len(nees) + 1)
-    fig, ax = plt.subplots(figsize=(9.0, 4.4), layout="constrained")
+    fig = plt.figure(figsize=(9.0, 4.4))
+    ax = fig.add_axes((0.09, 0.13, 0.57, 0.83))
     ax.axhspan(low, high, color=GREEN, alpha=0.3, label=f"95 % band, {low:.2f} to {high:.2f}")
-    ax.plot(k, nees[:, : min(runs, 20)], color=GREY, linewidth=0.5, alpha=0.6)
+    ax.plot(k, nees[:, : min(runs, 12)], color=GREY, linewidth=0.5, alpha=0.6)
     ax.plot([], [], color=GREY, linewidth=0.5, label="single runs")
     ax.plot(k, mean, color=BLUE, marker="o", markersize=3.5, label=f"average of {runs} run{'s' * (runs > 1)}")
     ax.set(xlabel="time step", ylabel="NEES of the pose", xlim=(0, 51), yscale="log", ylim=(0.1, 100))
+    ax.minorticks_off()
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)
     inside = 100 * float(np.mean((mean > low) & (mean < high)))
     caption = (

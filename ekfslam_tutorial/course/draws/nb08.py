@@ -55,7 +55,8 @@ def sigma_figure(*curves):
 def stand_still(prior, n, jacobians, seed):
     """The robot that stands still: what it believes of its heading."""
     error, sigma, _, _ = standing(prior, jacobians, 100, seed)
-    fig, (ax, right) = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained", width_ratios=(1, 1.25))
+    fig, (ax, right) = plt.subplots(1, 2, figsize=(11.0, 4.9), width_ratios=(1, 1.25))
+    fig.subplots_adjust(left=0.07, right=0.98, bottom=0.25, top=0.97, wspace=0.2)
     theta, s = np.degrees(error[n]), np.degrees(sigma[n])
     fan = np.radians(np.linspace(theta - 3 * s, theta + 3 * s, 60))
     reach = 7.0
@@ -103,7 +104,8 @@ def rotate_world(dx, dy, turn, robot):
     moved_l = G.from_frame(LANDMARKS)[0]
     moved = G.compose(Frame2(poses))[0].x if robot else poses
     before, after = _residual(y, _expected(poses, LANDMARKS)), _residual(y, _expected(moved, moved_l))
-    fig, (ax, right) = plt.subplots(1, 2, figsize=(11.0, 4.9), layout="constrained")
+    fig, (ax, right) = plt.subplots(1, 2, figsize=(11.0, 4.9))
+    fig.subplots_adjust(left=0.07, right=0.98, bottom=0.2, top=0.9, wspace=0.2)
     ax.plot(*poses[:, :2].T, color=GREY, linestyle="--", marker="v", fillstyle="none", label="path before")
     ax.plot(*LANDMARKS.T, **points(TRUTH, color=GREY), label="map before")
     ax.plot(*moved[:, :2].T, color=BLUE, marker="v", label="path after")
@@ -113,7 +115,7 @@ def rotate_world(dx, dy, turn, robot):
     right.plot(before[..., 0].ravel(), "s", color=GREY, fillstyle="none", markersize=9, label="before")
     right.plot(after[..., 0].ravel(), "+", color=ORANGE, markersize=9, markeredgewidth=2, label="after")
     right.set(xlabel="measurement number", ylabel="residual of the range [m]")
-    right.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False)
+    right.legend(loc="lower right", bbox_to_anchor=(1, 0.98), ncols=2, frameon=False)
     change = float(np.abs(after - before)[..., 0].max())
     same = np.abs(after - before).max() < 1e-9
     word = "no residual changes (less than 1e-9)" if same else f"residuals change by up to {change:.1f} m in range"
@@ -135,7 +137,8 @@ def eigenvalues(form, gain, noise, double):
     """Smallest eigenvalue of P after each update: rounding, and a gain that is not the best one."""
     case = dict(noise=noise, gain=round(gain, 3), double=double)
     low, count = repeated(form, **case), failures(form, 20, **case)
-    fig, ax = plt.subplots(figsize=(10.5, 4.4), layout="constrained")
+    fig = plt.figure(figsize=(10.5, 4.4))
+    ax = fig.add_axes((0.1, 0.13, 0.6, 0.78))
     k, bad = np.arange(1, len(low) + 1), low < 0
     ax.plot(k, low, color=GREY, linewidth=1)
     ax.plot(k[~bad], low[~bad], "o", color=BLUE, markersize=8, label="not negative")
@@ -146,6 +149,7 @@ def eigenvalues(form, gain, noise, double):
     ax.set(xlabel="update", ylabel="smallest / largest eigenvalue of P", ylim=(-1.5, 1.5))
     ax.set_yscale("symlog", linthresh=1e-9)
     ax.set_yticks([-1, -1e-3, -1e-6, 0, 1e-6, 1e-3, 1])
+    ax.minorticks_off()
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)
     name = "(I - K H) P" if form == SHORT else form
     ax.set_title(f"{name}, float{64 if double else 32}, gain {gain:.2f} times the best")
