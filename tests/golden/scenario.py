@@ -112,12 +112,11 @@ class Scenario:
         """The recorded options in this package's words."""
         correct, init = self.data["Opt"]["correct"], self.data["Opt"]["init"]
         prior = init.get(self.type, init["idpPnt"])
-        first = several(self.data["senPar"])[0]
         return Options(
             lmk_type=LANDMARKS[self.type],
             n=vector(prior["nonObsMean"]),
             N=np.diag(vector(prior["nonObsStd"]) ** 2),
-            association=RecordedChoice(vector(first["imSize"])[0] / 25),
+            association=RecordedChoice(),
             n_updates=int(correct["nUpdates"]),
             md2_threshold=correct["MD2th"],
             reproject=bool(correct["reprojectLmks"]),
@@ -155,10 +154,9 @@ class Scenario:
 class RecordedChoice:
     """Known ids, and new landmarks as the recorded program chooses them.
 
-    Those that lie inside the image by a margin, the lowest id first; or, where it chose at random, the recorded ones.
+    Those that lie inside the image by a 25th of its width, the lowest id first; or, where it chose at random, the
+    recorded ones.
     """
-
-    margin: float
 
     def __call__(self, map, obs, raw, sensor):
         matches = KnownIds()(map, obs, raw, sensor)
@@ -166,7 +164,9 @@ class RecordedChoice:
             matches.new = [int(np.flatnonzero(raw.ids == id)[0]) for id in raw.started]
         else:
             u = raw.y[:, :2]
-            inside = ((u >= self.margin) & (u <= np.asarray(sensor.image_size) - self.margin)).all(-1)
+            size = np.asarray(sensor.image_size)
+            margin = size[0] / 25
+            inside = ((u >= margin) & (u <= size - margin)).all(-1)
             matches.new = [i for i in matches.new if inside[i]]
         return matches
 
