@@ -1,0 +1,267 @@
+"""Drawings of notebook 07: data association."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ...ekf import Map
+from ...geometry import Frame2
+from ...graphics import ESTIMATE, MEASUREMENT, REJECTED, TRUTH, ellipse_points, line, plot_ellipse, points
+from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
+from ...models.landmarks import EucPnt
+from ...models.motion import Odometry2
+from ...models.sensors import RangeBearing
+from ...slam import Jcbb, Lmk, NearestNeighbour, Rob, Sen, place, project_lmks
+from ...slam.association import distances, gate
+from ..controls import Choice, Float, Int, Toggle
+from ..widgets import explorable
+from .nb07_runs import AHEAD, Frame, Scene, corridor, judged, map_nees, measured, room, run, shape_error
+from .parts import landmarks, map_axes, robot, true_landmarks
+
+NAMES, PLACES = "ABC", np.array([(7.0, 2.6), (6.3, 1.0), (3.0, 3.4)])
+MARKS = ("o", "s", "^")
+COLOURS = (BLUE, GREEN, VERMILLION)
+
+
+def three_landmarks(heading_std_deg=4.0, y=None):
+    """A robot at the origin, three landmarks in its map, maybe one measurement. Returns a Scene."""
+    map, sensor = Map(), RangeBearing(0.15, np.radians(1))
+    rob, sen = Rob(1, Odometry2()), Sen(1, 1, sensor, Frame2, x=np.zeros(3))
+    place(map, rob, np.zeros(3), np.diag(np.square([0.1, 0.1, np.radians(heading_std_deg)])))
+    lmks = {i: Lmk(i, EucPnt(2), r=map.add(p, 0.05**2 * np.eye(2))) for i, p in enumerate(PLACES)}
+    raw = measured([], np.zeros((0, 2))) if y is None else measured([-1], [y])
+    return Scene(map, project_lmks(map, rob, sen, lmks.values()), raw, sensor, [], np.zeros(3))
+
+
+# ---- figures of the notebook ----------------------------------------------------------------------------------------
+
+
+def ghosts_figure(right: list[Frame], wrong: list[Frame]):
+    """Landmarks in the map with a wrapped and with an unwrapped bearing. Returns (fig, caption)."""
+    fig, (ax, side) = plt.subplots(1, 2, figsize=(13, 6.2), layout="constrained", width_ratios=[1, 1.1])
+    last = wrong[-1]
+    map_axes(ax, 9.5, "bearing not wrapped")
+    true_landmarks(ax, room())
+    first = {}
+    for id, true in last.origin.items():
+        first.setdefault(true, id)
+    ghosts = [i for i in last.ranges if first[last.origin[i]] != i]
+    landmarks(ax, last.x, last.P, [r for i, r in last.ranges.items() if i not in ghosts])
+    ax.plot(
+        *np.transpose([last.x[last.ranges[i]] for i in ghosts]),
+        **points(REJECTED, markersize=11, markeredgewidth=2.5),
+        label="created again",
+        zorder=7,
+    )
+    ax.plot(*np.array([f.truth[:2] for f in wrong]).T, **line(TRUTH, linewidth=1.2))
+    robot(ax, last.x[:3], ESTIMATE, 0.7)
+    ax.legend(loc="lower center", ncols=4, fontsize=10, columnspacing=0.9, handlelength=1.4)
+    for run_, color, dash, name in ((wrong, VERMILLION, "--", "not wrapped"), (right, BLUE, "-", "wrapped")):
+        side.step(
+            range(len(run_)), [len(f.ranges) for f in run_], color=color, linestyle=dash, linewidth=2.5, label=name
+        )
+    side.axhline(len(room()), color=BLACK, linestyle=":", label="true number")
+    side.set(xlabel="frame", ylabel="landmarks in the map (-)", ylim=(0, None))
+    side.legend(loc="lower right")
+    return fig, (
+        f"{len(room())} true landmarks. After {len(right) - 1} frames the map has {len(right[-1].ranges)} with the wrap, "
+        f"and without it {len(last.ranges)}: {len(ghosts)} were created again."
+    )
+
+
+def clutter_figure(runs: dict[str, list[Frame]]):
+    """Number of landmarks in the map over time, when some measurements are false. Returns (fig, caption)."""
+    fig, ax = plt.subplots(figsize=(11, 4.8), layout="constrained")
+    words = []
+    looks = zip((VERMILLION, BLUE, GREEN), ("--", "-", "-."), strict=True)
+    for (name, frames), (color, dash) in zip(runs.items(), looks, strict=False):
+        ax.plot([len(f.ranges) for f in frames], color=color, linestyle=dash, linewidth=2.5, label=name)
+        false = sum(frames[-1].origin[i] < 0 for i in frames[-1].ranges)
+        words.append(f"{name}: {len(frames[-1].ranges)} landmarks, {false} of them false")
+    ax.axhline(len(room()), color=BLACK, linestyle=":", label="true number")
+    ax.set(xlabel="frame", ylabel="landmarks in the map (-)", ylim=(0, None))
+    ax.legend()
+    return fig, f"One false measurement a frame on average. At the end: {'; '.join(words)}."
+
+
+def counts_figure(slips, right: dict[str, list]):
+    """Right pairs against the slip of the robot. Returns (fig, caption)."""
+    fig, ax = plt.subplots(figsize=(11, 4.4), layout="constrained")
+    words = []
+    for (name, values), (color, mark) in zip(right.items(), ((VERMILLION, "x--"), (BLUE, "o-")), strict=False):
+        ax.plot(slips, values, mark, color=color, linewidth=2.2, markersize=9, markeredgewidth=2, label=name)
+        words.append(f"{name} {np.mean(values):.1f} of 8")
+    ax.set(xlabel="slip of the robot along the corridor (m)", ylabel="right pairs (-)", ylim=(-0.4, 8.6))
+    ax.legend()
+    return fig, f"Right pairs, mean over the slips from {min(slips):g} to {max(slips):g} m: {', '.join(words)}."
+
+
+# ---- widgets --------------------------------------------------------------------------------------------------------
+
+
+@explorable(
+    range_m=Float(7.4, 2.0, 9.0, 0.1, "measured range", "m"),
+    bearing_deg=Float(10.0, -30, 80, 1, "measured bearing", "deg"),
+    heading_std_deg=Float(4.0, 0.0, 10.0, 0.5, "sigma of the heading", "deg"),
+    confidence=Choice(0.99, {"95 %": 0.95, "99 %": 0.99, "99.99 %": 0.9999}, "gate"),
+    ranges={"inside": (0, 3), "d2_nearest": (0, 1e6)},
+)
+def gate_space(range_m, bearing_deg, heading_std_deg, confidence):
+    """Gates in the measurement space, and the same moment in metres: which landmark is the nearest?"""
+    y = np.array([range_m, np.radians(bearing_deg)])
+    scene, limit = three_landmarks(heading_std_deg, y), gate(confidence, 2)
+    d2 = distances(scene.obs, scene.raw, scene.sensor)[0]
+    p = range_m * np.array([np.cos(y[1]), np.sin(y[1])])
+    metres = np.hypot(*(PLACES - p).T)
+
+    fig, (ax, side) = plt.subplots(1, 2, figsize=(13, 6), layout="constrained")
+    for o, name, mark, color, d in zip(scene.obs, NAMES, MARKS, COLOURS, d2, strict=True):
+        ring = ellipse_points(o.e, o.E + scene.sensor.R, np.sqrt(limit))
+        ax.plot(np.degrees(ring[:, 1]), ring[:, 0], color=color, linewidth=2.5, linestyle="-" if d <= limit else ":")
+        ax.plot(np.degrees(o.e[1]), o.e[0], mark, color=color, markersize=9, label=f"{name}: $d^2$ = {d:.1f}")
+    ax.plot(bearing_deg, range_m, **points(MEASUREMENT, markersize=16, markeredgewidth=3), label="measurement y")
+    ax.plot([], [], color=GREY, linewidth=2.5, label=f"gate {100 * confidence:g} %: $d^2 \\leq$ {limit:.1f}")
+    ax.plot([], [], color=GREY, linewidth=2.5, linestyle=":", label="gate that y does not pass")
+    ax.set(xlabel="bearing (deg)", ylabel="range (m)", xlim=(-35, 90), ylim=(1, 11), title="measurement space")
+    ax.legend(loc="upper right", fontsize=11)
+    for place_, name, mark, color, m in zip(PLACES, NAMES, MARKS, COLOURS, metres, strict=True):
+        side.plot(*np.transpose([p, place_]), color=GREY, linewidth=1)
+        side.plot(*place_, mark, color=color, markersize=9, label=f"{name}: {m:.2f} m")
+    side.plot(*p, **points(MEASUREMENT, markersize=16, markeredgewidth=3), label="where y points")
+    robot(side, np.zeros(3), ESTIMATE, 0.6)
+    side.set(xlabel="x (m)", ylabel="y (m)", xlim=(-1, 10), ylim=(-3, 8), aspect="equal", title="metres")
+    side.legend(loc="upper right", fontsize=11)
+
+    near, nearest = int(np.argmin(metres)), int(np.argmin(d2))
+    inside = [name for name, d in zip(NAMES, d2, strict=True) if d <= limit]
+    agree = "the two agree" if near == nearest else "the two disagree"
+    passed = f"It passes the gate of {' and '.join(inside)}." if inside else "It passes no gate."
+    caption = (
+        f"Nearest in metres: {NAMES[near]} ({metres[near]:.2f} m). Nearest in units of sigma: {NAMES[nearest]} "
+        f"(d2 = {d2[nearest]:.1f}); {agree}. {passed}"
+    )
+    return fig, {"inside": len(inside), "d2_nearest": float(d2[nearest]), "caption": caption}
+
+
+WHEN = {"never": 0, "frame 20": 20, "frame 40": 40, "frame 60": 60}
+
+
+@cache
+def with_swap(swap_at: int) -> list[Frame]:
+    """Two rounds with known ids and a sensor that looks ahead; in one frame two ids are swapped (0: in none)."""
+    return run(sensor=AHEAD, swap_at=swap_at or None)
+
+
+@explorable(
+    frame=Int(46, 5, 126, 1, "frame", play=150),
+    swap_at=Choice(40, WHEN, "swap"),
+    ranges={"nees": (0, 1e4), "shape_m": (0, 3)},
+)
+def swap(frame, swap_at):
+    """One wrong match: the map shears, and the NEES never comes back."""
+    frames, good = with_swap(swap_at), with_swap(0)
+    now = frames[frame]
+    fig = plt.figure(figsize=(13, 6.2))
+    ax = fig.add_axes((0.055, 0.1, 0.42, 0.84))
+    map_axes(ax, 9.5, f"frame {frame}")
+    true_landmarks(ax, room())
+    landmarks(ax, now.x, now.P, list(now.ranges.values()))
+    for id, r in now.ranges.items():
+        ax.plot(*np.transpose([now.x[r], room()[now.origin[id]]]), color=ORANGE, linewidth=2, zorder=3)
+    ax.plot([], [], color=ORANGE, linewidth=2, label="error")
+    robot(ax, now.truth, TRUTH, 0.7)
+    robot(ax, now.x[:3], ESTIMATE, 0.7)
+    plot_ellipse(ax, now.x[:2], now.P[:2, :2], 3, color=BLUE, linewidth=1.3)
+    ax.legend(loc="lower center", ncols=4, fontsize=10, columnspacing=0.9, handlelength=1.4)
+    for top, what, label in ((0.57, _nees, "NEES of the map,\nper state (-)"), (0.1, _shape, "error of the shape (m)")):
+        side = fig.add_axes((0.57, top, 0.42, 0.37))
+        bad, fine = what(swap_at), what(0)
+        side.plot(fine, color=BLUE, linewidth=2, label="no swap")
+        if swap_at:
+            side.plot(
+                np.arange(frame + 1),
+                bad[: frame + 1],
+                color=VERMILLION,
+                linestyle="--",
+                linewidth=2.5,
+                label="with the swap",
+            )
+            side.axvline(swap_at, color=GREY, linestyle=":", linewidth=1.5)
+        side.axvline(frame, color=BLACK, linewidth=1)
+        side.set(xlim=(0, 126), ylabel=label)
+        if what is _nees:
+            side.set(yscale="log", ylim=(0.1, 500))
+            side.set_yticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
+            side.axhline(1, color=BLACK, linestyle=":", linewidth=1.5, label="honest: 1")
+            side.legend(loc="upper right", fontsize=11, ncols=3)
+        else:
+            side.set(xlabel="frame", ylim=(0, 1.3))
+    n, s = map_nees(now), shape_error(now)
+    happened = "No swap" if not swap_at else f"Swap in frame {swap_at}"
+    caption = (
+        f"{happened}; now frame {frame}. NEES of the map per state {n:.2g} (honest: 1, without a swap "
+        f"{map_nees(good[frame]):.2g}); the shape of the map is wrong by {s:.2f} m."
+    )
+    return fig, {"nees": n, "shape_m": s, "caption": caption}
+
+
+@cache
+def _nees(swap_at):
+    return np.array([map_nees(f) if f.ranges else np.nan for f in with_swap(swap_at)])
+
+
+@cache
+def _shape(swap_at):
+    return np.array([shape_error(f) if len(f.ranges) > 1 else np.nan for f in with_swap(swap_at)])
+
+
+@explorable(
+    slip=Float(0.7, -1.2, 1.2, 0.1, "slip of the robot", "m"),
+    slip_std=Float(0.4, 0.05, 0.8, 0.05, "sigma along the corridor", "m"),
+    end=Toggle(True, "the last two posts are in view"),
+    ranges={"nn_right": (0, 8), "jcbb_right": (0, 8)},
+)
+def two_ways(slip, slip_std, end):
+    """A symmetric corridor: nearest neighbour above, joint compatibility below."""
+    scene = corridor(slip, slip_std, missing=None if end else [6, 7])
+    fig, axes = plt.subplots(2, 1, figsize=(12, 6.6), layout="constrained", sharex=True)
+    facts, words = {}, []
+    seen = Frame2(np.zeros(3)).from_frame(scene.sensor.retro(scene.raw.y)[0])[0]
+    posts = np.array([scene.map.x[3 + 2 * i : 5 + 2 * i] for i in range(len(scene.obs))])
+    for ax, association, name, key in (
+        (axes[0], NearestNeighbour(), "nearest neighbour", "nn_right"),
+        (axes[1], Jcbb(), "joint compatibility (JCBB)", "jcbb_right"),
+    ):
+        pairs, right = judged(scene, association)
+        ax.plot(*posts.T, **points(ESTIMATE, markersize=9), label="posts in the map")
+        ax.plot(
+            *seen.T,
+            **points(MEASUREMENT, markersize=15, markeredgewidth=2.5),
+            label="measured, from the estimated pose",
+        )
+        for i, j in pairs.items():
+            good = scene.true[i] == j
+            color, dash = (GREEN, "-") if good else (VERMILLION, "--")
+            ax.plot(*np.transpose([seen[i], posts[j]]), color=color, linestyle=dash, linewidth=3.5, zorder=2)
+        ax.plot([], [], color=GREEN, linewidth=3.5, label="right pair")
+        ax.plot([], [], color=VERMILLION, linestyle="--", linewidth=3.5, label="wrong pair")
+        plot_ellipse(
+            ax, np.zeros(2), scene.map.P[:2, :2], 3, color=BLUE, linewidth=1.3, label="pose, 3σ ellipse (98.9 %)"
+        )
+        robot(ax, scene.pose, TRUTH, 0.4)
+        robot(ax, np.zeros(3), ESTIMATE, 0.4)
+        ax.set(
+            xlim=(-2.6, 8),
+            ylim=(-2, 2),
+            ylabel="y (m)",
+            aspect="equal",
+            title=f"{name}: {right} of {len(pairs)} pairs are right",
+        )
+        facts[key] = right
+        words.append(f"{name} makes {len(pairs)} pairs, {right} of them right")
+    axes[1].set_xlabel("x (m)")
+    axes[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1), fontsize=11)
+    return fig, {**facts, "caption": f"The robot is {slip:.1f} m ahead of its estimate: {'; '.join(words)}."}
