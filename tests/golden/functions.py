@@ -11,8 +11,10 @@ import json
 import sys
 from pathlib import Path
 
-from .adapters_geometry import FRAMES, MATH, MOTION, ROTATIONS
-from .adapters_models import CAMERA, OTHER, POINTS
+from .adapters_geometry import FRAMES, ROTATIONS
+from .adapters_models import CAMERA
+from .adapters_motion import MATH, MOTION
+from .adapters_points import OTHER, POINTS
 from .records import compare
 
 ADAPTERS = ROTATIONS | FRAMES | MOTION | MATH | CAMERA | POINTS | OTHER
