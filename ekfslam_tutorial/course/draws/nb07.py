@@ -43,7 +43,7 @@ def ghosts_figure(right: list[Frame], wrong: list[Frame]):
     """Landmarks in the map with a wrapped and with an unwrapped bearing. Returns (fig, caption)."""
     fig, (ax, side) = plt.subplots(1, 2, figsize=(13, 6.2), layout="constrained", width_ratios=[1, 1.1])
     last = wrong[-1]
-    map_axes(ax, 9.5, "bearing not wrapped")
+    _room_axes(ax, "bearing not wrapped")
     true_landmarks(ax, room())
     first = {}
     for id, true in last.origin.items():
@@ -67,8 +67,8 @@ def ghosts_figure(right: list[Frame], wrong: list[Frame]):
     side.set(xlabel="frame", ylabel="landmarks in the map (-)", ylim=(0, None))
     side.legend(loc="lower right")
     return fig, (
-        f"{len(room())} true landmarks. After {len(right) - 1} frames the map has {len(right[-1].ranges)} with the wrap, "
-        f"and without it {len(last.ranges)}: {len(ghosts)} were created again."
+        f"{len(room())} true landmarks. After {len(right) - 1} frames the map has {len(right[-1].ranges)} with the "
+        f"wrap, and without it {len(last.ranges)}: {len(ghosts)} were created again."
     )
 
 
@@ -166,7 +166,7 @@ def swap(frame, swap_at):
     now = frames[frame]
     fig = plt.figure(figsize=(13, 6.2))
     ax = fig.add_axes((0.055, 0.1, 0.42, 0.84))
-    map_axes(ax, 9.5, f"frame {frame}")
+    _room_axes(ax, f"frame {frame}")
     true_landmarks(ax, room())
     landmarks(ax, now.x, now.P, list(now.ranges.values()))
     for id, r in now.ranges.items():
@@ -265,3 +265,8 @@ def two_ways(slip, slip_std, end):
     axes[1].set_xlabel("x (m)")
     axes[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1), fontsize=11)
     return fig, {**facts, "caption": f"The robot is {slip:.1f} m ahead of its estimate: {'; '.join(words)}."}
+
+
+def _room_axes(ax, title):
+    map_axes(ax, 9.5, title)
+    ax.set(xticks=np.arange(-8, 9, 4), yticks=np.arange(-8, 9, 4))
