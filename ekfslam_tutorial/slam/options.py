@@ -9,7 +9,7 @@ from ..ekf.stochastic_map import check_covariance
 from .association import KnownIds
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Options:
     """Options of the estimation.
 

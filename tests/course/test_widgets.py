@@ -63,16 +63,28 @@ def test_sweep(draw):
     assert sweep(draw) >= min(20, len({tuple(c.corners()) for c in draw.controls.values()}))
 
 
+def _plain_figure():
+    fig, ax = plt.subplots(figsize=(6, 4))
+    ax.plot(range(50))
+    ax.set(xlabel="x (m)", ylabel="y (m)")
+    return fig
+
+
+def _cpu_seconds(figure, repeats=5):
+    """Processor time of drawing and encoding a figure, the best of a few."""
+    times = []
+    for _ in range(repeats):
+        began = time.process_time()
+        widgets.png(figure())
+        times.append(time.process_time() - began)
+    return min(times)
+
+
 @pytest.mark.parametrize("draw", DRAWINGS, ids=lambda d: d.__name__)
 def test_a_drawing_is_quick_or_has_a_run_button(draw):
+    """A redraw is meant to take 150 ms. Measured in plain figures, of about 20 ms, and so on busy machines too."""
     start = {name: c.value for name, c in draw.controls.items()}
-    times = []
-    for _ in range(4):
-        began = time.perf_counter()
-        widgets.png(draw(**start)[0])
-        times.append(time.perf_counter() - began)
-    # Meant for 150 ms on an idle machine; the best of four on a busy one gets twice that.
-    assert draw.run or min(times) < 0.3
+    assert draw.run or _cpu_seconds(lambda: draw(**start)[0]) < 8 * _cpu_seconds(_plain_figure)
 
 
 @pytest.mark.parametrize("draw", DRAWINGS, ids=lambda d: d.__name__)
