@@ -128,7 +128,7 @@ class Decoder:
         if record.get("whole"):
             self.lmks, self.sens, self.world = {}, {}, {}
         self.lmks = {id: value for id, value in self.lmks.items() if id not in record.get("gone", ())}
-        for id, *x in _rows(record, "lmk", (0, d, d + 1, d + factor)):
+        for id, *x in _rows(record, "lmk", (0, d, d + 1, d + factor), null=d + 1):
             self.lmks[id] = self._lmk(x, *self.lmks.get(id, (np.full(d, np.nan), np.full((d, d), np.nan))))
         self.sens = self.sens | {id: unpack(x, n, d) for id, *x in _rows(record, "sen", (n,))}
         self.world = self.world | {id: unpack(x, d, d) for id, *x in _rows(record, "world", (0, d))}
@@ -180,11 +180,12 @@ class Decoder:
         return LogObs(sen, row[0], updated, md2 / 100, np.array(numbers[:m]) / 100 * std, std, point)
 
 
-def _rows(record, key, lengths):
-    """Return the rows of integers under a key; each has an id and one of the lengths."""
+def _rows(record, key, lengths, null=None):
+    """Return the rows of integers under a key; each has an id and one of the lengths. One of length `null` ends so."""
     rows = record.get(key, ())
     for row in rows:
-        if len(row) - 1 not in lengths or not all(type(v) is int for v in row if v is not None):
+        numbers = row[:-1] if len(row) - 1 == null and row[-1] is None else row
+        if len(row) - 1 not in lengths or not all(type(v) is int for v in numbers):
             words = " or ".join(map(str, sorted(set(lengths))))
             raise ValueError(f"a row of '{key}' is an id and {words} whole numbers, got {row}")
     return rows

@@ -1,6 +1,6 @@
 // The legend: what is drawn, and how. An entry with a layer is a button that shows and hides it.
 import { element } from './element.js'
-import { drawMarker } from './scene.js'
+import { drawMarker } from './pen.js'
 
 const W = 34, H = 18 // of a sample, pixels
 

@@ -34,8 +34,8 @@ class LivePlayer(anywidget.AnyWidget):
 
     Attributes
     ----------
-    log : StateLog
-        What was shown; ``replay(player.log)`` keeps it in the stored notebook, where widgets do not run.
+    state_log : StateLog
+        What was shown; ``replay(player.state_log)`` keeps it in the stored notebook, where widgets do not run.
 
     Notes
     -----
@@ -57,23 +57,23 @@ class LivePlayer(anywidget.AnyWidget):
     height = traitlets.Unicode().tag(sync=True)
 
     def __init__(self, title: str = "", k: float = 3, height: str = HEIGHT, **log_options: Any):
-        self.log = StateLog(title, k, **log_options)
+        self.state_log = StateLog(title, k, **log_options)
         super().__init__(key=uuid.uuid4().hex, height=height)
         self.on_msg(lambda *_: self._send_all())
 
     def add(self, snapshot) -> None:
         """Show a snapshot and keep it in the log."""
-        if self.log.add(snapshot) is None:
+        if self.state_log.add(snapshot) is None:
             return
         if self.head is None:
             self._begin()
-        self.send({"frames": [self.log.whole(snapshot)], "total": len(self.log)})
+        self.send({"frames": [self.state_log.whole(snapshot)], "total": len(self.state_log)})
 
     def _begin(self) -> None:
-        head = self.log.to_dict(frames=False)
-        self.options = player_options(head["dim"], self.log.k)
+        head = self.state_log.to_dict(frames=False)
+        self.options = player_options(head["dim"], self.state_log.k)
         self.head = head
 
     def _send_all(self) -> None:
         """Answer a page that has missed something."""
-        self.send({"frames": self.log.records, "total": len(self.log), "whole": True})
+        self.send({"frames": self.state_log.records, "total": len(self.state_log), "whole": True})

@@ -17,7 +17,7 @@ from ..ellipses import sigma_label
 from ..style import ESTIMATE, GREY, MEASUREMENT, PREDICTED, REJECTED, TRUTH, UPDATED
 from .state_log import StateLog
 
-PARTS = ("log", "camera", "element", "scene", "legend", "readout", "player", "live")
+PARTS = ("log", "camera", "element", "pen", "scene", "legend", "readout", "hands", "player", "live")
 """The source files of the player, each before those that import it."""
 
 HEIGHT = "clamp(540px, 1120px - 75vw, 860px)"
@@ -70,10 +70,10 @@ def player_html(log: StateLog, page: bool = False) -> str:
     data = log.to_dict()
     options = json.dumps(player_options(data["dim"], log.k, page=page), separators=(",", ":"))
     title = html.escape(log.title or "Replay", quote=False)
-    # "</" must not stand in a script, whatever the title or a name says
+    state = log.to_json().replace("<", "\\u003c")  # a title could end the script
     script = (
         f"{player_module()}\nconst host = document.getElementById('player')\n"
-        f"window.player = mount(host, {log.to_json()}, {options})\n".replace("</", "<\\/")
+        f"window.player = mount(host, {state}, {options})\n"
     )
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

@@ -2,9 +2,11 @@
 //   mount(host, data, options)        data as StateLog.to_dict() gives it; options: {styles, bodies, sigma, page}
 import { element, paragraph } from './element.js'
 import { makeLegend } from './legend.js'
-import { Log, minus, norm } from './log.js'
+import { Log } from './log.js'
 import { readout } from './readout.js'
-import { Scene, drawMarker } from './scene.js'
+import { listen } from './hands.js'
+import { drawMarker } from './pen.js'
+import { Scene } from './scene.js'
 
 const SPEEDS = [1, 2, 5, 10, 20, 40] // frames per second
 const KEYS = [
@@ -26,8 +28,7 @@ export function mount(host, data, options) {
 
 export class Player {
   constructor(host, log, options) {
-    Object.assign(this, { host, log, options, at: 0, fps: 10, playing: false, pinned: null, hovered: null })
-    if (matchMedia('(prefers-reduced-motion: reduce)').matches) this.fps = 2
+    Object.assign(this, { host, log, options, at: 0, playing: false, pinned: null, hovered: null })
     this.stop = new AbortController() // removes all listeners at once
     host.setAttribute('data-lm-suppress-shortcuts', 'true') // JupyterLab's own keys: not in here
     this.root = host.shadowRoot ?? host.attachShadow({ mode: 'open' })
@@ -36,7 +37,7 @@ export class Player {
     this.legend.append(...makeLegend(options, log, this.scene.shown, () => this.paint()))
     this.observer = new ResizeObserver(() => this.resize())
     this.observer.observe(this.stage)
-    this.listen()
+    listen(this, this.stop.signal)
     this.grown()
     this.resize()
   }
@@ -65,9 +66,9 @@ export class Player {
       this.button, element('div', { className: 'track' }, this.events, this.slider), this.speed, this.whole, this.full,
       element('details', {}, element('summary', { textContent: 'Keys' }), element('div', {}, ...keys)),
     )
-    const grid = element('div', { className: 'grid' }, this.status, this.stage, this.controls, this.readout, this.legend)
-    this.root.replaceChildren(element('style', { textContent: CSS }), element('div', { className: 'player' }, grid))
-    this.fps = this.speed.value = this.fps
+    this.grid = element('div', { className: 'grid' }, this.status, this.stage, this.controls, this.readout, this.legend)
+    this.root.replaceChildren(element('style', { textContent: CSS }), element('div', { className: 'player' }, this.grid))
+    this.setSpeed(matchMedia('(prefers-reduced-motion: reduce)').matches ? 2 : 10)
     this.setButton()
   }
 
@@ -117,10 +118,14 @@ export class Player {
     else this.play()
   }
 
+  setSpeed(fps) {
+    this.fps = Number(fps)
+    this.speed.value = fps
+  }
+
   faster(n) {
     const i = SPEEDS.indexOf(this.fps) + n
-    this.fps = this.speed.value = SPEEDS[Math.min(Math.max(i, 0), SPEEDS.length - 1)]
-    this.fps = Number(this.fps)
+    this.setSpeed(SPEEDS[Math.min(Math.max(i, 0), SPEEDS.length - 1)])
   }
 
   setButton() {
@@ -174,8 +179,9 @@ export class Player {
       if (frame.missed.length) parts.push(`${frame.missed.length} not found`)
       if (frame.fresh.length) parts.push(`${frame.fresh.length} new`)
       if (frame.lost.length) parts.push(`${frame.lost.length} deleted`)
-      const notes = { refused: 'not started, the map is full', recovery: 'gate opened: the robot was lost' }
-      for (const [what, lmk] of frame.notes) parts.push(lmk < 0 ? notes[what] : `${lmk}: ${notes[what]}`)
+      const full = frame.notes.filter(([what]) => what === 'refused').length
+      if (full) parts.push(`${full} not started: the map is full`)
+      if (full < frame.notes.length) parts.push('gate opened: the robot was lost')
       this.words = parts.join(', ')
     } else {
       this.words = 'waiting for the first frame'
@@ -219,6 +225,7 @@ export class Player {
     const keys = this.scene.items.map(item => item.key)
     keys.sort((a, b) => (typeof a === typeof b ? (a > b ? 1 : -1) : typeof a === 'string' ? -1 : 1))
     if (!keys.length) return
+    this.hovered = null
     const i = keys.indexOf(this.pinned)
     this.choose(keys[i < 0 ? (n > 0 ? 0 : keys.length - 1) : (i + n + keys.length) % keys.length])
   }
@@ -230,95 +237,21 @@ export class Player {
     if (box.textContent !== this.readout.textContent) this.readout.replaceChildren(box)
   }
 
-  // ------------------------------------------------------------------------------------------------------- listening
-
-  listen() {
-    const on = (node, kind, act, options = {}) => node.addEventListener(kind, act, { signal: this.stop.signal, ...options })
-    on(this.button, 'click', () => this.toggle())
-    on(this.slider, 'input', () => (this.pause(), this.seek(Number(this.slider.value))))
-    on(this.speed, 'change', () => (this.fps = Number(this.speed.value)))
-    on(this.whole, 'click', () => this.wholePicture())
-    on(this.full, 'click', () => (document.fullscreenElement ? document.exitFullscreen() : this.host.requestFullscreen()))
-    on(this.root.firstElementChild.nextElementSibling, 'keydown', event => this.key(event))
-    on(this.canvas, 'wheel', event => this.wheel(event), { passive: false })
-    on(this.canvas, 'pointerdown', event => this.press(event))
-    on(this.canvas, 'pointermove', event => this.drag(event))
-    for (const kind of ['pointerup', 'pointercancel']) on(this.canvas, kind, event => this.release(event))
-    on(this.canvas, 'pointerleave', () => this.hover(null))
-    this.pointers = new Map()
-  }
-
   wholePicture() {
     this.scene.fit()
     this.paint()
   }
 
-  key(event) {
-    const { key, shiftKey, target, ctrlKey, altKey, metaKey } = event
-    if (ctrlKey || altKey || metaKey || target === this.speed) return
-    const turn = { ArrowLeft: [-20, 0], ArrowRight: [20, 0], ArrowUp: [0, -20], ArrowDown: [0, 20] }[key]
-    const picture = target === this.canvas
-    if (shiftKey && turn) this.swing(...turn)
-    else if (key === ' ' && (target === this.button || !target.matches('button, summary'))) this.toggle()
-    else if (key === 'ArrowLeft' || key === 'ArrowRight') this.step(key === 'ArrowLeft' ? -1 : 1)
-    else if (key === 'Home') this.step(-Infinity)
-    else if (key === 'End') this.step(Infinity)
-    else if (key === '+' || key === '=') this.faster(1)
-    else if (key === '-') this.faster(-1)
-    else if (key === 'PageUp' || key === 'PageDown') this.scene.camera.zoom(key === 'PageUp' ? 1.25 : 0.8), this.paint()
-    else if (key === '0') this.wholePicture()
-    else if (key === 'Escape' && this.pinned !== null) this.choose(null)
-    else if (picture && turn) this.cycle(key === 'ArrowUp' ? -1 : 1)
-    else return
-    event.preventDefault()
-    event.stopPropagation()
-  }
-
-  swing(dx, dy) {
-    const { camera } = this.scene
-    if (this.log.d === 2) camera.move(-dx, -dy)
-    else camera.orbit(dx, dy)
+  zoom(factor, ...at) {
+    this.scene.camera.zoom(factor, ...at)
     this.paint()
   }
 
-  // The wheel scrolls the page until the picture has been clicked; a page of its own has nothing to scroll.
-  wheel(event) {
-    if (!(this.options.page || event.ctrlKey || this.root.activeElement === this.canvas)) return
-    event.preventDefault()
-    const [x, y] = this.spot(event)
-    this.scene.camera.zoom(Math.exp(-0.0015 * event.deltaY * (event.deltaMode ? 30 : 1)), x, y)
+  // Drag the picture so many pixels: it turns in space, and is moved in the plane or if told so.
+  turn(dx, dy, move = this.log.d === 2) {
+    if (move || this.log.d === 2) this.scene.camera.move(dx, dy)
+    else this.scene.camera.orbit(dx, dy)
     this.paint()
-  }
-
-  spot({ clientX, clientY }) {
-    const box = this.canvas.getBoundingClientRect()
-    return [clientX - box.left, clientY - box.top]
-  }
-
-  press(event) {
-    this.canvas.focus()
-    this.canvas.setPointerCapture(event.pointerId)
-    this.pointers.set(event.pointerId, this.spot(event))
-    this.travelled = 0
-  }
-
-  drag(event) {
-    const now = this.spot(event), before = this.pointers.get(event.pointerId), { camera } = this.scene
-    if (!before) return this.hover(this.scene.find(...now))
-    const [dx, dy] = minus(now, before)
-    this.pointers.set(event.pointerId, now)
-    this.travelled += norm([dx, dy])
-    const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1]
-    if (other) camera.zoom(norm(minus(now, other)) / Math.max(norm(minus(before, other)), 1))
-    else if (this.travelled < 4) return
-    else if (this.log.d === 2 || event.shiftKey || event.buttons & 6) camera.move(dx, dy)
-    else camera.orbit(dx, dy)
-    this.paint()
-  }
-
-  release(event) {
-    if (this.travelled < 4 && event.type === 'pointerup') this.choose(this.scene.find(...this.spot(event), 22))
-    this.pointers.delete(event.pointerId)
   }
 
   hover(key) {

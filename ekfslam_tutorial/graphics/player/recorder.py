@@ -160,9 +160,8 @@ def _observations(snapshot, frames, dim) -> dict[str, dict]:
 
 def _innovation(obs) -> list[float | int | None]:
     """Return the innovation in hundredths of its standard deviations, then these."""
-    std = np.sqrt(np.maximum(np.diag(obs.Z), 0.0))
-    with np.errstate(all="ignore"):
-        return [*map(hundredths, obs.z / std), *map(short, std)]
+    std = [short(v) for v in np.sqrt(np.maximum(np.diag(obs.Z), 0.0))]
+    return [*(hundredths(z / s) if s else None for z, s in zip(obs.z, std, strict=True)), *std]
 
 
 def _measured(rob, sen, y, map, dim) -> list[int]:

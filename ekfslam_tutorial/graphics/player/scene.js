@@ -3,15 +3,12 @@
 import { Camera } from './camera.js'
 import { fixed } from './element.js'
 import { matTimes, niceStep, outer, plus, principalAxes } from './log.js'
+import { HALO, Pen } from './pen.js'
 
-const HALO = 'rgba(255,255,255,0.9)'
-const DASH = { '-': [], '--': [7, 4], ':': [1.5, 3.5], '-.': [8, 3, 2, 3] }
-
-export class Scene {
+export class Scene extends Pen {
   constructor(canvas, log, { styles, bodies }) {
-    Object.assign(this, { canvas, log, styles, bodies, k: log.head.k, shown: {}, font: 13 })
-    this.context = canvas.getContext('2d')
-    this.camera = new Camera(log.d)
+    super(canvas.getContext('2d'), new Camera(log.d))
+    Object.assign(this, { canvas, log, styles, bodies, k: log.head.k, shown: {} })
     this.items = [] // what the pointer can find: {key, x, y}
   }
 
@@ -51,7 +48,7 @@ export class Scene {
       this.floor = { step, xs, ys, z: Math.min(Math.max(0, low[2]), high[2]) }
       for (const x of [xs[0], xs.at(-1)]) for (const y of [ys[0], ys.at(-1)]) points.push([x, y, this.floor.z])
     }
-    if (always || !this.camera.shows(points, 0)) this.camera.fit(points, (this.log.d === 2 ? 3 : 4) * this.font)
+    if (always || !this.camera.shows(points, 0)) this.camera.fit(points, (this.log.d === 2 ? 3 : 4 * Math.min(this.scale, 1)) * this.font)
   }
 
   // ---------------------------------------------------------------------------------------------------- one frame
@@ -294,8 +291,8 @@ export class Scene {
       }
       this.context.stroke()
     }
-    this.circle([item.x, item.y], 14, { color: HALO }, 6)
-    this.circle([item.x, item.y], 14, { color: '#000' }, 2.5)
+    this.circle([item.x, item.y], 14 * this.scale, { color: HALO }, 6)
+    this.circle([item.x, item.y], 14 * this.scale, { color: '#000' }, 2.5)
   }
 
   // The nearest thing to a pixel, not further than `reach`.
@@ -303,46 +300,6 @@ export class Scene {
     const far = item => Math.hypot(item.x - x, item.y - y)
     const best = this.items.reduce((a, b) => (a && far(a) <= far(b) ? a : b), null)
     return best && far(best) <= reach ? best.key : null
-  }
-
-  // --------------------------------------------------------------------------------------------------------- strokes
-
-  style({ color, linestyle }, width) {
-    Object.assign(this.context, { strokeStyle: color, fillStyle: color, lineWidth: width })
-    this.context.setLineDash(DASH[linestyle] ?? [])
-    this.pen = [NaN, NaN] // where the last line ended
-  }
-
-  segment(p, q) {
-    const ends = this.camera.segment(p, q)
-    if (ends) this.straight(...ends)
-  }
-
-  straight(from, to) {
-    if (Math.max(...[...from, ...to].map(Math.abs)) > 1e6) return
-    if (from.some((v, i) => v !== this.pen[i])) this.context.moveTo(...from)
-    this.context.lineTo(...to)
-    this.pen = to
-  }
-
-  circle([x, y], radius, style, width = 1.6) {
-    this.style({ color: style.color }, width)
-    this.context.beginPath()
-    this.context.arc(x, y, radius, 0, 2 * Math.PI)
-    this.context.stroke()
-  }
-
-  marker(style, at, scale = 1) {
-    drawMarker(this.context, style, at, scale * this.scale)
-  }
-
-  text(words, [x, y], color, align, weight = '') {
-    const { context } = this
-    Object.assign(context, { font: `${weight}${this.font}px sans-serif`, textAlign: align, textBaseline: 'middle' })
-    context.setLineDash([])
-    Object.assign(context, { strokeStyle: HALO, lineWidth: 3, fillStyle: color })
-    context.strokeText(words, x, y)
-    context.fillText(words, x, y)
   }
 }
 
@@ -355,31 +312,3 @@ function multiples(step, low, high) {
 
 // The id in the key of a robot.
 export const idOf = key => (typeof key === 'string' ? Number(key.slice(6)) : null)
-
-// The markers of matplotlib that the styles use.
-export function drawMarker(context, { color, marker, fillstyle }, [x, y], scale = 1) {
-  const r = { '*': 7, o: 3.6, '+': 6, x: 5, s: 5, D: 4.8, v: 5, 0: 6 }[marker] * scale
-  const corners = {
-    '*': Array.from({ length: 10 }, (_, i) => [(i * Math.PI) / 5, i % 2 ? 0.4 : 1]),
-    s: [1, 3, 5, 7].map(i => [(i * Math.PI) / 4, 1.3]),
-    D: [0, 1, 2, 3].map(i => [(i * Math.PI) / 2, 1.2]),
-    v: [1, 3, 5].map(i => [(i * Math.PI) / 3, 1.1]),
-  }[marker]
-  Object.assign(context, { strokeStyle: color, fillStyle: color, lineWidth: 1.7 })
-  context.setLineDash([])
-  context.beginPath()
-  if (corners) {
-    corners.forEach(([a, s], i) => context[i ? 'lineTo' : 'moveTo'](x + r * s * Math.sin(a), y - r * s * Math.cos(a)))
-    context.closePath()
-  } else if (marker === 'o' || marker === '0') {
-    context.arc(x, y, r, 0, 2 * Math.PI)
-  }
-  const strokes = { '+': [[-1, 0, 1, 0], [0, -1, 0, 1]], x: [[-1, -1, 1, 1], [-1, 1, 1, -1]], 0: [[-0.7, 0.7, 0.7, -0.7]] }
-  for (const [a, b, c, e] of strokes[marker] ?? []) {
-    context.moveTo(x + r * a, y + r * b)
-    context.lineTo(x + r * c, y + r * e)
-  }
-  if (fillstyle === 'none') Object.assign(context, { fillStyle: 'rgba(255,255,255,0.75)' })
-  if (corners || marker === 'o') context.fill()
-  context.stroke()
-}

@@ -1,0 +1,189 @@
+"""The player as HTML, as a live view, as strip and caption: what can be said without a browser."""
+
+import builtins
+import html
+import json
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.graphics import style
+from ekfslam_tutorial.graphics.player import (
+    StateLog,
+    log_caption,
+    log_strip,
+    player_frame,
+    player_html,
+    player_module,
+    player_options,
+    write_player_html,
+)
+
+
+@pytest.fixture
+def log(run):
+    """A short run in the plane."""
+    log = StateLog("a run")
+    for s in run(True, time_last=12):
+        log.add(s)
+    return log
+
+
+@pytest.fixture
+def run(run):
+    """The same with keyword names for dotted keys: time_last for time.last."""
+    return lambda flat, **changes: run(flat, **{k.replace("time_", "time."): v for k, v in changes.items()})
+
+
+def test_the_player_is_one_module_that_needs_nothing():
+    module = player_module()
+    assert not re.search(r"\bimport\b|\bfetch\b|XMLHttpRequest|WebSocket|https?://|\beval\b", module)
+    assert len(re.findall(r"^export default", module, re.MULTILINE)) == 1
+    assert "export function mount(" in module
+    assert len(module) <= 50_000  # it stands in every notebook output
+
+
+def test_colours_and_shapes_are_those_of_the_figures():
+    styles = player_options(2, 3)["styles"]
+    for role in "truth", "estimate", "measurement", "rejected", "predicted", "updated":
+        assert styles[role] == getattr(style, role.upper())
+    looks = [(s["color"], s["marker"]) for s in styles.values()]
+    assert len(set(looks)) == len({m for _, m in looks}) == len(looks)  # shapes alone tell them apart
+
+
+@pytest.mark.parametrize("k, dim, words", [(3, 2, "3σ ellipse (98.9 %)"), (2, 3, "2σ ellipsoid (73.9 %)")])
+def test_the_legend_says_how_many_sigmas(k, dim, words):
+    assert player_options(dim, k)["sigma"] == words
+
+
+def test_the_frame_is_one_element_in_a_sandbox(log):
+    frame = player_frame(log)
+    (tag,) = re.findall(r"<iframe ([^']*)srcdoc='[^']*'></iframe>", frame)
+    assert 'sandbox="allow-scripts"' in tag and 'title="Player: a run"' in tag
+    assert html.unescape(re.search(r"srcdoc='([^']*)'", frame)[1]) == player_html(log)
+
+
+def test_the_page_holds_the_log(log, tmp_path):
+    path = write_player_html(tmp_path / "player.html", log)
+    text = path.read_text(encoding="utf-8")
+    assert text == player_html(log, page=True)
+    assert log.to_json() in text
+    assert '<html lang="en">' in text and "<title>a run</title>" in text and 'name="viewport"' in text
+
+
+@pytest.mark.parametrize("title", ["</script><b>", "<!--<script>", 'it\'s "R&D" σ', "]]>\\n"])
+def test_a_title_is_only_a_title(log, title):
+    log.title = title
+    text = player_html(log)
+    assert text.count("<script") == text.count("</script>") == 1
+    assert f"<title>{html.escape(title, quote=False)}</title>" in text
+    assert "<!--" not in text.split("<script", 1)[1]
+    frame = player_frame(log)
+    assert frame.count("'") == 2
+
+
+def test_an_empty_log_is_no_page(tmp_path):
+    with pytest.raises(ValueError, match="no frame"):
+        write_player_html(tmp_path / "player.html", StateLog())
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- strip and caption ---
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_the_strip_shows_frames_and_one_legend(run, flat):
+    log = StateLog("a run")
+    for s in run(flat, time_last=9):
+        log.add(s)
+    fig = log_strip(log, n=3)
+    assert [ax.get_title().split(",")[0] for ax in fig.axes] == ["frame 4", "frame 6", "frame 9"]
+    assert len(fig.legends) == 1 and all(ax.get_legend() is None for ax in fig.axes)
+    words = [text.get_text() for text in fig.legends[0].get_texts()]
+    assert any("σ" in w for w in words) and "true path" in words
+    assert len({ax.get_xlim() for ax in fig.axes}) == 1
+
+
+def test_a_strip_of_one_frame(run):
+    log = StateLog()
+    log.add(next(run(True)))
+    assert len(log_strip(log, n=3).axes) == 1
+
+
+def test_the_caption_counts(run):
+    log, used, rejected = StateLog(), 0, 0
+    for s in run(True):
+        log.add(s)
+        used += sum(o.updated for o in s.obs.values())
+        rejected += sum(o.matched and not o.updated for o in s.obs.values())
+    caption = log_caption(log)
+    error = np.linalg.norm(s.robs[0].frame(s.map).t - s.truth[1][:2])
+    assert f"{len(log)} frames" in caption
+    assert f"{used} measurements used, {rejected} rejected" in caption
+    assert f"{len(s.lmks)} landmarks in the map" in caption
+    stated = float(re.search(r"the robot ([\d.]+) m from its true position", caption)[1])
+    assert stated == pytest.approx(error, rel=0.05, abs=0.002)
+
+
+@pytest.mark.parametrize("what", [log_strip, log_caption])
+def test_nothing_to_show(what):
+    with pytest.raises(ValueError, match="no frame"):
+        what(StateLog())
+
+
+def test_replay_shows_strip_caption_and_player(log, monkeypatch):
+    shown = []
+    monkeypatch.setattr("ekfslam_tutorial.course.figures.display", lambda data, **_: shown.append(data))
+    monkeypatch.setattr("ekfslam_tutorial.course.playback.display", lambda data, **_: shown.append(data))
+    from ekfslam_tutorial.course import replay
+
+    replay(log, "Two rounds.")
+    strip, caption, player = shown
+    assert "image/png" in strip
+    assert " ".join(caption["text/plain"].split()) == f"Two rounds. {log_caption(log)}"
+    assert player["text/html"] == player_frame(log)
+    assert "12 frames" in player["text/plain"]
+
+
+# --- the live view ---
+
+
+def test_the_live_view_sends_complete_frames(run):
+    pytest.importorskip("anywidget", reason="the package anywidget is not installed")
+    from ekfslam_tutorial.graphics.player import LivePlayer
+
+    live, sent = LivePlayer("live", period=2), []
+    live.send = sent.append
+    assert live.head is None
+    for s in run(True, time_last=6):
+        live.add(s)
+    assert [m["total"] for m in sent] == [1, 2, 3]
+    assert live.head["dim"] == 2 and live.head["frames"] == [] and live.options["sigma"].startswith("3σ")
+    alone = StateLog.from_json(json.dumps({**live.head, "frames": sent[-1]["frames"]})).frames()[0]
+    assert alone.lmks.keys() == s.lmks.keys() if s.k == alone.k else live.state_log.frames()[-1].lmks.keys()
+
+    live._handle_custom_msg("the whole log, please", [])
+    assert sent[-1] == {"frames": live.state_log.records, "total": 3, "whole": True}
+
+
+def test_without_anywidget_the_message_says_what_to_do(monkeypatch):
+    real = builtins.__import__
+
+    def missing(name, *arguments, **more):
+        if name == "anywidget":
+            raise ModuleNotFoundError("No module named 'anywidget'")
+        return real(name, *arguments, **more)
+
+    monkeypatch.setattr(builtins, "__import__", missing)
+    monkeypatch.delitem(sys.modules, "ekfslam_tutorial.graphics.player.live", raising=False)
+    with pytest.raises(ImportError, match="pip install anywidget"):
+        from ekfslam_tutorial.graphics.player import LivePlayer  # noqa: F401
+
+
+def test_the_player_is_imported_without_anywidget():
+    code = "import sys, ekfslam_tutorial.course, ekfslam_tutorial.graphics.player; print('anywidget' in sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "False"
