@@ -170,7 +170,7 @@ def _run(log, xs, Ps, k):
     s = np.sqrt(np.maximum(np.diagonal(Ps, axis1=1, axis2=2), 0))
     t = DT * np.arange(len(xs))
     for row, (j, unit, scale) in enumerate(((0, "x (m)", 1.0), (1, "y (m)", 1.0), (2, "heading (deg)", 180 / np.pi))):
-        a = fig.add_axes((0.62, 0.71 - 0.3 * row, 0.36, 0.25))
+        a = fig.add_axes((0.62, 0.67 - 0.285 * row, 0.36, 0.24))
         a.fill_between(t, -3 * scale * s[:, j], 3 * scale * s[:, j], color=GREY, alpha=0.3, linewidth=0, label="±3σ")
         a.plot(t, scale * e[:, j], **line(ESTIMATE), linewidth=1.3, label="error of the EKF")
         a.axvline(DT * k, color=BLACK, linewidth=1)
@@ -191,12 +191,12 @@ def _run(log, xs, Ps, k):
 
 
 @explorable(
-    k=Int(50, 1, STEPS, label="time step k", play=500),
+    k=Int(66, 1, STEPS, label="time step k", play=500),
     range_std=Float(0.15, 0.05, 1.0, 0.05, "R: std of the range", "m"),
     bearing_std_deg=Float(3.0, 1.0, 20.0, 1.0, "R: std of the bearing", "deg"),
-    v_std=Float(0.15, 0.05, 0.5, 0.05, "U: std of the speed", "m/s"),
-    w_std_deg=Float(6.0, 1.0, 20.0, 1.0, "U: std of the turn rate", "deg/s"),
-    fov_deg=Float(180.0, 20.0, 360.0, 20.0, "field of view", "deg"),
+    v_std=Float(0.3, 0.05, 0.5, 0.05, "U: std of the speed", "m/s"),
+    w_std_deg=Float(10.0, 1.0, 20.0, 1.0, "U: std of the turn rate", "deg/s"),
+    fov_deg=Float(60.0, 20.0, 360.0, 20.0, "field of view", "deg"),
     ranges={"sigma_m": (0.01, 10), "in_view": (0, 9)},
 )
 def live(k, range_std, bearing_std_deg, v_std, w_std_deg, fov_deg):
