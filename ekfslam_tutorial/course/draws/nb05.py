@@ -212,7 +212,7 @@ def steps():
 
 
 @explorable(
-    step=Int(34, 1, len(steps()) - 1, label="operation", play=1200, tip="Arrow keys move one operation"),
+    step=Int(35, 1, len(steps()) - 1, label="operation", play=1200, tip="Arrow keys move one operation"),
     ranges={"changed": (0, 25), "blocks": (1, 25)},
 )
 def blocks(step):

@@ -12,8 +12,10 @@ from ...graphics.bodies import move_faces, robot_body
 from ...graphics.style import BLACK, GREEN, GREY, VERMILLION
 
 
-def map_axes(ax: Axes, half: float, title: str = "") -> None:
-    """Make square map axes around the origin, metres."""
+def map_axes(ax: Axes, half: float, title: str = "", tick: float = 10.0) -> None:
+    """Make square map axes around the origin, metres. (Few ticks: they take most of the time of a redraw.)"""
+    ticks = np.arange(-half // tick + 1, half // tick + 1) * tick
+    ax.set(xticks=ticks, yticks=ticks)
     ax.set(xlim=(-half, half), ylim=(-half, half), xlabel="x (m)", ylabel="y (m)", title=title, aspect="equal")
 
 
