@@ -339,7 +339,7 @@ def noise(rule, n):
 
 def _room(ax):
     ax.plot(*LANDMARKS.T, **points(TRUTH, markersize=12), label="landmarks (known)")
-    ax.set(xlim=(-6.5, 6.5), ylim=(-6.8, 6.2), xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    ax.set(xlim=(-7.5, 7.5), ylim=(-8.5, 6.2), xlabel="x (m)", ylabel="y (m)", aspect="equal")
 
 
 def _legend(ax):
