@@ -125,7 +125,8 @@ def test_the_checks_themselves_see_a_wrong_page():
     assert (shown.output, shown.line, excerpt.source) == ("3\n", 2, ("geometry/angles.py", ["wrap"]))
     assert run(shown, Path("page.md"), {}) == "2\n"
     assert not stands_in(["x"], source_of("geometry/angles.py", "wrap"))
-    assert stands_in(["return np.pi - np.subtract(np.pi, angle) % (2 * np.pi)"], source_of("geometry/angles.py", "wrap"))
+    line = "return np.pi - np.subtract(np.pi, angle) % (2 * np.pi)"
+    assert stands_in([line], source_of("geometry/angles.py", "wrap"))
     with pytest.raises(ZeroDivisionError):
         run(Block("python", 1, "1 / 0"), Path("page.md"), {})
     announced = Block("python", 1, "1 / 0", output="ZeroDivisionError: division by zero\n")
