@@ -43,7 +43,7 @@ def troubles_figure(which):
     late = sum(int((np.diff(a[:, 0]) < 0).sum()) for a in (f.odometry, f.sightings))
     return fig, (
         f"{which.capitalize()} {f.name}, robot {f.robot}, {runs.SECONDS:.0f} s: {len(t)} sightings, {met.sum()} of "
-        f"them of other robots and {lost.sum()} with a barcode in no list; {late} rows out of order; step of the "
+        f"them of other robots and {lost.sum()} with a barcode in no list; rows out of order: {late}; step of the "
         f"odometry: typical {np.median(dt):.3f} s, longest {dt.max():.2f} s."
     )
 
@@ -140,6 +140,7 @@ def noise_figure(which, factors=(0.05, 0.1, 0.25, 1.0), seconds=120.0):
     ax.axhline(1.0, color=BLACK, linewidth=1, linestyle=":", label="honest: 1")
     ax.set(xscale="log", yscale="log", xlabel="variances R, relative to the tuned ones", ylabel="relative to the ideal")
     ax.set_xticks(factors, [f"{k:g}" for k in factors])
+    ax.set_yticks([0.1, 0.3, 1, 3], ["0.1", "0.3", "1", "3"])
     ax.minorticks_off()
     ax.set_title(f"{which}, {seconds:.0f} s")
     ax.legend(loc="best")

@@ -64,7 +64,13 @@ def _(f, rng):
     "alignment", "One angle and one vector for all points: subtract the means, find the best angle.", part=0
 )
 def _(f, rng):
-    for n, turn, noise, scale in ((20, 0.6, 0.3, 1), (8, 2.5, 0.5, 10), (30, -3.0, 1.0, 0.1), (3, -1.2, 0.2, 1)):
+    for n, turn, noise, scale in (
+        (20, 0.6, 0.3, 1),
+        (8, 2.5, 0.5, 10),
+        (30, -3.0, 1.0, 0.1),
+        (3, -1.2, 0.2, 1),
+        (2, 0.7, 0.1, 1),
+    ):
         path, truth = case(rng, n, turn, noise, scale)
         expect.close(_two(f(path, truth), n)[0], ate(path, truth)[0], "aligned", 1e-5, at=f"a turn of {turn} rad")
     path = case(rng, 12, 0.0, 0.0)[0]

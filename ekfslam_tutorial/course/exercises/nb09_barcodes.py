@@ -86,8 +86,8 @@ def _(f, rng):
 
 @barcodes.link("measurements", "Columns 2 and 3 of the rows that stay: range and bearing.", part=2)
 def _(f, rng):
-    for m, s, n in ((40, 20, 5), (30, 6, 1)):
-        rows, table, robots = case(rng, m, s, n)
+    for m, s, n, share in ((40, 20, 5, 0.1), (30, 6, 1, 0.1), (2, 4, 0, 0.0), (5, 3, 1, 0.1)):
+        rows, table, robots = case(rng, m, s, n, share)
         want = landmarks_seen(rows, table, robots)[2]
         expect.close(_three(f(rows, table, robots), len(want))[2], want, "measurements")
 
