@@ -150,17 +150,6 @@ def nees_runs(groups, dof):
     return fig, f"NEES for {dof} states, 99 % band {low:.0f} to {high:.0f}. {'; '.join(words).capitalize()}."
 
 
-def verdict(snapshot):
-    """How good the map of a simulated run is, in one sentence."""
-    true = dict(zip((int(i) for i in snapshot.sim_lmk.ids), snapshot.sim_lmk.points, strict=True))
-    errors = [np.hypot(*(lmk.point(snapshot.map)[0] - true[id])) for id, lmk in snapshot.lmks.items()]
-    rob = snapshot.robs[0]
-    off = np.hypot(*(rob.state(snapshot.map) - snapshot.truth[rob.id])[:2])
-    return (
-        f"Frame {snapshot.k}: {len(errors)} landmarks, worst error {max(errors):.2f} m; the robot is {off:.2f} m off."
-    )
-
-
 # ---- the step-through widget ----------------------------------------------------------------------------------------
 
 WORLD = {7: (2.2, 1.2), 3: (0.4, 3.6), 12: (-2.4, 3.4), 4: (-2.6, 0.4)}
