@@ -88,7 +88,7 @@ def test_not_implemented_later_on_is_a_failure():
 
 
 @pytest.mark.parametrize(
-    "id, near", [("02.33", "'02.3'"), ("02.", "'02."), ("2.3", "'02.3'"), (2.3, "a text such as"), ("", "'02.")]
+    "id, near", [("02.33", "'02.3'"), ("02.", "'02."), ("2.3", "'02.3'"), (2.3, "a text such as"), ("", "'00.1'")]
 )
 def test_an_unknown_id_names_the_nearest(id, near):
     with pytest.raises(ValueError, match=re.escape(near)):
