@@ -15,10 +15,10 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test notebooks lint format lock clean
+.PHONY: help env lab test test-browser notebooks lint format lock clean
 
 help:  ## list these targets
-	@sed -n 's/^\([a-z]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-10s %s\n' "$$name" "$$text"; done
+	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
 
 env:  ## build .venv if it is missing, broken or older than the lock (PYTHON=python3.12 takes that one)
 	@command -v "$(PYTHON)" >/dev/null 2>&1 || { echo "There is no program '$(PYTHON)' here: install Python 3.11 or newer, or name one: make env PYTHON=python3.12" >&2; exit 1; }
@@ -31,6 +31,9 @@ lab: env  ## open JupyterLab on notebooks/ (LAB_ARGS is passed on, for example L
 
 test: env  ## run every test, then every notebook, unsolved and solved (TEST_ARGS is passed to pytest on tests/)
 	@$(VENV) tools/run_tests.py $(TEST_ARGS)
+
+test-browser: env  ## only the tests in a real browser, a part of make test (EKFSLAM_BROWSER=all: every notebook)
+	@$(VENV) -m pytest tests/browser $(TEST_ARGS)
 
 notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs (NB=notebooks/02_... takes one)
 	@$(VENV) tools/build_notebooks.py $(NB)

@@ -24,8 +24,8 @@ def replay(log: StateLog, caption: str = "", n: int = 3):
     -----
     Strip and caption are plain outputs, which every viewer of notebooks shows. The player is HTML with everything
     inside: it works without a kernel and without a network, wherever a notebook's scripts run (JupyterLab and Notebook
-    once the notebook is trusted, that is, run; nbviewer; HTML pages). Tag the cell ``nbval-ignore-output``: the numbers
-    inside the player may differ in the last digit from computer to computer.
+    once the notebook is trusted, that is, run; nbviewer; HTML pages). The tests of the notebooks compare the caption,
+    not the numbers inside the player, which may differ in the last digit from computer to computer.
     """
     show(log_strip(log, n), one_line(f"{caption} {log_caption(log)}"))
     plain = f"Player: {log.title or 'replay'}, {len(log)} frames. It shows where a notebook's scripts run."

@@ -43,6 +43,7 @@ def test_the_player_is_one_module_that_needs_nothing():
     assert not re.search(r"\bimport\b|\bfetch\b|XMLHttpRequest|WebSocket|https?://|\beval\b", module)
     assert len(re.findall(r"^export default", module, re.MULTILINE)) == 1
     assert "export function mount(" in module
+    assert "</script" not in module.lower() and "<!--" not in module  # it stands in a script element
     assert len(module) <= 50_000  # it stands in every notebook output
 
 
