@@ -179,6 +179,7 @@ def steps():
     log = [Step("start: the origin of the map is the first pose", 0, x, P, (), None, pose)]
 
     def done(k, text, lmk=None):
+        """Note an operation and what it left."""
         log.append(Step(text, k, x, P, tuple(ids), lmk, pose))
 
     for k in range(1, 13):
