@@ -11,6 +11,9 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from ekfslam_tutorial.graphics.player import StateLog, write_player_html
+from ekfslam_tutorial.toolbox import UserData, universal_slam
+
 ROOT = Path(__file__).resolve().parents[2]
 START_S = 60
 
@@ -83,3 +86,36 @@ def address(server, runtime, log):
                 return lambda name: f"{info['url']}lab/workspaces/{name[:2]}/tree/{name}?token={info['token']}"
         time.sleep(0.2)
     pytest.fail("JupyterLab did not start:\n" + log.read_text()[-2000:])
+
+
+@pytest.fixture(scope="session")
+def flat():
+    """Range and bearing in the plane; a gate so narrow that it rejects, and landmarks that are missed."""
+    return record("range_bearing_2d", 40, {"options.md2_threshold": 4.0, "sensor.1.p_detect": 0.8})
+
+
+@pytest.fixture(scope="session")
+def space():
+    """One camera in the cloister."""
+    return record("cloister_idp", 25)
+
+
+def record(name, n_frames, changes=None):
+    data = UserData.from_toml(ROOT / "data" / "scenarios" / f"{name}.toml", {"time.last": n_frames, **(changes or {})})
+    log = StateLog(f"test of {name}")
+    for s in universal_slam(data):
+        log.add(s)
+    return log
+
+
+@pytest.fixture
+def open_log(page, tmp_path):
+    """Return a function that opens a log in the page, and waits until it is drawn."""
+
+    def open_log(log, to=page):
+        to.goto(write_player_html(tmp_path / "player.html", log).as_uri())
+        to.wait_for_function("window.player?.drawn > 0")
+        return to
+
+    yield open_log
+    assert page.problems == []
