@@ -46,6 +46,9 @@ def test_it_fits_the_screen(chromium, space, tmp_path, size):
         assert box["x"] >= 0 and box["x"] + box["width"] <= size[0] + 1
         assert box["y"] + box["height"] <= size[1] + 1
     assert page.evaluate("parseFloat(getComputedStyle(player.status).fontSize)") >= (16 if size[0] >= 1280 else 13)
+    page.get_by_text("Keys").click()
+    box = page.locator("details div").bounding_box()
+    assert min(box["x"], box["y"]) >= 0 and box["x"] + box["width"] <= size[0] and box["y"] + box["height"] <= size[1]
     page.context.close()
 
 
