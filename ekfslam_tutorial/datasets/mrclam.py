@@ -98,8 +98,7 @@ def load(
     -------
     Recording
         Controls are steps of `models.Odometry2` with their covariances; measurements are range and bearing of
-        landmarks with known ids. Sightings of other robots are counted in the notes and left out;
-        `mrclam_log.read_set` has them.
+        landmarks with known ids; `met` has the sightings of those robots that were asked for.
 
     Raises
     ------
@@ -121,19 +120,25 @@ def recording(log, calibration=None, odometry_noise=ODOMETRY_NOISE, sighting_noi
     """Frames of the logs of a set; parameters as in `load`."""
     notes = list(log.notes)
     times = _frames(log, notes)
-    controls, raw, truth = {}, {}, {}
+    controls, raw, met, truth = {}, {}, {}, {}
     for r, robot in log.robots.items():
         s = robot.landmarks
         fit = calibration or self_calibration(robot.odometry, s.t, s.ids, s.y, FAMILY)
         notes.append(f"robot {r}: odometry {fit}")
         t, v, w = robot.odometry.T
         controls[r] = ControlLog(*steps(t + fit.delay, v, fit.turn_rate(v, w), times, odometry_noise))
-        offsets = np.searchsorted(s.t, np.append(times, np.nextafter(times[-1], np.inf)))
-        s = s.where(slice(offsets[0], offsets[-1]))
-        raw[r] = RawLog(r, offsets - offsets[0], s.ids, s.y, sighting_noise.covariance(s.y))
+        raw[r] = _by_frame(r, s, times, sighting_noise)
+        met[r] = _by_frame(r, robot.robots.where(np.isin(robot.robots.ids, list(log.robots))), times, sighting_noise)
         truth[r] = truth_at(robot, times)
     landmarks = SimLmk(log.ids, log.points)
-    return Recording(log.name, times - times[0], controls, raw, truth, landmarks, notes)
+    return Recording(log.name, times - times[0], controls, raw, truth, landmarks, notes, met)
+
+
+def _by_frame(robot, sightings, times, noise):
+    """Sightings by a robot, in the frames at their times."""
+    offsets = np.searchsorted(sightings.t, np.append(times, np.nextafter(times[-1], np.inf)))
+    s = sightings.where(slice(offsets[0], offsets[-1]))
+    return RawLog(robot, offsets - offsets[0], s.ids, s.y, noise.covariance(s.y))
 
 
 def _frames(log, notes):

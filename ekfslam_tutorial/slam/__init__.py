@@ -5,6 +5,7 @@ May not: simulate, read files or draw.
 """
 
 from .association import Jcbb, KnownIds, Matches, NearestNeighbour
+from .meetings import correct_met_robots, project_robots
 from .objects import Event, Lmk, Obs, Rob, Sen, Tim
 from .options import Options
 from .projection import normalize, place, project_lmks
@@ -25,10 +26,12 @@ __all__ = [
     "Tim",
     "add_landmark",
     "correct_known_lmks",
+    "correct_met_robots",
     "init_new_lmks",
     "move",
     "normalize",
     "place",
     "project_lmks",
+    "project_robots",
     "reopen_gate",
 ]

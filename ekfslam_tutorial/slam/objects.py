@@ -228,7 +228,8 @@ class Event(NamedTuple):
     """Something that a step did, in the order in which it did it.
 
     kind is search (flag: a measurement was found), innovation (flag: it passed the gate), correction,
-    initialisation, refused (the map was full), deletion or recovery (the gate of a lost robot was opened; lmk is -1).
+    initialisation, refused (the map was full), deletion, recovery (the gate of a lost robot was opened; lmk is -1) or
+    meeting (another robot was measured, lmk is its id; flag: it passed the gate).
     """
 
     kind: str

@@ -4,6 +4,7 @@ A recording is stored as one npz file (small, exact, fast) or as a folder of CSV
 load anywhere); see `recording_csv`. Both keep every bit of every number.
 """
 
+import re
 import struct
 import zipfile
 import zlib
@@ -132,6 +133,8 @@ class Recording:
         True landmarks: ids (N,) and points (N, 2) or (N, 3).
     notes : list of str
         What a reader should know: origin, corrections made, rows dropped.
+    met : dict of int to RawLog
+        By sensor id: measurements of other robots. Their ids are those of robots; they never mean landmarks.
     """
 
     name: str
@@ -141,6 +144,7 @@ class Recording:
     truth: dict = field(default_factory=dict)
     landmarks: SimLmk | None = None
     notes: list = field(default_factory=list)
+    met: dict = field(default_factory=dict)
 
     def __post_init__(self):
         self.t = numbers("times t", self.t, 1)
@@ -148,9 +152,16 @@ class Recording:
         if len(late):
             raise ValueError(f"times t must start at 0 or later and not fall, but frame {late[0]} does")
         self.robots = {i: c if isinstance(c, ControlLog) else ControlLog(c) for i, c in self.robots.items()}
-        self.raw = {i: o if isinstance(o, RawLog) else RawLog.of(i, o) for i, o in self.raw.items()}
+        self.raw, self.met = (
+            {i: o if isinstance(o, RawLog) else RawLog.of(i, o) for i, o in logs.items()}
+            for logs in (self.raw, self.met)
+        )
         self.truth = {i: _truth(i, x) for i, x in self.truth.items()}
-        for kind, logs in (("controls of robot", self.robots), ("measurements of sensor", self.raw)):
+        for kind, logs in (
+            ("controls of robot", self.robots),
+            ("measurements of sensor", self.raw),
+            ("sightings of robots by sensor", self.met),
+        ):
             self._check_frames(kind, logs)
         self._check_frames("truth of robot", self.truth)
         if self.landmarks is not None:
@@ -215,7 +226,7 @@ class Recorder:
     """
 
     def __init__(self):
-        self._t, self._controls, self._raw, self._truth, self._landmarks = [], {}, {}, {}, None
+        self._t, self._controls, self._raw, self._met, self._truth, self._landmarks = [], {}, {}, {}, {}, None
 
     def add(self, snapshot):
         """Keep one frame: copies of the controls, the raw data and the true poses."""
@@ -225,6 +236,8 @@ class Recorder:
             self._controls.setdefault(rob.id, []).append((np.array(rob.u), np.array(rob.U)))
         for sen, obs in snapshot.raw.items():
             self._raw.setdefault(sen, []).append(obs)
+        for sen, obs in snapshot.met.items():
+            self._met.setdefault(sen, []).append(obs)
         for rob, x in snapshot.truth.items():
             self._truth.setdefault(rob, []).append(np.array(x))
 
@@ -235,7 +248,7 @@ class Recorder:
             u, U = zip(*controls, strict=True)
             robots[i] = ControlLog(np.array(u), np.array(U))
         truth = {i: np.array(x) for i, x in self._truth.items()}
-        return Recording(name, np.array(self._t), robots, self._raw, truth, self._landmarks, list(notes))
+        return Recording(name, np.array(self._t), robots, self._raw, truth, self._landmarks, list(notes), self._met)
 
 
 def _to_arrays(rec):
@@ -244,27 +257,38 @@ def _to_arrays(rec):
     for i, log in rec.robots.items():
         arrays |= {f"robot{i}_u": log.u} | ({} if log.U is None else {f"robot{i}_U": log.U})
     for i, log in rec.raw.items():
-        arrays |= {f"sensor{i}_offsets": log.offsets, f"sensor{i}_ids": log.ids, f"sensor{i}_y": log.y}
-        arrays |= {} if log.R is None else {f"sensor{i}_R": log.R}
+        arrays |= _raw_arrays(f"sensor{i}", log)
+    for i, log in rec.met.items():
+        arrays |= _raw_arrays(f"sensor{i}_met", log)
     arrays |= {f"robot{i}_truth": x for i, x in rec.truth.items()}
     if rec.landmarks is not None:
         arrays |= {"landmark_ids": rec.landmarks.ids, "landmark_points": rec.landmarks.points}
     return arrays
 
 
+def _raw_arrays(name, log):
+    arrays = {f"{name}_offsets": log.offsets, f"{name}_ids": log.ids, f"{name}_y": log.y}
+    return arrays | ({} if log.R is None else {f"{name}_R": log.R})
+
+
+def _raw_log(a, i, name):
+    return RawLog(i, a[f"{name}_offsets"], a[f"{name}_ids"], a[f"{name}_y"], a.get(f"{name}_R"))
+
+
 def _from_arrays(a):
     if str(a["format"]) != FORMAT:
         raise ValueError(f"its format is {str(a['format'])[:40]!r}, known is {FORMAT!r}")
     robots, sensors = (a[key].tolist() for key in ("robots", "sensors"))
-    raw = {i: (a[f"sensor{i}_offsets"], a[f"sensor{i}_ids"], a[f"sensor{i}_y"]) for i in sensors}
+    met = [int(key[6:].removesuffix("_met_ids")) for key in a if re.fullmatch(r"sensor\d+_met_ids", key)]
     return Recording(
         name=str(a["name"]),
         t=a["t"],
         robots={i: ControlLog(a[f"robot{i}_u"], a.get(f"robot{i}_U")) for i in robots},
-        raw={i: RawLog(i, *arrays, R=a.get(f"sensor{i}_R")) for i, arrays in raw.items()},
+        raw={i: _raw_log(a, i, f"sensor{i}") for i in sensors},
         truth={i: a[f"robot{i}_truth"] for i in robots if f"robot{i}_truth" in a},
         landmarks=SimLmk(a["landmark_ids"], a["landmark_points"]) if "landmark_ids" in a else None,
         notes=a["notes"].tolist(),
+        met={i: _raw_log(a, i, f"sensor{i}_met") for i in met},
     )
 
 

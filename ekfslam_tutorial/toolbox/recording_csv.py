@@ -6,6 +6,7 @@ frames.csv                   t: seconds since the start; one row for each frame,
 robot-N-controls.csv         frame, u1 ... and, if the covariances are recorded, their upper triangles U11 U12 ...
 robot-N-truth.csv            frame, x, y, theta or x, y, z, a, b, c, d (quaternion, scalar first); nan where unknown
 sensor-N.csv                 frame, id, y1 ... and, if recorded, R11 R12 ...; one row for each measurement, by frame
+sensor-N-robots.csv          the same for measurements of other robots; the ids are those of robots
 landmarks.csv                id, x, y and, in space, z
 ===========================  =====================================================================================
 
@@ -35,9 +36,10 @@ def save_csv(rec, folder):
         tables[f"robot-{i}-controls.csv"] = _joined([("frame", frames)], "u", log.u, "U", log.U)
     for i, x in rec.truth.items():
         tables[f"robot-{i}-truth.csv"] = (["frame", *POSES[x.shape[1]]], [frames, *x.T])
-    for i, log in rec.raw.items():
-        frame = np.repeat(frames, np.diff(log.offsets))
-        tables[f"sensor-{i}.csv"] = _joined([("frame", frame), ("id", log.ids)], "y", log.y, "R", log.R)
+    for ending, logs in (("", rec.raw), ("-robots", rec.met)):
+        for i, log in logs.items():
+            frame = np.repeat(frames, np.diff(log.offsets))
+            tables[f"sensor-{i}{ending}.csv"] = _joined([("frame", frame), ("id", log.ids)], "y", log.y, "R", log.R)
     if rec.landmarks is not None:
         points = rec.landmarks.points
         tables["landmarks.csv"] = (["id", *"xyz"[: points.shape[1]]], [rec.landmarks.ids, *points.T])
@@ -59,7 +61,7 @@ def load_csv(folder):
     read = lambda name: _Table(folder / name, head.get("rows", {}).get(name))
     t = read("frames.csv").columns("t", ["t"])[:, 0]
 
-    robots, truth, raw, landmarks = {}, {}, {}, None
+    robots, truth, raw, met, landmarks = {}, {}, {}, {}, None
     for i, name in _numbered(folder, r"robot-(\d+)-controls\.csv"):
         table = read(name)
         table.frames(len(t), each_once=True)
@@ -68,15 +70,16 @@ def load_csv(folder):
         table = read(name)
         table.frames(len(t), each_once=True)
         truth[i] = table.columns("pose", table.one_of(POSES.values(), skip=1), allow_nan=True)
-    for i, name in _numbered(folder, r"sensor-(\d+)\.csv"):
-        table = read(name)
-        counts = np.bincount(table.frames(len(t)), minlength=len(t))
-        ids = table.integers("id")
-        raw[i] = RawLog(i, np.cumsum([0, *counts]), ids, table.vectors("y"), table.triangles("R", "y"))
+    for pattern, logs in ((r"sensor-(\d+)\.csv", raw), (r"sensor-(\d+)-robots\.csv", met)):
+        for i, name in _numbered(folder, pattern):
+            table = read(name)
+            counts = np.bincount(table.frames(len(t)), minlength=len(t))
+            ids = table.integers("id")
+            logs[i] = RawLog(i, np.cumsum([0, *counts]), ids, table.vectors("y"), table.triangles("R", "y"))
     if (folder / "landmarks.csv").exists():
         table = read("landmarks.csv")
         landmarks = SimLmk(table.integers("id"), table.columns("points", table.one_of(["xy", "xyz"], skip=1)))
-    return Recording(head["name"], t, robots, raw, truth, landmarks, head.get("notes", []))
+    return Recording(head["name"], t, robots, raw, truth, landmarks, head.get("notes", []), met)
 
 
 class _Table:

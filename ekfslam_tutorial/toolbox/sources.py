@@ -3,7 +3,7 @@
 Both give the estimator the same, a `Frame`. It does not know which of them it came from.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,6 +25,8 @@ class Frame:
         Measurements, by sensor id.
     truth : dict of int to ndarray
         True pose of each robot, NaN where not known; not for the estimator, except for robots with known pose.
+    met : dict of int to SimObs
+        Measurements of other robots, by sensor id; none in a simulation.
     """
 
     t: float
@@ -32,6 +34,7 @@ class Frame:
     controls: dict
     raw: dict
     truth: dict
+    met: dict = field(default_factory=dict)
 
 
 class Simulation:
@@ -124,7 +127,8 @@ class Replay:
         controls = {robot.id: self._control(robot.id, i) for robot in self._data.robots}
         raw = {s.id: rec.raw[s.id][i] for s in self._data.sensors}
         truth = {r.id: rec.truth[r.id][i] for r in self._data.robots if r.id in rec.truth}
-        return Frame(float(rec.t[i]), float(self._dt[i]), controls, raw, truth)
+        met = {s.id: rec.met[s.id][i] for s in self._data.sensors if s.id in rec.met}
+        return Frame(float(rec.t[i]), float(self._dt[i]), controls, raw, truth, met)
 
     def _control(self, robot, i):
         """Control and covariance. A robot that starts at the truth of the first frame is there already."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from ..slam import correct_known_lmks, init_new_lmks, move, reopen_gate
+from ..slam import correct_known_lmks, correct_met_robots, init_new_lmks, move, reopen_gate
 from .agreement import can_start, started_by
 from .sources import Replay, Simulation
 from .structures import create_slam_structures
@@ -29,6 +29,8 @@ class Snapshot:
         This frame's observations, by (sensor id, landmark id).
     raw : dict of int to SimObs
         This frame's measurements, by sensor id.
+    met : dict of int to SimObs
+        This frame's measurements of other robots, by sensor id, where a recording has them.
     events : list of Event
         What was done in this frame, in order.
     refused : set of int
@@ -50,6 +52,7 @@ class Snapshot:
     lmks: dict
     obs: dict
     raw: dict
+    met: dict
     events: list
     refused: set
     truth: dict
@@ -129,6 +132,9 @@ def _frames(data, source, n_frames, map, robs, sens, lmks, tim):
                 if starts[sen.id]:
                     n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                     events += init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
+        for rob in robs:  # all have moved now, so one can be seen by the other
+            for sen in (sen_of[id] for id in rob.sensors if id in now.met):
+                events += correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt)
 
         # 3. VISUALIZATION, or whatever the caller does with a frame
         refused = {*refused, *(e.lmk for e in events if e.kind == "refused")}.difference(lmks)
@@ -142,6 +148,7 @@ def _frames(data, source, n_frames, map, robs, sens, lmks, tim):
             lmks=lmks,
             obs=obs,
             raw=now.raw,
+            met=now.met,
             events=events,
             refused=refused,
             truth=now.truth,

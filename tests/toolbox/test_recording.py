@@ -26,6 +26,7 @@ def small(R=True, U=True):
         truth={1: np.array([[1, 2, 3], [np.nan] * 3, [1e-17, 0.1, -0.0]])},
         landmarks=SimLmk(np.array([3, 9]), np.array([[1 / 3, 2.0], [1e300, -5e-324]])),
         notes=["line one", 'quotes " and ümlauts'],
+        met={6: [SimObs(6, np.array([4] * n), rng.normal(size=(n, 2)), spd(n, 2) if R else None) for n in (1, 0, 2)]},
     )
 
 
@@ -36,9 +37,10 @@ def assert_same(a, b):
         assert np.array_equal(a.robots[i].u, b.robots[i].u) and same(a.robots[i].U, b.robots[i].U)
     for i in a.truth:
         assert a.truth[i].tobytes() == b.truth[i].tobytes()
-    for i in a.raw:
-        assert np.array_equal(a.raw[i].offsets, b.raw[i].offsets) and np.array_equal(a.raw[i].ids, b.raw[i].ids)
-        assert same(a.raw[i].y, b.raw[i].y) and same(a.raw[i].R, b.raw[i].R)
+    assert list(a.met) == list(b.met)
+    for c, d in [(a.raw[i], b.raw[i]) for i in a.raw] + [(a.met[i], b.met[i]) for i in a.met]:
+        assert np.array_equal(c.offsets, d.offsets) and np.array_equal(c.ids, d.ids)
+        assert same(c.y, d.y) and same(c.R, d.R)
     assert (a.landmarks is None) == (b.landmarks is None)
     if a.landmarks is not None:
         assert np.array_equal(a.landmarks.ids, b.landmarks.ids)
