@@ -15,7 +15,7 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test test-browser notebooks lint format lock clean
+.PHONY: help env lab test test-browser notebooks contents lint format lock clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
@@ -37,6 +37,9 @@ test-browser: env  ## only the tests in a real browser, a part of make test (EKF
 
 notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs (NB=notebooks/02_... takes one)
 	@$(VENV) tools/build_notebooks.py $(NB)
+
+contents: env  ## write the tables of contents anew: README, docs/notebooks.md, notebook 00, small pictures
+	@$(VENV) -m ekfslam_tutorial.course.contents
 
 # pyright runs on Node: the system's, else the one that playwright brings.
 lint: env  ## ruff check, ruff format --check, pyright, numpydoc
