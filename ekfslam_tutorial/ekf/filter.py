@@ -10,16 +10,19 @@ that the state is known; its block drops out. So the same `correct` does
 
 Names: z innovation, Z its covariance, E covariance of the expectation, R of the measurement, U of the control
 (manual, figs. 4 and 9). Only the blocks are multiplied: H is never written out.
+
+The same functions take a *stack* of K observations at once, for one joint correction. A Jacobian then has the shape
+(K, m, k), and its range is a slice (the state that all K depend on: the robot) or an array of int, shape (K, k) (the
+states that each has of its own: its landmark). H has K m rows then.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import isfinite
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri  # pyright: ignore[reportAttributeAccessIssue]
 
-from .blas import subtract_product
+from ..geometry.lazy import lazy
 
 
 @dataclass(frozen=True)
@@ -40,21 +43,25 @@ class Innovation:
     z: np.ndarray
     Z: np.ndarray
 
-    @cached_property
+    @lazy
     def iL(self):
         """Inverse of the Cholesky factor: Z = L L', Z^-1 = iL' iL."""
-        if not isfinite(np.sum(self.z)):
+        if not isfinite(self.z.dot(self.z)):
             raise ValueError(f"the innovation must be finite, got {np.asarray(self.z).tolist()}")
         L, info = dpotrf(self.Z, lower=1, clean=1)
         if info != 0 or not isfinite(L[-1, -1]):
             raise ValueError(f"the innovation covariance must be positive definite, got {np.asarray(self.Z).tolist()}")
         return dtrtri(L, lower=1)[0]
 
+    @lazy
+    def w(self):
+        """Whitened innovation L^-1 z: of unit covariance, if all is well."""
+        return self.iL.dot(self.z)
+
     @property
     def md2(self):
         """Squared Mahalanobis distance z' Z^-1 z: chi-square with m degrees of freedom, if all is well."""
-        w = self.iL @ self.z
-        return float(w @ w)
+        return float(self.w.dot(self.w))
 
 
 def predict(map, r, x, X_x, X_u, U):
@@ -75,13 +82,9 @@ def predict(map, r, x, X_x, X_u, U):
     U : ndarray, shape (nu, nu)
         Covariance of the control.
     """
-    P_mr = map.P[:, r] @ X_x.T
-    P_rr = X_x @ P_mr[r] + X_u @ U @ X_u.T
-
-    map.x[r] = x
-    map.P[:, r] = P_mr
-    map.P[r, :] = P_mr.T
-    map.P[r, r] = _symmetric(P_rr)
+    P_rm = X_x.dot(map.rows(r))
+    P_rr = P_rm[:, map.here(r)].dot(X_x.T) + X_u.dot(U).dot(X_u.T)
+    map.put(r, x, P_rm, P_rr)
 
 
 def cross(map, blocks):
@@ -91,18 +94,18 @@ def cross(map, blocks):
     ----------
     map : Map
     blocks : sequence of (slice or None, ndarray of shape (m, k))
-        At least one; those of known states have the range None.
+        At least one; those of known states have the range None. Or a stack, see above.
 
     Returns
     -------
-    ndarray, shape (n, m)
+    ndarray, shape (n, m), or (n, K m)
     """
-    PHt = [map.P[:, r] @ J.T for r, J in blocks if r is not None]
-    return sum(PHt[1:], start=PHt[0]) if PHt else np.zeros((map.n, len(blocks[0][1])))
+    HP = [_times(J, map.rows(r)) for r, J in blocks if r is not None]
+    return sum(HP[1:], start=HP[0]).T if HP else np.zeros((map.n, blocks[0][1][..., 0].size))
 
 
 def covariance(PHt, blocks):
-    """Covariance of something that depends on the blocks: H P H', shape (m, m).
+    """Covariance of something that depends on the blocks: H P H', shape (m, m), or (K m, K m) for a stack.
 
     Parameters
     ----------
@@ -110,8 +113,17 @@ def covariance(PHt, blocks):
         From `cross`.
     blocks : sequence of (slice or None, ndarray of shape (m, k))
     """
-    m = PHt.shape[1]
-    return sum((J @ PHt[r] for r, J in blocks if r is not None), start=np.zeros((m, m)))
+    HPHt = [_times(J, PHt[r]) for r, J in blocks if r is not None]
+    return sum(HPHt[1:], start=HPHt[0]) if HPHt else np.zeros((PHt.shape[1], PHt.shape[1]))
+
+
+def _times(J, rows):
+    """J times rows of a matrix, shape (m, n). For a stack: all K products one below the other, shape (K m, n)."""
+    if J.ndim == 2:
+        return J.dot(rows)
+    if rows.ndim == 2:
+        return J.reshape(-1, J.shape[-1]).dot(rows)
+    return (J @ rows).reshape(-1, rows.shape[-1])
 
 
 def innovation(z, E, R):
@@ -119,12 +131,19 @@ def innovation(z, E, R):
 
     Parameters
     ----------
-    z : ndarray, shape (m,)
+    z : ndarray, shape (m,), or (K, m) for a stack
         Measurement minus expectation, angles wrapped.
-    E, R : ndarray, shape (m, m)
-        Covariance of the expectation, H P H', and of the measurement noise.
+    E : ndarray, shape (m, m), or (K m, K m)
+        Covariance of the expectation, H P H'.
+    R : ndarray, shape (m, m), or (K, m, m)
+        Covariance of the measurement noise; of a stack, each has the same or its own, independent of the others.
     """
-    return Innovation(z, E + R)
+    if z.ndim == 1:
+        return Innovation(z, E + R)
+    Z = E.copy()
+    blocks = np.einsum("kikj->kij", Z.reshape(*z.shape, *z.shape))  # a view: the K blocks on the diagonal
+    blocks += R
+    return Innovation(z.ravel(), Z)
 
 
 def correct(map, PHt, inn):
@@ -146,9 +165,9 @@ def correct(map, PHt, inn):
     ValueError
         If the innovation is not finite, or its covariance not positive definite. Nothing has been changed then.
     """
-    W = PHt @ inn.iL.T
-    map.x[:] += W @ (inn.iL @ inn.z)
-    subtract_product(map.P, W)
+    Wt = inn.iL.dot(PHt.T)
+    map.shift(inn.w.dot(Wt))
+    map.subtract(Wt)
 
 
 def augment(map, l, blocks, Q):
@@ -180,7 +199,9 @@ def augment(map, l, blocks, Q):
     """
     PLt = cross(map, blocks)
     P_ll = covariance(PLt, blocks) + Q
-    return map.add(l, P_ll, PLt.T)
+    if not isfinite(np.sum(P_ll)) or not isfinite(np.sum(l)):
+        raise ValueError(f"a new state must be finite, got {l} with the covariance {P_ll.tolist()}")
+    return map.insert(l, P_ll, PLt.T)
 
 
 def transform(map, r, x, J):
@@ -203,19 +224,11 @@ def transform(map, r, x, J):
     slice
         Range of the new state: the head of r. The rest of r is free again.
     """
-    P_mr = map.P[:, r] @ J.T
-    P_rr = J @ P_mr[r]
+    P_rm = J @ map.rows(r)
+    P_rr = P_rm[:, map.here(r)] @ J.T
 
     head, tail = slice(r.start, r.start + len(x)), slice(r.start + len(x), r.stop)
-    map.x[head] = x
-    map.P[:, head] = P_mr
-    map.P[head, :] = P_mr.T
-    map.P[head, head] = _symmetric(P_rr)
+    map.put(head, x, P_rm, P_rr)
     if tail.start < tail.stop:
         map.remove(tail)
     return head
-
-
-def _symmetric(P):
-    """A covariance without the rounding errors that make A P A' differ from its transpose."""
-    return 0.5 * (P + P.T)

@@ -2,7 +2,11 @@
 
 import numpy as np
 
-GROWTH = 1.5  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
+from .blas import Downdate
+from .triangle import mirror, whole_rows
+
+GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
+ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
 
 
 class MapFull(RuntimeError):
@@ -30,40 +34,59 @@ class Map:
         Which entries belong to a state.
     n : int
         Extent: one past the last used entry there ever was.
+    n_used : int
+        Number of states in use.
     """
 
     def __init__(self, capacity=None):
         if capacity is not None and (not isinstance(capacity, (int, np.integer)) or capacity < 1):
             raise ValueError(f"the capacity of a map must be a positive number of states, got {capacity!r}")
         self.capacity = capacity
-        self.n = 0
-        self._x = np.zeros(0)
-        self._P = np.zeros((0, 0), order="F")
-        self._used = np.zeros(0, bool)
+        self.n = self.n_used = 0
+        self._lower = False  # only the lower triangle of P is up to date
+        self._store(np.zeros(0), np.zeros((0, 0), order="F"), np.zeros(0, bool))
 
     def __repr__(self):
         room = "" if self.capacity is None else f" of {self.capacity}"
         return f"Map({self.n_used}{room} states in use)"
 
+    def _store(self, x, P, used):
+        """Take this storage: vectors of the capacity, and a column-major matrix."""
+        self._x, self._P, self._used = x, P, used
+        self._downdate = Downdate(P)
+        self._look()
+
+    def _look(self):
+        """Views of the part of the storage that is in use: made once, not at every access."""
+        n = self.n
+        self._xn, self._Pn, self._usedn = self._x[:n], self._P[:n, :n], self._used[:n]
+        self._Pt = self._Pn.T
+
+    def __getstate__(self):
+        """For copies: addresses and views stay here."""
+        return {k: v for k, v in vars(self).items() if k not in ("_xn", "_Pn", "_usedn", "_Pt", "_downdate")}
+
+    def __setstate__(self, state):
+        self.__dict__.update(state)
+        self._store(self._x, np.asfortranarray(self._P), self._used)
+
     @property
     def x(self):
         """Mean of all states, shape (n,). A view: writing into it changes the map."""
-        return self._x[: self.n]
+        return self._xn
 
     @property
     def P(self):
-        """Covariance of all states, shape (n, n). A view, too."""
-        return self._P[: self.n, : self.n]
+        """Covariance of all states, shape (n, n). A view, too, good until the next operation on the map."""
+        if self._lower:
+            mirror(self._Pn)
+            self._lower = False
+        return self._Pn
 
     @property
     def used(self):
         """Which states are in use, shape (n,), bool."""
-        return self._used[: self.n]
-
-    @property
-    def n_used(self):
-        """Number of states in use."""
-        return int(np.count_nonzero(self.used))
+        return self._usedn
 
     def add(self, x, P_xx, P_xm=None):
         """Put a state into the map.
@@ -98,12 +121,75 @@ class Map:
         if P_xm is not None and (np.shape(P_xm) != (len(x), self.n) or not np.isfinite(P_xm).all()):
             raise ValueError(f"P_xm must be finite and have shape {(len(x), self.n)}, got shape {np.shape(P_xm)}")
 
-        r = self._make_room(len(x))
-        if P_xm is not None:
-            n = np.shape(P_xm)[1]
-            self._P[r, :n] = P_xm
-            self._P[:n, r] = np.transpose(P_xm)
-        self._x[r], self._P[r, r], self._used[r] = x, 0.5 * (P_xx + P_xx.T), True
+        return self.insert(x, P_xx, np.zeros((len(x), self.n)) if P_xm is None else np.asarray(P_xm, float))
+
+    # --- what the operations of the filter are made of ---------------------------------------------------------------
+
+    def state(self, r):
+        """Mean of the state in range r: a copy, shape (k,)."""
+        return self._xn[r].copy()
+
+    def block(self, r):
+        """Covariance of the state in range r: a copy, shape (k, k)."""
+        B = self._Pn[r, r].copy()
+        if self._lower:
+            mirror(B)
+        return B
+
+    def rows(self, r):
+        """Covariance of the state in range r with the whole map, P[r, :]. Not to be written to.
+
+        Parameters
+        ----------
+        r : slice or ndarray of int, shape (K, k)
+            A range, or the states of K ranges.
+
+        Returns
+        -------
+        ndarray, shape (k, n) or (K, k, n)
+        """
+        if not self._lower:
+            return self._Pt[r]
+        indices = np.arange(r.start, r.stop) if isinstance(r, slice) else r
+        return whole_rows(self._Pn, indices.ravel().tolist()).reshape(*indices.shape, self.n)
+
+    def here(self, r):
+        """Where the state in range r stands in what `rows` returns: at r."""
+        return r
+
+    def put(self, r, x, P_xm, P_xx):
+        """Replace the state in range r.
+
+        Parameters
+        ----------
+        r : slice
+        x : ndarray, shape (k,)
+        P_xm : ndarray, shape (k, n)
+            Its covariance with the whole map; the part at r itself is not used.
+        P_xx : ndarray, shape (k, k)
+        """
+        stop = r.stop if self._lower else self.n  # nobody reads what is right of the diagonal, if only one side counts
+        self._xn[r] = x
+        self._Pt[r] = P_xm
+        self._Pn[r, :stop] = P_xm[:, :stop]
+        self._Pn[r, r] = symmetric(P_xx)
+
+    def shift(self, dx):
+        """x = x + dx."""
+        self._xn += dx
+
+    def subtract(self, Wt):
+        """P = P - W W', given W' of shape (m, n)."""
+        self._lower = self._lower or self.n >= ONE_TRIANGLE
+        self._downdate(Wt, self._lower)
+
+    def insert(self, x, P_xx, P_xm):
+        """A new state, as `add` puts it in, unchecked. Returns its range."""
+        n, r = self.n, self._make_room(len(x))
+        self._Pn[r, :n] = P_xm
+        self._Pt[r, :n] = P_xm
+        self._xn[r], self._Pn[r, r], self._usedn[r] = x, symmetric(P_xx), True
+        self.n_used += len(x)
         return r
 
     def remove(self, r):
@@ -119,6 +205,7 @@ class Map:
         if not (0 <= r.start < r.stop <= self.n and self.used[r].all()):
             raise ValueError(f"range {r.start}:{r.stop} is not in use in this map of {self.n} states")
         self._x[r], self._P[r, :], self._P[:, r], self._used[r] = 0, 0, 0, False
+        self.n_used -= r.stop - r.start
 
     def _make_room(self, k):
         """A free range of k entries: the first gap that is long enough, or the end of the map."""
@@ -126,27 +213,34 @@ class Map:
             raise MapFull(
                 f"the map is full: {self.n_used} of {self.capacity} states are in use, a new state needs {k} more"
             )
-        taken = np.flatnonzero(np.concatenate([[True], self.used, [True]])) - 1
-        gaps = np.diff(taken) - 1
-        fits = np.flatnonzero(gaps >= k)
-        start = int(taken[fits[0]]) + 1 if fits.size else self._end()
+        start = self.n if self.n_used == self.n else self._first_gap(k)
         if start + k > self.n:
             self._extend(start + k)
         return slice(start, start + k)
 
-    def _end(self):
-        """One past the last entry in use."""
-        used = np.flatnonzero(self.used)
-        return int(used[-1]) + 1 if used.size else 0
+    def _first_gap(self, k):
+        """Where k free entries stand together for the first time; one past the last entry in use, if nowhere."""
+        taken = np.flatnonzero(np.concatenate([[True], self.used, [True]])) - 1
+        fits = np.flatnonzero(np.diff(taken) - 1 >= k)
+        return int(taken[fits[0]]) + 1 if fits.size else int(taken[-2]) + 1
 
     def _extend(self, n):
         """Let the map reach up to n entries."""
         if n > len(self._x):
             size = int(GROWTH * n) + 8
             x, P, used = np.zeros(size), np.zeros((size, size), order="F"), np.zeros(size, bool)
-            x[: self.n], P[: self.n, : self.n], used[: self.n] = self.x, self.P, self.used
-            self._x, self._P, self._used = x, P, used
+            x[: self.n], P[: self.n, : self.n], used[: self.n] = self._xn, self._Pn, self._usedn
+            self.n = n
+            self._store(x, P, used)
         self.n = n
+        self._look()
+
+
+def symmetric(P):
+    """A covariance without the rounding errors that make A P A' differ from its transpose."""
+    S = P + P.T
+    S *= 0.5
+    return S
 
 
 def check_covariance(P, n, name="P"):

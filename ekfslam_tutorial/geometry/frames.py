@@ -5,13 +5,13 @@ is built on them works in 2D and in 3D. A frame never changes: a new pose is a n
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
 from .angles import wrap
 from .arrays import identity
+from .lazy import lazy
 from .quaternions import CONJUGATE, q2Q, q2qc, q2R_q, q2v, q_prod, unit
 
 
@@ -40,12 +40,12 @@ class _Frame:
             raise ValueError(f"{type(self).__name__} needs {self.size} numbers {self.fields}, got shape {x.shape}")
         object.__setattr__(self, "x", x)
 
-    @cached_property
+    @lazy
     def t(self):
         """Position, shape (..., dim), metres."""
         return self.x[..., : self.dim]
 
-    @cached_property
+    @lazy
     def Rt(self):
         """Transposed rotation matrix, shape (..., dim, dim)."""
         return np.swapaxes(self.R, -1, -2)
@@ -96,12 +96,12 @@ class _Frame:
         P_f[..., self.dim :] = self._contract(self._Ro_columns, pf)
         return p, P_f, self.R
 
-    @cached_property
+    @lazy
     def _Ro_rows(self):
         """R_o[i, j, k] as a matrix of rows i: v' R_o is one matrix product."""
         return self.R_o.reshape(*self.R_o.shape[:-2], -1)
 
-    @cached_property
+    @lazy
     def _Ro_columns(self):
         """R_o[i, j, k] as a matrix of rows j."""
         return np.swapaxes(self.R_o, -3, -2).reshape(*self.R_o.shape[:-2], -1)
@@ -131,12 +131,12 @@ class Frame2(_Frame):
     dof: ClassVar[int] = 3
     fields: ClassVar[str] = "[x, y, theta]"
 
-    @cached_property
+    @lazy
     def theta(self):
         """Heading, radians."""
         return self.x[..., 2]
 
-    @cached_property
+    @lazy
     def R(self):
         """Rotation matrix [[cos, -sin], [sin, cos]], shape (..., 2, 2)."""
         c, s = np.cos(self.theta), np.sin(self.theta)
@@ -145,7 +145,7 @@ class Frame2(_Frame):
         R[..., 1, 0], R[..., 1, 1] = s, c
         return R
 
-    @cached_property
+    @lazy
     def R_o(self):
         """Derivative of R by the heading, shape (..., 2, 2, 1)."""
         R_o = np.empty((*self.x.shape[:-1], 2, 2, 1))
@@ -211,17 +211,17 @@ class Frame3(_Frame):
     dof: ClassVar[int] = 6
     fields: ClassVar[str] = "[t(3), q(4)]"
 
-    @cached_property
+    @lazy
     def q(self):
         """Orientation quaternion, shape (..., 4)."""
         return self.x[..., 3:]
 
-    @cached_property
+    @lazy
     def R(self):
         """Rotation matrix R = q2R(q), shape (..., 3, 3)."""
         return 0.5 * _mul(self.R_o, self.q[..., None, :])
 
-    @cached_property
+    @lazy
     def R_o(self):
         """Derivative of R by the quaternion, shape (..., 3, 3, 4)."""
         return q2R_q(self.q)

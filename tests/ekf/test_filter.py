@@ -18,6 +18,8 @@ from ekfslam_tutorial.ekf import (
 
 from .textbook import Textbook
 
+pytestmark = pytest.mark.usefixtures("triangles")
+
 SIZES = (7, 6, 3, 4, 2)
 
 
