@@ -4,5 +4,6 @@ from .constant_velocity import ConstantVelocity
 from .odometry2 import Odometry2
 from .odometry3 import Odometry3
 from .unicycle import Unicycle
+from .vehicle import Vehicle
 
-__all__ = ["ConstantVelocity", "Odometry2", "Odometry3", "Unicycle"]
+__all__ = ["ConstantVelocity", "Odometry2", "Odometry3", "Unicycle", "Vehicle"]

@@ -10,6 +10,38 @@ from ...geometry import Frame2
 SMALL = 1e-4  # radians: below it sin(a)/a and its like are replaced by series, next term under 1e-17
 
 
+def arc(u, dt):
+    """The step along a circular arc, seen from its start.
+
+    Parameters
+    ----------
+    u : ndarray, shape (..., 2)
+        [v, w]: forward speed (m/s) and turn rate (rad/s), constant over `dt`.
+    dt : float
+        s.
+
+    Returns
+    -------
+    step : ndarray, shape (..., 3)
+        [dx, dy, dtheta], m and rad.
+    S_u : ndarray, shape (..., 3, 2)
+    """
+    u = np.asarray(u, float)
+    v, a = u[..., 0], u[..., 1] * dt
+    small = np.abs(a) < SMALL
+    safe = np.where(small, 1.0, a)
+    s = np.where(small, 1 - a**2 / 6, np.sin(safe) / safe)  # sin(a) / a
+    c = np.where(small, a / 2 - a**3 / 24, (1 - np.cos(safe)) / safe)  # (1 - cos a) / a
+    s_a = np.where(small, -a / 3, (np.cos(safe) - s) / safe)
+    c_a = np.where(small, 0.5 - a**2 / 8, (np.sin(safe) - c) / safe)
+
+    zero, one = np.zeros_like(a), np.ones_like(a)
+    step = np.stack([v * dt * s, v * dt * c, a], -1)
+    S_v = np.stack([dt * s, dt * c, zero], -1)
+    S_w = dt * np.stack([v * dt * s_a, v * dt * c_a, one], -1)
+    return step, np.stack([S_v, S_w], -1)
+
+
 @dataclass(frozen=True)
 class Unicycle:
     """Robot state [x, y, theta]; control u = [v, w], forward speed (m/s) and turn rate (rad/s), constant over dt.
@@ -40,23 +72,6 @@ class Unicycle:
         X_x : ndarray, shape (..., 3, 3)
         X_u : ndarray, shape (..., 3, 2)
         """
-        step, S_u = self._arc(np.asarray(u, float), dt)
+        step, S_u = arc(u, dt)
         F, X_x, X_s = Frame2(x).compose(Frame2(step))
         return F.x, X_x, X_s @ S_u
-
-    @staticmethod
-    def _arc(u, dt):
-        """The step [dx, dy, dtheta] in the robot frame and its derivative by [v, w]."""
-        v, a = u[..., 0], u[..., 1] * dt
-        small = np.abs(a) < SMALL
-        safe = np.where(small, 1.0, a)
-        s = np.where(small, 1 - a**2 / 6, np.sin(safe) / safe)  # sin(a) / a
-        c = np.where(small, a / 2 - a**3 / 24, (1 - np.cos(safe)) / safe)  # (1 - cos a) / a
-        s_a = np.where(small, -a / 3, (np.cos(safe) - s) / safe)
-        c_a = np.where(small, 0.5 - a**2 / 8, (np.sin(safe) - c) / safe)
-
-        zero, one = np.zeros_like(a), np.ones_like(a)
-        step = np.stack([v * dt * s, v * dt * c, a], -1)
-        S_v = np.stack([dt * s, dt * c, zero], -1)
-        S_w = dt * np.stack([v * dt * s_a, v * dt * c_a, one], -1)
-        return step, np.stack([S_v, S_w], -1)
