@@ -4,7 +4,7 @@ Lives here: errors against a known truth, alignment of maps, and statistics of c
 May not: estimate, read files, draw.
 """
 
-from .alignment import align
+from ..geometry import align
 from .consistency import Honesty, anees_band, chi2_band, coverage, honesty, k_sigma, md2, nees, nis
 from .errors import History
 

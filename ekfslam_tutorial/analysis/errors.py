@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .alignment import align
+from ..geometry import align
 from .consistency import honesty, md2
 from .tracks import Track, rmse
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .alignment import align
+from ..geometry import align
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,7 @@ def recording(log, calibration=None, odometry_noise=ODOMETRY_NOISE, sighting_noi
         met[r] = _by_frame(r, robot.robots.where(np.isin(robot.robots.ids, list(log.robots))), times, sighting_noise)
         truth[r] = truth_at(robot, times)
     landmarks = SimLmk(log.ids, log.points)
-    return Recording(log.name, times - times[0], controls, raw, truth, landmarks, notes, met)
+    return Recording(log.name, times - times[0], controls, raw, truth, landmarks, notes, met, by_event=True)
 
 
 def _by_frame(robot, sightings, times, noise):

@@ -4,6 +4,7 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..toolbox.rendezvous import find_starts
 from ..toolbox.tables import arguments, at, look_up
 from . import lecture, mrclam, mrclam_twin
 from .mrclam_log import ROBOTS, read_set
@@ -206,23 +207,26 @@ def prepare(userdata):
     -------
     userdata : UserData
         If the recording has other robots than the scenario, the first robot of the scenario stands for each of them.
+        A given start is then that of the first one; where the others start relative to it is found from the landmarks
+        that they have in common. Without a given start each begins where the ground truth does; but on a known map
+        (localisation) the landmarks tell it.
     recording : Recording or None
         None for a simulation: the scenario has no `[data]`.
 
     Raises
     ------
     ValueError
-        If one robot with a given start would stand for several, which cannot all have started there.
+        If a start has to be found and the robots have too few landmarks in common.
     """
     if userdata.data is None:
         return userdata, None
     recording = load_recording(userdata.data)
-    ids, first = list(recording.robots), userdata.robots[0]
+    ids, first, together = list(recording.robots), userdata.robots[0], False
     if {robot.id for robot in userdata.robots} != set(ids):
-        if len(ids) > 1 and first.position is not None:
-            raise ValueError(
-                f"the robots {ids} of the data would all start at position = {list(first.position)}; name one robot, "
-                "or leave position out: then each starts where the ground truth does"
-            )
         userdata = userdata.for_robots(ids)
+        together = len(ids) > 1 and first.position is not None
+    lost = not userdata.landmark.in_map and all(robot.position is None for robot in userdata.robots)
+    if lost or together:
+        userdata, note = find_starts(userdata, recording)
+        recording.notes.append(note)
     return userdata, recording

@@ -1,9 +1,10 @@
-"""Angles, quaternions, reference frames and numerical Jacobians.
+"""Angles, quaternions, reference frames, alignment and numerical Jacobians.
 
 Lives here: functions of plain arrays that know nothing of robots, sensors or filters.
 May not: import anything of this package but `geometry` itself.
 """
 
+from .alignment import align
 from .angles import wrap
 from .arrays import identity
 from .frames import Frame2, Frame3
@@ -36,6 +37,7 @@ __all__ = [
     "Frame2",
     "Frame3",
     "R2q",
+    "align",
     "au2q",
     "au2v",
     "check_jacobians",

@@ -135,6 +135,9 @@ class Recording:
         What a reader should know: origin, corrections made, rows dropped.
     met : dict of int to RawLog
         By sensor id: measurements of other robots. Their ids are those of robots; they never mean landmarks.
+    by_event : bool
+        True: there is a frame whenever some sensor measured, and one without measurements in it did not look then.
+        False: every sensor looks in every frame.
     """
 
     name: str
@@ -145,6 +148,7 @@ class Recording:
     landmarks: SimLmk | None = None
     notes: list = field(default_factory=list)
     met: dict = field(default_factory=dict)
+    by_event: bool = False
 
     def __post_init__(self):
         self.t = numbers("times t", self.t, 1)
@@ -253,7 +257,11 @@ class Recorder:
 
 def _to_arrays(rec):
     arrays = {"format": FORMAT, "name": rec.name, "notes": np.array(rec.notes, dtype=str), "t": rec.t}
-    arrays |= {"robots": np.array(list(rec.robots), int), "sensors": np.array(list(rec.raw), int)}
+    arrays |= {
+        "by_event": rec.by_event,
+        "robots": np.array(list(rec.robots), int),
+        "sensors": np.array(list(rec.raw), int),
+    }
     for i, log in rec.robots.items():
         arrays |= {f"robot{i}_u": log.u} | ({} if log.U is None else {f"robot{i}_U": log.U})
     for i, log in rec.raw.items():
@@ -263,7 +271,7 @@ def _to_arrays(rec):
     arrays |= {f"robot{i}_truth": x for i, x in rec.truth.items()}
     if rec.landmarks is not None:
         arrays |= {"landmark_ids": rec.landmarks.ids, "landmark_points": rec.landmarks.points}
-    return arrays
+    return arrays | {"arrays": np.array(sorted(arrays))}  # a damaged name is noticed, too
 
 
 def _raw_arrays(name, log):
@@ -278,6 +286,8 @@ def _raw_log(a, i, name):
 def _from_arrays(a):
     if str(a["format"]) != FORMAT:
         raise ValueError(f"its format is {str(a['format'])[:40]!r}, known is {FORMAT!r}")
+    for name in a["arrays"].tolist() if "arrays" in a else ():
+        a[name]  # a KeyError says which one is missing
     robots, sensors = (a[key].tolist() for key in ("robots", "sensors"))
     met = [int(key[6:].removesuffix("_met_ids")) for key in a if re.fullmatch(r"sensor\d+_met_ids", key)]
     return Recording(
@@ -289,6 +299,7 @@ def _from_arrays(a):
         landmarks=SimLmk(a["landmark_ids"], a["landmark_points"]) if "landmark_ids" in a else None,
         notes=a["notes"].tolist(),
         met={i: _raw_log(a, i, f"sensor{i}_met") for i in met},
+        by_event=bool(a.get("by_event", False)),
     )
 
 

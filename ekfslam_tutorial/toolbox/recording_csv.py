@@ -1,7 +1,8 @@
 """A recording as a folder of CSV files.
 
 ===========================  =====================================================================================
-recording.json               format, name, notes, and the number of rows of each file (optional, shows a cut-off file)
+recording.json               format, name, notes, by_event (see `Recording`), and the number of rows of each file, which
+                             shows a cut-off file; only format and name are needed
 frames.csv                   t: seconds since the start; one row for each frame, frame numbers count from 0
 robot-N-controls.csv         frame, u1 ... and, if the covariances are recorded, their upper triangles U11 U12 ...
 robot-N-truth.csv            frame, x, y, theta or x, y, z, a, b, c, d (quaternion, scalar first); nan where unknown
@@ -50,7 +51,7 @@ def save_csv(rec, folder):
             writer.writerow(header)
             writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
     rows = {name: len(columns[0]) for name, (_, columns) in tables.items()}
-    head = {"format": FORMAT, "name": rec.name, "notes": rec.notes, "rows": rows}
+    head = {"format": FORMAT, "name": rec.name, "notes": rec.notes, "by_event": rec.by_event, "rows": rows}
     (folder / "recording.json").write_text(json.dumps(head, indent=2) + "\n", encoding="utf-8")
 
 
@@ -79,7 +80,9 @@ def load_csv(folder):
     if (folder / "landmarks.csv").exists():
         table = read("landmarks.csv")
         landmarks = SimLmk(table.integers("id"), table.columns("points", table.one_of(["xy", "xyz"], skip=1)))
-    return Recording(head["name"], t, robots, raw, truth, landmarks, head.get("notes", []), met)
+    return Recording(
+        head["name"], t, robots, raw, truth, landmarks, head.get("notes", []), met, head.get("by_event", False)
+    )
 
 
 class _Table:
@@ -213,4 +216,6 @@ def _head(path):
     rows, notes = head.get("rows", {}), head.get("notes", [])
     if not isinstance(rows, dict) or not isinstance(notes, list):
         raise ValueError(f"{path}: rows must be a table of numbers and notes a list of texts")
+    if not isinstance(head.get("by_event", False), bool):
+        raise ValueError(f"{path}: by_event must be true or false, got {head['by_event']!r}")
     return head

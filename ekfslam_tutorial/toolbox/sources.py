@@ -27,6 +27,8 @@ class Frame:
         True pose of each robot, NaN where not known; not for the estimator, except for robots with known pose.
     met : dict of int to SimObs
         Measurements of other robots, by sensor id; none in a simulation.
+    idle : set of int
+        Sensors that did not look; that is not the same as to look and see nothing.
     """
 
     t: float
@@ -35,6 +37,7 @@ class Frame:
     raw: dict
     truth: dict
     met: dict = field(default_factory=dict)
+    idle: set = field(default_factory=set)
 
 
 class Simulation:
@@ -128,7 +131,8 @@ class Replay:
         raw = {s.id: rec.raw[s.id][i] for s in self._data.sensors}
         truth = {r.id: rec.truth[r.id][i] for r in self._data.robots if r.id in rec.truth}
         met = {s.id: rec.met[s.id][i] for s in self._data.sensors if s.id in rec.met}
-        return Frame(float(rec.t[i]), float(self._dt[i]), controls, raw, truth, met)
+        idle = {id for id, obs in raw.items() if rec.by_event and not len(obs)}
+        return Frame(float(rec.t[i]), float(self._dt[i]), controls, raw, truth, met, idle)
 
     def _control(self, robot, i):
         """Control and covariance. A robot that starts at the truth of the first frame is there already."""

@@ -119,13 +119,15 @@ def _frames(data, source, n_frames, map, robs, sens, lmks, tim):
 
         # 2. ESTIMATION
         events = []
+        for key in [key for key in obs if key[0] in now.idle]:
+            del obs[key]
         for rob in robs:
             rob.u, rob.U = now.controls[rob.id]
             if rob.r is None:
                 rob.x[: rob.motion.frame.size] = now.truth[rob.id]
             else:
                 move(map, rob, now.dt)
-            for sen in (sen_of[id] for id in rob.sensors):
+            for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = now.raw[sen.id]
                 done, new = correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 events += done + reopen_gate(map, rob, done, opt)

@@ -3,9 +3,11 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ekfslam_tutorial.datasets import check, load_recording, mrclam_twin, prepare, report
+from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.toolbox import Data, UserData
 
 SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
@@ -116,8 +118,6 @@ def test_wrong_names_and_values(data, name, params, words):
 
 def test_prepare_makes_a_robot_for_each_in_the_data(data):
     userdata = UserData.from_toml(SCENARIOS / "mrclam_single.toml", {"data.set": 2, "data.robots": [2, 4]})
-    with pytest.raises(ValueError, match=r"the robots \[2, 4\] of the data would all start at position = \[0, 0\]"):
-        prepare(userdata)
     userdata.robots[0].position = None
     userdata, recording = prepare(userdata)
     assert [r.id for r in userdata.robots] == [s.id for s in userdata.sensors] == [2, 4]
@@ -128,3 +128,25 @@ def test_prepare_makes_a_robot_for_each_in_the_data(data):
 def test_prepare_leaves_a_simulation_alone():
     userdata = UserData(robots=UserData.from_toml(SCENARIOS / "mrclam_twin.toml").robots)
     assert prepare(userdata) == (userdata, None)
+
+
+def test_prepare_finds_where_the_others_start():
+    """Two robots of the twin; the first one is the origin. The alignment is good to far less than its START_STD."""
+    changes = {"data.robots": [2, 4], "data.duration": 150, "data.seed": 3}
+    userdata, recording = prepare(UserData.from_toml(SCENARIOS / "mrclam_twin.toml", changes))
+    first, second = userdata.robots
+    frames = [Frame2(recording.truth[i][0]) for i in (2, 4)]
+    true = frames[0].inverse()[0].compose(frames[1])[0]
+    assert first.position == [0, 0] and first.position_std == 0
+    np.testing.assert_allclose(second.position, true.t, atol=0.5)
+    assert any("relative to robot 2" in note for note in recording.notes)
+
+
+def test_prepare_places_a_lost_robot_on_the_known_map(data):
+    """The landmarks say where it is; not the true pose."""
+    userdata = UserData.from_toml(SCENARIOS / "mrclam_localisation.toml")
+    userdata.data = Data(name="mrclam_twin", params={"robots": [3], "duration": 100.0})
+    userdata, recording = prepare(userdata)
+    (robot,) = userdata.robots
+    np.testing.assert_allclose(robot.position, recording.truth[3][0][:2], atol=0.5)
+    assert robot.position_std > 0

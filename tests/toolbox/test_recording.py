@@ -27,6 +27,7 @@ def small(R=True, U=True):
         landmarks=SimLmk(np.array([3, 9]), np.array([[1 / 3, 2.0], [1e300, -5e-324]])),
         notes=["line one", 'quotes " and ümlauts'],
         met={6: [SimObs(6, np.array([4] * n), rng.normal(size=(n, 2)), spd(n, 2) if R else None) for n in (1, 0, 2)]},
+        by_event=R,
     )
 
 
@@ -37,7 +38,7 @@ def assert_same(a, b):
         assert np.array_equal(a.robots[i].u, b.robots[i].u) and same(a.robots[i].U, b.robots[i].U)
     for i in a.truth:
         assert a.truth[i].tobytes() == b.truth[i].tobytes()
-    assert list(a.met) == list(b.met)
+    assert list(a.met) == list(b.met) and a.by_event == b.by_event
     for c, d in [(a.raw[i], b.raw[i]) for i in a.raw] + [(a.met[i], b.met[i]) for i in a.met]:
         assert np.array_equal(c.offsets, d.offsets) and np.array_equal(c.ids, d.ids)
         assert same(c.y, d.y) and same(c.R, d.R)

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...analysis.alignment import align
 from ...analysis.consistency import nees
 from ...ekf import Map
-from ...geometry import Frame2
+from ...geometry import Frame2, align
 from ...models.landmarks import EucPnt
 from ...models.motion import Odometry2
 from ...models.sensors import RangeBearing
 from ...simulation.simulator import SimObs
 from ...simulation.streams import Streams, draw
 from ...slam import KnownIds, Lmk, Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, place, project_lmks
+from .films import film, snapshot
 
 SENSOR = RangeBearing(0.1, np.radians(1.5), max_range=6.0)  # all round: fov 360 degrees
 AHEAD = RangeBearing(0.1, np.radians(1.5), max_range=5.0, fov=np.pi)
@@ -47,7 +47,22 @@ class Frame:
     wrong: int
 
 
-def run(association=None, frames=126, *, swap_at=None, clutter=0.0, min_match_ratio=0.0, sensor=SENSOR):
+def run(*args, **options):
+    """The run, kept: a list of `Frame`. The parameters are those of `frames`."""
+    out = []
+    for now, origin in frames(*args, **options):
+        rob, map, truth = now.robs[0], now.map, now.truth[1]
+        pairs = [
+            (origin[o.lmk], int(now.raw[1].ids[o.index])) for o in now.obs.values() if o.updated and o.lmk in origin
+        ]
+        ranges = {id: lmk.r for id, lmk in now.lmks.items()}
+        e = float(nees(rob.frame(map), map.P[rob.r, rob.r], Frame2(truth))) if now.k else np.nan
+        wrong = sum(a != b for a, b in pairs)
+        out.append(Frame(map.x.copy(), map.P.copy(), ranges, dict(origin), truth, e, len(pairs), wrong))
+    return out
+
+
+def frames(association=None, frames=126, *, swap_at=None, clutter=0.0, min_match_ratio=0.0, sensor=SENSOR):
     """EKF-SLAM round the room.
 
     Parameters
@@ -65,9 +80,12 @@ def run(association=None, frames=126, *, swap_at=None, clutter=0.0, min_match_ra
     sensor : SensorModel
         As the filter has it.
 
-    Returns
-    -------
-    list of Frame
+    Yields
+    ------
+    now : Snapshot
+        Of each frame; good until the next one is drawn.
+    origin : dict
+        Which true landmark started each one in the map.
     """
     association = association or KnownIds()
     opt = Options(lmk_type=EucPnt(2), association=association, min_match_ratio=min_match_ratio)
@@ -75,7 +93,7 @@ def run(association=None, frames=126, *, swap_at=None, clutter=0.0, min_match_ra
     rob = Rob(1, Odometry2(), U=U)
     sen = Sen(1, 1, sensor, Frame2, x=np.zeros(3))
     place(map, rob, START, np.zeros((3, 3)))
-    truth, out = START, []
+    truth = START
     for k in range(frames + 1):
         if k:
             truth = rob.motion.move(truth, STEP, 1.0)[0]
@@ -87,16 +105,17 @@ def run(association=None, frames=126, *, swap_at=None, clutter=0.0, min_match_ra
         if k == swap_at:
             raw = swapped(raw, points)
         obs = {}
-        _, new = correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
+        events, new = correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
         for i in new:
-            for event in init_new_lmks(map, rob, sen, lmks, raw, [i], opt):
-                origin[event.lmk] = int(raw.ids[i])
-        pairs = [(origin[o.lmk], int(raw.ids[o.index])) for o in obs.values() if o.updated and o.lmk in origin]
-        ranges = {id: lmk.r for id, lmk in lmks.items()}
-        e = float(nees(rob.frame(map), map.P[rob.r, rob.r], Frame2(truth))) if k else np.nan
-        wrong = sum(a != b for a, b in pairs)
-        out.append(Frame(map.x.copy(), map.P.copy(), ranges, dict(origin), truth, e, len(pairs), wrong))
-    return out
+            births = init_new_lmks(map, rob, sen, lmks, raw, [i], opt)
+            origin |= {event.lmk: int(raw.ids[i]) for event in births}
+            events += births
+        yield snapshot(k, map, rob, sen, lmks, obs, raw, events, truth, points), origin
+
+
+def replayed(title, **options):
+    """State log of a run. The parameters are those of `frames`."""
+    return film(title, (now for now, _ in frames(**options)))
 
 
 def streams_of(streams, k, cause):

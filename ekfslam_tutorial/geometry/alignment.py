@@ -6,7 +6,8 @@ measurement as well (the gauge). Where that frame is not known, a map is compare
 
 import numpy as np
 
-from ..geometry import Frame2, Frame3, R2q
+from .frames import Frame2, Frame3
+from .quaternions import R2q
 
 
 def align(points, targets):

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from ekfslam_tutorial.analysis import align
-from ekfslam_tutorial.geometry import Frame2, Frame3
+from ekfslam_tutorial.geometry import Frame2, Frame3, align
 
 
 def frame(rng, d):
