@@ -53,7 +53,7 @@ def parser():
     top = argparse.ArgumentParser(prog="ekfslam", description="EKF mapping and EKF-SLAM: course and toolbox.")
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for add in (_run, _data, _notebooks, _progress, _new, _doctor):
+    for add in (_run, _data, _notebooks, _progress, _nbgrader, _new, _doctor):
         add(commands)
     return top
 
@@ -90,6 +90,12 @@ def _notebooks(commands):
 def _progress(commands):
     progress = _command(commands, "progress", "Say which exercises are done.")
     progress.add_argument("notebook", nargs="?", metavar="NN", help="only those of this notebook: 02")
+
+
+def _nbgrader(commands):
+    grade = _command(commands, "nbgrader", "Write a notebook as an assignment of an nbgrader course, checks included.")
+    grade.add_argument("notebook", metavar="NN", help="its number: 02")
+    grade.add_argument("course", metavar="COURSE", help="folder of the nbgrader course; written to source/ in it")
 
 
 def _new(commands):
