@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from IPython.display import display
 
 from ..graphics.player import StateLog, log_caption, log_strip, player_frame
 from .figures import one_line, show
 
 
-def replay(log: StateLog, caption: str = "", n: int = 3):
+def replay(log: StateLog, caption: str = "", n: int = 3, at: Sequence[int] = ()):
     """Show a run: film strip, caption, player.
 
     Parameters
@@ -18,7 +20,9 @@ def replay(log: StateLog, caption: str = "", n: int = 3):
     caption : str
         Said before the caption that is computed from the log.
     n : int
-        Pictures of the film strip.
+        Pictures of the film strip, evenly spaced.
+    at : sequence of int, optional
+        Numbers of the frames in the strip, instead.
 
     Notes
     -----
@@ -27,6 +31,6 @@ def replay(log: StateLog, caption: str = "", n: int = 3):
     once the notebook is trusted, that is, run; nbviewer; HTML pages). The tests of the notebooks compare the caption,
     not the numbers inside the player, which may differ in the last digit from computer to computer.
     """
-    show(log_strip(log, n), one_line(f"{caption} {log_caption(log)}"))
+    show(log_strip(log, n, at=at), one_line(f"{caption} {log_caption(log)}"))
     plain = f"Player: {log.title or 'replay'}, {len(log)} frames. It shows where a notebook's scripts run."
     display({"text/html": player_frame(log), "text/plain": plain}, raw=True)

@@ -114,6 +114,22 @@ def test_a_strip_of_one_frame(run):
     assert len(log_strip(log, n=3).axes) == 1
 
 
+def test_a_strip_of_chosen_frames(run):
+    log = StateLog(period=2)
+    for s in run(True, time_last=9):
+        log.add(s)
+    assert [ax.get_title().split(",")[0] for ax in log_strip(log, at=(3, 7)).axes] == ["frame 3", "frame 7"]
+    with pytest.raises(ValueError, match="no frame 4; it has 5 of 1 to 9"):
+        log_strip(log, at=(3, 4))
+
+
+def test_the_caption_of_a_known_robot_states_no_error_of_it(run):
+    log = StateLog()
+    for s in run(True, **{"robot.1.in_map": False}):
+        log.add(s)
+    assert "true position" not in log_caption(log)
+
+
 def test_the_caption_counts(run):
     log, used, rejected = StateLog(), 0, 0
     for s in run(True):

@@ -15,6 +15,7 @@ from ...models.sensors import RangeBearing
 from ...simulation.simulator import SimObs
 from ...simulation.streams import Streams, draw
 from ...slam import Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, place
+from .films import film, snapshot
 
 RADIUS, N, LAP = 10.0, 20, 126  # metres, landmarks, frames in a round
 STEP = np.array([2 * np.pi * RADIUS / LAP, 0.0, 2 * np.pi / LAP])
@@ -48,6 +49,16 @@ class Moment:
 
 @cache
 def drive(start_std: float = START_STD, heading_std_deg: float = 0.0, rounds: int = 2, max_range: float = 5.0):
+    """The run, kept: a list of `Moment`, one for each frame. The parameters are those of `frames`."""
+    moments = []
+    for now in frames(start_std, heading_std_deg, rounds, max_range):
+        seen = tuple(e.lmk for e in now.events if e.kind in ("correction", "initialisation"))
+        ranges = {id: lmk.r for id, lmk in now.lmks.items()}
+        moments.append(Moment(now.map.x.copy(), now.map.P.copy(), ranges, now.truth[1], seen))
+    return moments
+
+
+def frames(start_std: float = START_STD, heading_std_deg: float = 0.0, rounds: int = 2, max_range: float = 5.0):
     """EKF-SLAM round a circle, ids known, from an uncertain first pose.
 
     Parameters
@@ -60,31 +71,27 @@ def drive(start_std: float = START_STD, heading_std_deg: float = 0.0, rounds: in
     max_range : float
         Of the sensor, m.
 
-    Returns
-    -------
-    list of Moment
-        One for each frame.
+    Yields
+    ------
+    Snapshot
+        Of each frame; good until the next one is drawn.
     """
     streams, opt, points = Streams(SEED), Options(lmk_type=EucPnt(2)), world()
-    map, lmks = Map(), {}
+    map, lmks, obs = Map(), {}, {}
     rob = Rob(1, Odometry2(), U=U)
     sen = Sen(1, 1, replace(SENSOR, max_range=max_range), Frame2, x=np.zeros(3))
     P0 = np.diag(np.square([start_std, start_std, np.radians(heading_std_deg)]))
     truth, motion, sensing = START, streams.motion(1), streams.sensing(1)
     place(map, rob, START + draw(motion, P0), P0)
-    moments = []
     for k in range(rounds * LAP + 1):
         if k:
             truth = rob.motion.move(truth, STEP, 1.0)[0]
             rob.u = STEP + draw(motion, U)
             move(map, rob, 1.0)
         raw = scan(sen.model, truth, points, sensing)
-        events, new = correct_known_lmks(map, rob, sen, lmks, {}, raw, opt)
+        events, new = correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
         events += init_new_lmks(map, rob, sen, lmks, raw, new, opt)
-        seen = tuple(e.lmk for e in events if e.kind in ("correction", "initialisation"))
-        ranges = {id: lmk.r for id, lmk in lmks.items()}
-        moments.append(Moment(map.x.copy(), map.P.copy(), ranges, truth, seen))
-    return moments
+        yield snapshot(k, map, rob, sen, lmks, obs, raw, events, truth, points)
 
 
 def scan(sensor, pose, points, rng):
@@ -113,3 +120,8 @@ def sigma_between(P, a, b):
     """The same for the difference of two points."""
     D = P[a, a] + P[b, b] - P[a, b] - P[b, a]
     return float(np.sqrt(np.trace(D) / 2))
+
+
+def replayed():
+    """State log of the run, every second frame."""
+    return film("Two rounds, first position known to 0.3 m", frames(), period=2)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -14,7 +16,7 @@ from .state_log import StateLog
 Array = np.ndarray
 
 
-def log_strip(log: StateLog, n: int = 3, width: float = 12):
+def log_strip(log: StateLog, n: int = 3, width: float = 12, at: Sequence[int] = ()):
     """Draw frames of a log side by side, in the same axes, with one legend.
 
     Parameters
@@ -24,13 +26,26 @@ def log_strip(log: StateLog, n: int = 3, width: float = 12):
         How many, evenly spaced, the last one included.
     width : float
         Of the strip, inches.
+    at : sequence of int, optional
+        Numbers of the frames, instead; the log must have them.
 
     Returns
     -------
     matplotlib Figure
+
+    Raises
+    ------
+    ValueError
+        If the log has no frame, or not one of those that are asked for.
     """
     frames, d = _frames(log), log.to_dict(frames=False)["dim"]
     chosen = np.unique(np.linspace(0, len(frames) - 1, n + 1).round().astype(int)[1:])
+    if at:
+        place = {frame.k: i for i, frame in enumerate(frames)}
+        missing = [k for k in at if k not in place]
+        if missing:
+            raise ValueError(f"the log has no frame {missing[0]}; it has {len(place)} of {min(place)} to {max(place)}")
+        chosen = [place[k] for k in at]
     places = [_path(frames, id, d) for id in frames[-1].robots] + [_known_places(frames[-1], d)]
     limits = fit_limits(np.concatenate(places))
     cell = width / len(chosen)
@@ -73,8 +88,8 @@ def log_caption(log: StateLog) -> str:
     ending = [f"{_count(len(last.lmks), 'landmark')} in the map"]
     if radii and np.median(radii) > 0:
         ending.append(f"median {log.k:g}σ radius {np.median(radii):.2g} m")
-    for id, (x, *_) in last.robots.items():
-        if id in last.truth:
+    for id, (x, L, _) in last.robots.items():
+        if id in last.truth and L.any():  # not where the pose is known
             far = np.linalg.norm(x[: len(last.truth[id]) // 2 + 1] - last.truth[id][: len(x) // 2 + 1])
             who = f"robot {id}" if len(last.robots) > 1 else "the robot"
             ending.append(f"{who} {far:.2g} m from its true position")
