@@ -23,6 +23,14 @@ def _folder(variable, what):
     return folder
 
 
+@pytest.fixture(scope="session", autouse=True)
+def cache_dir(tmp_path_factory):
+    """Tests leave the user's cache alone and do not live on what is in it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("EKFSLAM_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.fixture(scope="session")
 def data_dir():
     """Folder of the real logs as their publishers give them (EKFSLAM_DATA)."""

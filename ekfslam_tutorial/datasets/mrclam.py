@@ -17,7 +17,8 @@ import numpy as np
 from ..simulation import SimLmk
 from ..toolbox.recording import ControlLog, RawLog, Recording
 from .calibration import OdometryCalibration, self_calibration
-from .mrclam_log import read_set, truth_at
+from .mrclam_cache import read_cached
+from .mrclam_log import truth_at
 from .odometry import OdometryNoise, steps
 from .sources import ENVIRONMENT, Source, data_folders, find
 
@@ -113,21 +114,28 @@ def load(
         raise FileNotFoundError(
             f"MRCLAM set {set} is not found in {places}; wanted is MRCLAM_Dataset{set}.zip or its unpacked folder"
         )
-    return recording(read_set(source, robots), calibration, odometry_noise, sighting_noise)
+    log, fits = read_cached(source, robots, calibrate)
+    return recording(log, calibration or fits, odometry_noise, sighting_noise)
+
+
+def calibrate(robot):
+    """What the log of one robot (RobotLog) says about its odometry; see `calibration`."""
+    s = robot.landmarks
+    return self_calibration(robot.odometry, s.t, s.ids, s.y, FAMILY)
 
 
 def recording(log, calibration=None, odometry_noise=ODOMETRY_NOISE, sighting_noise=SIGHTING_NOISE):
-    """Frames of the logs of a set; parameters as in `load`."""
+    """Frames of the logs of a set; parameters as in `load`. The calibration may also be a dict, one for each robot."""
+    fits = calibration if isinstance(calibration, dict) else dict.fromkeys(log.robots, calibration)
     notes = list(log.notes)
     times = _frames(log, notes)
     controls, raw, met, truth = {}, {}, {}, {}
     for r, robot in log.robots.items():
-        s = robot.landmarks
-        fit = calibration or self_calibration(robot.odometry, s.t, s.ids, s.y, FAMILY)
+        fit = fits[r] or calibrate(robot)
         notes.append(f"robot {r}: odometry {fit}")
         t, v, w = robot.odometry.T
         controls[r] = ControlLog(*steps(t + fit.delay, v, fit.turn_rate(v, w), times, odometry_noise))
-        raw[r] = _by_frame(r, s, times, sighting_noise)
+        raw[r] = _by_frame(r, robot.landmarks, times, sighting_noise)
         met[r] = _by_frame(r, robot.robots.where(np.isin(robot.robots.ids, list(log.robots))), times, sighting_noise)
         truth[r] = truth_at(robot, times)
     landmarks = SimLmk(log.ids, log.points)

@@ -15,7 +15,8 @@ from ..models.motion import Unicycle
 from ..models.sensors import RangeBearing
 from ..simulation import Streams
 from . import mrclam
-from .mrclam_log import ROBOTS, check_robots
+from .mrclam_log import ROBOTS, check_robots, read_set
+from .sources import Source
 
 START = 1_250_000_000.0  # s, Unix time: stamps as large as the real ones
 TICK = 0.05  # s between commands
@@ -48,7 +49,7 @@ def load(robots=(1,), seed=1, duration=300.0):
     """
     with tempfile.TemporaryDirectory() as folder:
         path = write(Path(folder) / "MRCLAM_Twin", seed, duration, robots=robots)
-        recording = mrclam.load(robots=robots, path=path)
+        recording = mrclam.recording(read_set(Source(path), robots))
     recording.notes.insert(0, f"simulated twin of the MRCLAM data sets, seed {seed}: no real robot was here")
     return recording
 
