@@ -15,7 +15,7 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test test-browser notebooks contents lint format lock clean
+.PHONY: help env lab test test-browser notebooks bench bench-quick contents site lint format lock clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
@@ -40,6 +40,19 @@ notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs
 
 contents: env  ## write the tables of contents anew: README, docs/notebooks.md, notebook 00, small pictures
 	@$(VENV) -m ekfslam_tutorial.course.contents
+
+site: env  ## build the course site in build/site (no network is needed, neither here nor to read it)
+	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d build/trees . build/site
+	@echo "The site is ready: build/site/index.html"
+
+# The benchmark has an environment of its own, with the peers in it. Leave the machine alone meanwhile.
+bench:  ## measure the speed beside other programs: at most 10 minutes, writes benchmarks/RESULTS.md
+	@"$(PYTHON)" benchmarks/make_env.py
+	@build/bench-env/bin/python -m benchmarks $(BENCH_ARGS)
+
+bench-quick:  ## the same in a minute, a part of it: writes build/bench-quick/RESULTS.md
+	@"$(PYTHON)" benchmarks/make_env.py
+	@build/bench-env/bin/python -m benchmarks --plan quick --out build/bench-quick $(BENCH_ARGS)
 
 # pyright runs on Node: the system's, else the one that playwright brings.
 lint: env  ## ruff check, ruff format --check, pyright, numpydoc

@@ -1,0 +1,1 @@
+"""Benchmark of ekfslam_tutorial beside other people's filters: `make bench`. See benchmarks/README.md."""

@@ -1,0 +1,79 @@
+// EKF-SLAM with MRPT's CRangeBearingKFSLAM2D on steps that are read from a file; known ids, an empty map at the start.
+//
+//   mrpt_slam naive|davison STEPS ANSWER
+//
+// STEPS   number of steps, range std, bearing std; then for each step "dx dy dtheta", the nine numbers of the covariance
+//         of that motion, the number of measurements, and "id range bearing" for each of them
+// ANSWER  for each step the nanoseconds of thread CPU that it took; then the robot's pose and its covariance
+//
+// Timed is processActionObservation alone: the containers that it takes are made before.
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/obs/CObservationBearingRange.h>
+#include <mrpt/slam/CRangeBearingKFSLAM2D.h>
+
+#include <ctime>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <string>
+
+using namespace mrpt;
+
+static long long thread_ns() {
+    timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return t.tv_sec * 1000000000LL + t.tv_nsec;
+}
+
+static obs::CActionCollection::Ptr read_motion(std::istream &in) {
+    auto motion = std::make_shared<poses::CPosePDFGaussian>();
+    double dx, dy, turn;
+    in >> dx >> dy >> turn;
+    motion->mean = poses::CPose2D(dx, dy, turn);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) in >> motion->cov(i, j);
+    obs::CActionRobotMovement2D move;
+    move.estimationMethod = obs::CActionRobotMovement2D::emOdometry;
+    move.poseChange.get_ptr() = motion;
+    auto actions = obs::CActionCollection::Create();
+    actions->insert(move);
+    return actions;
+}
+
+static obs::CSensoryFrame::Ptr read_sight(std::istream &in) {
+    auto seen = obs::CObservationBearingRange::Create();
+    seen->validCovariances = false;
+    int m;
+    in >> m;
+    for (int i = 0; i < m; ++i) {
+        obs::CObservationBearingRange::TMeasurement y;
+        in >> y.landmarkID >> y.range >> y.yaw;
+        y.pitch = 0;
+        seen->sensedData.push_back(y);
+    }
+    auto frame = obs::CSensoryFrame::Create();
+    frame->insert(seen);
+    return frame;
+}
+
+int main(int argc, char **argv) {
+    if (argc != 4) return std::cerr << "usage: mrpt_slam naive|davison STEPS ANSWER\n", 2;
+    std::ifstream in(argv[2]);
+    std::ofstream out(argv[3]);
+    int n_steps;
+    slam::CRangeBearingKFSLAM2D filter;
+    in >> n_steps >> filter.options.std_sensor_range >> filter.options.std_sensor_yaw;
+    filter.KF_options.method = std::string(argv[1]) == "naive" ? bayes::kfEKFNaive : bayes::kfEKFAlaDavison;
+
+    for (int k = 0; k < n_steps; ++k) {
+        auto actions = read_motion(in);
+        auto frame = read_sight(in);
+        const auto start = thread_ns();
+        filter.processActionObservation(actions, frame);
+        out << thread_ns() - start << "\n";
+    }
+    poses::CPosePDFGaussian pose;
+    filter.getCurrentRobotPose(pose);
+    out << std::setprecision(17) << pose.mean.x() << " " << pose.mean.y() << " " << pose.mean.phi() << "\n" << pose.cov << "\n";
+    return in ? 0 : 1;
+}

@@ -1,0 +1,208 @@
+"""RESULTS.md: the tables of a run."""
+
+from .results import least, ratio
+from .targets import ours
+
+PEERS = (
+    "filterpy",
+    "filterpy, blocks given",
+    "PythonRobotics",
+    "PythonRobotics, known ids",
+    "Robotics Toolbox",
+    "Stone Soup updater",
+    "numba loops",
+    "textbook numpy, sequential",
+    "textbook numpy, joint",
+)
+HEAD = """# Speed: results of a run
+
+Written by `make bench`; do not edit. How it is measured, and what the words mean: [README.md](README.md). All numbers,
+also the wall-clock times: [results.json](results.json).
+
+![Time of a step and of a circuit over the number of landmarks, this package, other programs, and the limit](speed.png)
+"""
+
+
+def write(results, path):
+    """Write the report of a run.
+
+    Parameters
+    ----------
+    results : Results
+    path : Path
+    """
+    parts = [HEAD, _machine(results), _targets(results)]
+    for m in sorted({row["m"] for row in results.rows("grid")}, reverse=True):
+        parts += [_grid(results, m), _ratios(results, m)]
+    parts += [_circuit(results), _overhead(results), _monte_carlo(results), _mono(results), _scenario(results)]
+    parts += [_agreement(results), _calibration(results)]
+    path.write_text("\n".join(part for part in parts if part), encoding="utf-8")
+
+
+def table(head, rows, left=1):
+    """A Markdown table; the first `left` columns are words, the others numbers."""
+    rule = ["---"] * left + ["---:"] * (len(head) - left)
+    return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in [head, rule, *rows]) + "\n"
+
+
+def number(value, digits=3):
+    """A number with three digits; a dash where there is none."""
+    if value is None:
+        return "-"
+    if abs(value) >= 1000:
+        return f"{round(value, digits - len(str(int(abs(value))))):,.0f}"
+    return f"{value:.{digits}g}"
+
+
+def _machine(r):
+    d, m = r.data, r.data["machine"]
+    blas = ", ".join(f"{one['internal_api']} {one['version']} ({one['architecture']})" for one in m["blas"][:1])
+    lines = [
+        f"* {d['date']}, plan `{d['plan']}`, {d['duration_s']:.0f} s"
+        + ("" if d.get("complete", True) else "; **stopped early**"),
+        f"* {m['cpu']}, {m['cores']} cores, {m['memory_gb']} GB, {m['system']}; one BLAS thread ({blas})",
+        f"* Python {m['python']}; " + ", ".join(f"{name} {version}" for name, version in d["versions"].items()),
+    ]
+    lines += [f"* **Missing: {one['name']}**: {one['reason']}" for one in d.get("missing", [])]
+    lines += [f"* **Failed: {name}**: {reason}" for name, reason in d.get("failed", {}).items()]
+    if "calibration" in d:
+        lines.append(f"* dgemm on one core: {d['calibration']['dgemm_gflops']:.1f} GFLOP/s")
+    load = _load(r)
+    if load:
+        lines.append(f"* wall-clock time over CPU time, median of all cells: {load:.2f} (1 on an idle machine)")
+    return "## This run\n\n" + "\n".join(lines) + "\n"
+
+
+def _load(r):
+    ratios = sorted(row["wall_us"]["median"] / row["cpu_us"]["median"] for row in r.rows("grid") if "wall_us" in row)
+    return ratios[len(ratios) // 2] if ratios else None
+
+
+def _targets(r):
+    rows = []
+    for t in r.data.get("targets", []):
+        met = {True: "yes", False: "**no**", None: "not measured"}[t["met"]]
+        rows.append([t["what"], f"{t['sense']} {t['asked']:g} {t['unit']}", number(t["value"]), met])
+    return "## Asked for, and measured\n\n" + table(["what", "asked for", "measured", "met"], rows, 1)
+
+
+def _cell(row):
+    if row is None:
+        return ""
+    if "cpu_us" not in row:
+        return "failed" if "failed" in row else "too slow"
+    cpu = row["cpu_us"]
+    return number(cpu["median"]) + (f" ({number(cpu['p10'])})" if "p10" in cpu else "")
+
+
+def _grid(r, m):
+    sizes = r.sizes("grid", m=m)
+    rows = []
+    for name in r.variants("grid", m=m):
+        cells = [next(iter(r.rows("grid", m=m, n_lmks=n, variant=name)), None) for n in sizes]
+        rows.append([name, *map(_cell, cells)])
+        if "compressed" in name:
+            rows.append([f"{name}: mean", *(number(r.us(n, m, name, "mean")) for n in sizes)])
+            rows.append([f"{name}: longest", *(number(r.us(n, m, name, "max")) for n in sizes)])
+    text = f"## One step, {m} landmark{'s' if m > 1 else ''} seen: microseconds of CPU, median (10 % quantile)\n\n"
+    return text + table(["variant", *(f"N = {n}" for n in sizes)], rows)
+
+
+def _ratios(r, m):
+    sizes = r.sizes("grid", m=m)
+    rows = []
+    for kind in "filter", "step":
+        mine = {n: ours(r, n, m, kind) for n in sizes}
+        for peer in PEERS:
+            found = [ratio(r.us(n, m, peer), mine[n]) for n in sizes]
+            if any(found):
+                rows.append([f"{kind}: faster than {peer}", *map(number, found)])
+        rows.append([f"{kind}: times the limit", *(number(ratio(mine[n], r.limit(n, m))) for n in sizes)])
+    word = "joint" if m > 1 else "the faster of the two ways"
+    return f"Ratios of this package ({word}), m = {m}:\n\n" + table(["", *(f"N = {n}" for n in sizes)], rows)
+
+
+def _circuit(r):
+    if not r.rows("circuit"):
+        return ""
+    sizes, names = r.sizes("circuit"), r.variants("circuit")
+    one = lambda n, name: next(iter(r.rows("circuit", n_lmks=n, variant=name)), {})
+    late = lambda f: f"{number(f['late_us'])} / {number(f['max_us'])}" if "late_us" in f else ""
+    head = ["variant", *(f"N = {n}" for n in sizes)]
+    text = "## The circuit, from an empty map: seconds of CPU in all\n\n"
+    text += table(head, [[name, *(_total(one(n, name)) for n in sizes)] for name in names])
+    text += "\nSteps at the end of it, microseconds: median of the last tenth / longest step of the whole circuit:\n\n"
+    text += table(head, [[name, *(late(one(n, name)) for n in sizes)] for name in names])
+    rows = []
+    for mine in "step, joint", "step, joint, compressed":
+        for peer in "filterpy", "GTSAM iSAM2", "GTSAM batch", "MRPT":
+            ways = ("MRPT, joint", "MRPT, one by one") if peer == "MRPT" else (peer,)
+            found = [ratio(least(*(r.total(n, way) for way in ways)), r.total(n, mine)) for n in sizes]
+            if any(found):
+                rows.append([f"{mine}: faster than {peer}", *map(number, found)])
+    return f"{text}\nRatios of the totals (MRPT: the faster of its two ways):\n\n" + table(["", *head[1:]], rows)
+
+
+def _total(row):
+    if "total_s" in row:
+        return number(row["total_s"])
+    return "too slow" if "skipped" in row else "failed"
+
+
+def _overhead(r):
+    if not r.rows("overhead"):
+        return ""
+    seen = sorted({row["m"] for row in r.rows("overhead")})
+    rows = []
+    for name in dict.fromkeys(row["piece"] for row in r.rows("overhead")):
+        found = [next((row["us"] for row in r.rows("overhead", piece=name, m=m)), None) for m in seen]
+        rows.append([name, *map(number, found)])
+    text = "## What a step consists of at N = 10: microseconds of CPU\n\n"
+    text += table(["piece", *(f"m = {m}" for m in seen)], rows)
+    mrpt = next((row for row in r.rows("circuit", n_lmks=10, variant="MRPT, one by one") if "late_us" in row), None)
+    if mrpt:
+        text += f"\nMRPT, all of it compiled: {number(mrpt['late_us'])} for a late step of the circuit, m = 10.\n"
+    return text
+
+
+def _monte_carlo(r):
+    rows = [[row["variant"], number(row.get("steps_per_s"))] for row in r.rows("monte_carlo")]
+    head = ["variant", "steps per second"]
+    return "## Monte Carlo, N = 10, m = 1: steps of runs in a second of CPU\n\n" + table(head, rows) if rows else ""
+
+
+def _mono(r):
+    rows = [[row["variant"], _cell(row)] for row in r.rows("mono")]
+    text = "## One frame in space, one camera: 100 inverse-depth landmarks, n = 613, 20 corrections\n\n"
+    return text + table(["variant", "microseconds of CPU, median (10 % quantile)"], rows) if rows else ""
+
+
+def _scenario(r):
+    rows = [
+        [row["variant"], *(number(row["cpu_us"][k] / 1000) for k in ("mean", "median", "max"))]
+        for row in r.rows("scenario")
+    ]
+    text = "## Solà's point scenario, 200 frames: milliseconds of CPU for the estimation of one frame\n\n"
+    return text + table(["variant", "mean", "median", "longest"], rows) if rows else ""
+
+
+def _agreement(r):
+    rows = []
+    for row in r.rows("agreement"):
+        found = row["failed"] if "failed" in row else f"{row['deviation']:.1e}"
+        asked = f"{row['tolerance']:.0e}" if "tolerance" in row else ""
+        rows.append([row["variant"], row["against"], found, asked])
+    text = "## Agreement with the oracle, before any timing: largest deviation of mean and covariance, relative\n\n"
+    return text + table(["variant", "against", "deviation", "allowed"], rows, 2)
+
+
+def _calibration(r):
+    if "calibration" not in r.data:
+        return ""
+    rows = [[f"{one['mb']:g}", number(one["gb_per_s"])] for one in r.data["calibration"]["in_place"]]
+    text = "## An array multiplied in place on one core: bytes read and written\n\n"
+    text += table(["MB", "GB/s"], rows, 0)
+    for row in r.rows("startup"):
+        text += f"\n`{row['what']}` takes {row['least_s']:.2f} s in a fresh process"
+        text += "; matplotlib comes along.\n" if row["matplotlib"] else ", without matplotlib.\n"
+    return text

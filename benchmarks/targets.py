@@ -1,0 +1,114 @@
+"""What the project wants of its speed, as ratios within one run, and what a run gives."""
+
+from dataclasses import dataclass
+
+from .results import least, ratio
+from .scenario import OCTAVE_MS
+
+
+@dataclass(frozen=True)
+class Target:
+    """One line of the table: `sense` is ">=" or "<="; `value` None means that it was not measured in this run."""
+
+    what: str
+    sense: str
+    asked: float
+    unit: str
+    value: float | None
+
+    @property
+    def met(self):
+        """True, False, or None where it was not measured."""
+        if self.value is None:
+            return None
+        return self.value >= self.asked if self.sense == ">=" else self.value <= self.asked
+
+    def row(self):
+        """For results.json."""
+        return {"what": self.what, "sense": self.sense, "asked": self.asked, "unit": self.unit} | {
+            "value": self.value,
+            "met": self.met,
+        }
+
+
+def targets(results):
+    """All targets of a run.
+
+    Parameters
+    ----------
+    results : Results
+
+    Returns
+    -------
+    list of Target
+    """
+    r = results
+    return [*_grid(r), *_circuit(r), *_limit(r), *_mono(r), *_others(r)]
+
+
+def ours(r, n_lmks, m, kind):
+    """Microseconds of the package: the faster way of the two, for one landmark they do the same."""
+    ways = ("joint",) if m > 1 else ("sequential", "joint")
+    return least(*(r.us(n_lmks, m, f"{kind}, {way}") for way in ways))
+
+
+def _grid(r):
+    for kind, peer, asked in (
+        ("filter", "filterpy", {(10, 1): 2.5, (10, 10): 6, (100, 10): 60, (500, 10): 1000}),
+        ("step", "filterpy", {(10, 1): 1, (10, 10): 2, (100, 10): 30, (500, 10): 500}),
+        ("step", "PythonRobotics, known ids", {(10, 10): 3, (100, 10): 25, (500, 10): 400}),
+        ("step", "Robotics Toolbox", {(100, 1): 10, (500, 1): 250}),
+        ("filter", "Stone Soup updater", {(100, 10): 14}),
+    ):
+        for (n, m), factor in asked.items():
+            value = ratio(r.us(n, m, peer), ours(r, n, m, kind))
+            yield Target(f"{kind}, N = {n}, m = {m}: faster than {peer}", ">=", factor, "x", value)
+    value = ratio(r.us(500, 10, "filterpy"), r.us(500, 10, "filter, sequential"))
+    yield Target("filter, one by one, N = 500, m = 10: faster than filterpy", ">=", 500, "x", value)
+
+
+def _circuit(r):
+    plain, fast = "step, joint", "step, joint, compressed"
+    for n, variant, asked in ((200, plain, 1.5), (500, fast, 4), (1000, fast, 4)):
+        value = ratio(r.total(n, "GTSAM iSAM2"), r.total(n, variant))
+        words = "circuit, compressed" if variant == fast else "circuit"
+        yield Target(f"{words}, N = {n}: faster than GTSAM iSAM2", ">=", asked, "x", value)
+    for n, asked in (50, 1), (100, 6):
+        best = least(r.total(n, "MRPT, joint"), r.total(n, "MRPT, one by one"))
+        yield Target(f"circuit, N = {n}: faster than MRPT", ">=", asked, "x", ratio(best, r.total(n, plain)))
+
+
+def _limit(r):
+    for n, m, asked in ((500, 10, 1.7), (1000, 10, 1.7), (1000, 1, 3)):
+        value = ratio(ours(r, n, m, "filter"), r.limit(n, m))
+        yield Target(f"filter, N = {n}, m = {m}: times the physical limit", "<=", asked, "x", value)
+    name = "filter, joint, compressed"
+    value = ratio(r.us(1000, 10, name, "mean"), r.limit(1000, 10))
+    yield Target("compressed filter, N = 1000, m = 10, mean: times the limit of the direct update", "<=", 1, "x", value)
+    value = ratio(r.us(1000, 10, name), r.us(200, 10, name))
+    yield Target("compressed filter, m = 10: steady step at N = 1000 over that at N = 200", "<=", 1.25, "x", value)
+    found = [row.get("deviation") for row in r.rows("agreement", variant=name)]
+    yield Target("compressed filter: relative deviation from the textbook", "<=", 1e-12, "", (found or [None])[0])
+
+
+def _mono(r):
+    for way, asked in ("sequential", 5.0), ("joint", 2.0):
+        rows = r.rows("mono", variant=f"whole frame, {way}")
+        rates = [row["gflops"] for row in r.rows("mono", kind="limit")]
+        us = rows[0].get("cpu_us", {}).get("median") if rows else None
+        value = us * rates[0] / 50 / 1000 if us and rates else None
+        yield Target(f"3D frame, n = 613, {way}, scaled to dgemm at 50 GFLOP/s", "<=", asked, "ms", value)
+    for way, asked in ("sequential", 10), ("joint", 20):
+        rows = r.rows("scenario", variant=way)
+        value = 1000 * OCTAVE_MS / rows[0]["cpu_us"]["mean"] if rows else None
+        text = f"Solà's point scenario, {way}: faster than his toolbox in Octave (measured elsewhere)"
+        yield Target(text, ">=", asked, "x", value)
+
+
+def _others(r):
+    rows = [row for row in r.rows("monte_carlo", runs=1000) if "steps_per_s" in row]
+    value = rows[0]["steps_per_s"] / 1000 if rows else None
+    yield Target("Monte Carlo, N = 10, m = 1, 1000 runs at once: thousand steps per second", ">=", 700, "k/s", value)
+    rows = r.rows("startup", what="import ekfslam_tutorial")
+    value = rows[0]["least_s"] if rows else None
+    yield Target("import ekfslam_tutorial", "<=", 0.3, "s", value)
