@@ -1,0 +1,4 @@
+// A table that scrolls sideways must be within reach of the keyboard.
+addEventListener("DOMContentLoaded", () => {
+  for (const box of document.querySelectorAll(".bd-article table, .bd-article div.cell_output")) box.tabIndex = 0;
+});

@@ -1,0 +1,116 @@
+"""The course site: every notebook and every page of docs/, searchable, with nothing fetched from another host.
+
+The source folder is the repository itself, so that the links between notebooks and pages work here as they do on
+GitHub: ``make site`` calls ``sphinx-build -c docs . build/site``. The README is the front page.
+"""
+
+import json
+
+import ekfslam_tutorial
+
+project = "ekfslam_tutorial"
+author = "The ekfslam_tutorial authors"
+copyright = author  # Sphinx's name for it
+release = version = ekfslam_tutorial.__version__
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "numpydoc", "sphinx-mathjax-offline"]
+root_doc = "README"
+include_patterns = ["*.md", "docs/**", "notebooks/*.ipynb"]
+exclude_patterns = ["**/.ipynb_checkpoints"]
+
+# The notebooks are shown as they were stored: `make notebooks` is what runs them.
+nb_execution_mode = "off"
+myst_enable_extensions = ["dollarmath", "amsmath"]
+myst_heading_anchors = 4
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # numpydoc's sections say types and shapes
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+html_theme = "sphinx_book_theme"
+html_title = "EKF-SLAM: a course and a toolbox"
+html_favicon = "_site/favicon.svg"
+html_context = {"default_mode": "light"}
+html_static_path = ["_site"]
+html_css_files = ["site.css"]
+html_js_files = ["site.js"]
+html_additional_pages = {"index": "redirect.html"}
+templates_path = ["_site"]
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "navbar_persistent": [],
+    "show_toc_level": 2,
+    "use_download_button": False,
+    "use_fullscreen_button": False,
+    "collapse_navigation": True,
+}
+
+# -- what GitHub shows and Sphinx must be told ---
+
+CONTENTS = """
+```{toctree}
+:hidden:
+:caption: The course
+:glob:
+
+notebooks/*
+```
+
+```{toctree}
+:hidden:
+:caption: The toolbox
+:glob:
+
+docs/README
+docs/*
+```
+
+```{toctree}
+:hidden:
+:caption: Every name
+
+docs/api/core
+docs/api/toolbox
+docs/api/course
+```
+
+```{toctree}
+:hidden:
+:caption: The project
+
+CHANGELOG
+CONTRIBUTING
+```
+"""
+
+
+def read(app, name, source):
+    """Give the README the list of all pages, and put pictures attached to a notebook's text into that text."""
+    if name == root_doc:
+        source[0] += CONTENTS
+    if name.startswith("notebooks/"):
+        source[0] = unattached(source[0])
+
+
+def unattached(text):
+    notebook = json.loads(text)
+    for cell in notebook["cells"]:
+        for name, picture in cell.pop("attachments", {}).items():
+            ((kind, data),) = picture.items()
+            cell["source"] = "".join(cell["source"]).replace(f"attachment:{name}", f"data:{kind};base64,{data}")
+    return json.dumps(notebook)
+
+
+def escape(app, what, name, obj, options, lines):
+    """Show |q| and (*shape, n) in a docstring as they are written: to reStructuredText they are marks."""
+    for i, line in enumerate(lines):
+        parts = line.split("``")
+        parts[::2] = [part.replace("|", "\\|").replace("(*", "(\\*") for part in parts[::2]]
+        lines[i] = "``".join(parts)
+
+
+def setup(app):
+    app.connect("source-read", read)
+    app.connect("autodoc-process-docstring", escape, priority=400)  # before numpydoc's

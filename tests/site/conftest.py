@@ -1,0 +1,69 @@
+"""The course site, built once and served on loopback."""
+
+import functools
+import http.server
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory):
+    """Build the site as `make site` does, where a warning is a failure. Returns its folder."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-c", "docs", "-d", str(folder / "trees")]
+    run = subprocess.run(
+        [*command, ".", str(folder / "html")], cwd=ROOT, capture_output=True, text=True, env=os.environ
+    )
+    assert run.returncode == 0, run.stderr[-4000:]
+    return folder / "html"
+
+
+@pytest.fixture(scope="session")
+def address(site):
+    """The address of the site."""
+    handler = functools.partial(Quiet, directory=site)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture
+def visit(chromium, address):
+    """Return a function that opens a page of the site and waits for its mathematics and pictures.
+
+    At the end no page may have had an error, or have asked another host for anything.
+    """
+    wrong, contexts = [], []
+
+    def visit(name, width=1280, height=720, wait=True):
+        context = chromium.new_context(viewport={"width": width, "height": height})
+        contexts.append(context)
+        page = context.new_page()
+        page.on("pageerror", lambda error: wrong.append(f"{name}: {error}"))
+        page.on("console", lambda line: wrong.append(f"{name}: {line.text}") if line.type == "error" else None)
+        page.on("request", lambda r: wrong.append(f"{name} asks {r.url}") if foreign(r.url, address) else None)
+        page.goto(address + name, wait_until="load")
+        if wait:
+            page.evaluate("window.MathJax ? MathJax.startup.promise.then(() => 1) : 0")
+        return page
+
+    yield visit
+    for context in contexts:
+        context.close()
+    assert wrong == []
+
+
+def foreign(url, address):
+    return not url.startswith((address, "data:", "blob:", "about:"))
