@@ -34,11 +34,12 @@ class Plan:
     circuit_too_slow: float
     repeats: int
     runs: tuple
+    sizes_mb: tuple = machine.SIZES_MB
 
 
 FULL = Plan((10, 50, 100, 200, 500, 1000), (1, 10), (10, 50, 100, 200, 500, 1000), 0.8, 3.0, 20.0, 5, (10, 100, 1000))
 QUICK = Plan((10, 100, 500), (1, 10), (10, 100), 0.08, 0.3, 2.0, 2, (10, 1000))
-SMOKE = Plan((10,), (1, 10), (10,), 0.005, 0.05, 0.5, 1, (10,))
+SMOKE = Plan((10,), (1, 10), (10,), 0.005, 0.05, 0.5, 1, (10,), (1, 8))
 PLANS = {"full": FULL, "quick": QUICK, "smoke": SMOKE}
 
 
@@ -80,7 +81,7 @@ def measure(results, plan, name, only):
                 peers = find()
                 data["missing"] = [{"name": name, "reason": reason} for name, reason in peers.missing.items()]
             with part(bar, "calibration"):
-                data["calibration"] = machine.calibrate(plan.budget)
+                data["calibration"] = machine.calibrate(plan.budget, plan.sizes_mb)
             with part(bar, "agreement"):
                 data["agreement"] = agreement.check(peers) + mono.check()
             sections(data, plan, only, peers, cells, bar)

@@ -88,11 +88,11 @@ def gigabytes(result):
     return 2 * result["bytes"] / result["cpu_us"]["median"] / 1e3
 
 
-def calibrate(budget):
+def calibrate(budget, sizes_mb=SIZES_MB):
     """The curve: GFLOP/s of dgemm, and GB/s in place for arrays of many sizes."""
     rate = compare([gemm_variant()], budget)["dgemm"]
     curve = []
-    for size in SIZES_MB:
+    for size in sizes_mb:
         one = compare([bandwidth_variant(size * 2**20)], budget / 2, rounds=3)["in place"]
         curve.append({"mb": size, "gb_per_s": gigabytes(one)})
     return {"dgemm_gflops": gflops(rate), "in_place": curve}

@@ -155,10 +155,10 @@ def _overhead(r):
     seen = sorted({row["m"] for row in r.rows("overhead")})
     rows = []
     for name in dict.fromkeys(row["piece"] for row in r.rows("overhead")):
-        found = [next((row["us"] for row in r.rows("overhead", piece=name, m=m)), None) for m in seen]
-        rows.append([name, *map(number, found)])
-    text = "## What a step consists of at N = 10: microseconds of CPU\n\n"
-    text += table(["piece", *(f"m = {m}" for m in seen)], rows)
+        found = [next(iter(r.rows("overhead", piece=name, m=m)), {}) for m in seen]
+        rows.append([name, *(number(f[key]) for f in found for key in ("us", "calls", "c_calls"))])
+    head = ["piece", *(f"m = {m}: {word}" for m in seen for word in ("microseconds", "calls of Python", "compiled"))]
+    text = "## What a step consists of at N = 10: CPU time and calls\n\n" + table(head, rows)
     mrpt = next((row for row in r.rows("circuit", n_lmks=10, variant="MRPT, one by one") if "late_us" in row), None)
     if mrpt:
         text += f"\nMRPT, all of it compiled: {number(mrpt['late_us'])} for a late step of the circuit, m = 10.\n"
