@@ -55,7 +55,7 @@ class History:
         carrier = {id: rob.id for rob in s.robs for id in rob.sensors}
         for o in s.obs.values():
             if o.updated:
-                self._nis[carrier[o.sen]].append((o.md2, len(o.z)))
+                self._nis[carrier[o.sen]].append((s.t, o.md2, len(o.z)))
         for e in s.events:
             if e.kind in ("initialisation", "correction"):
                 self._seen[e.rob].add(e.lmk)
@@ -108,6 +108,10 @@ class History:
     def track(self, id):
         """The `Track` of a robot, in the frame of the map."""
         return Track(id, self._frames[id], *map(np.array, zip(*self._rows[id], strict=True)))
+
+    def nis(self, id):
+        """Innovations of a robot that were used, shape (K, 3): time, s; squared Mahalanobis distance; its dof."""
+        return np.array(self._nis[id], float).reshape(-1, 3)
 
     @property
     def gauge(self):
@@ -198,7 +202,7 @@ class History:
         if not np.isfinite(n).any():
             R = F.R if free and F is not None else np.eye(d)
             n, nees_dof = md2(lmk_aligned if free else lmk, R @ covs @ R.T), d
-        pairs = np.array([pair for id in robots for pair in self._nis[id]]).reshape(-1, 2)
+        pairs = np.concatenate([self.nis(id) for id in robots])[:, 1:]
         return {
             "n_landmarks": len(seen),
             "ate_rmse_m": _known(rmse(e[:, :d])),
@@ -220,7 +224,7 @@ class History:
         tracks = [self.track(id) for id in self.robots]
         tracks = [t.moved(F) for t in tracks] if self.gauge == "free" and F is not None else tracks
         e, P = _pooled(tracks)
-        pairs = np.array([pair for rows in self._nis.values() for pair in rows]).reshape(-1, 2)
+        pairs = np.concatenate([self.nis(id) for id in self.robots])[:, 1:]
         return honesty(
             e,
             P,

@@ -9,22 +9,28 @@ from matplotlib.backends.registry import BackendFilter, backend_registry
 
 from ..graphics import MapFig, Movie, SenFig, check_movie_path, grab, map_picture, side_by_side, use_style
 from .files import replacing
+from .robot_views import write_robot_figures
+
+FEW = 2
+"""The dead reckoning of more robots than this would hide everything else."""
 
 
 def write_figures(out, history, data):
-    """Write map.png and sensor-N.png; return their names."""
+    """Write map.png, sensor-N.png and the pictures of each robot; return their names."""
     use_style(dpi=100)
-    with plt.rc_context({"figure.max_open_warning": 0}):
-        return [_map(out, history, data), *(_sensor(out, history.last, sen.id, data.figure) for sen in data.sensors)]
-
-
-def _map(out, history, data):
-    """The whole run in one picture: laid on the truth, if the map has a frame of its own."""
-    s = history.last
     align = history.alignment()[0] if history.gauge == "free" else None
-    tracks = {f"robot {id}": history.track(id) for id in history.robots}
+    tracks = {id: history.track(id) for id in history.robots}
     if align is not None:
-        tracks = {name: _laid(track.moved(align)) for name, track in tracks.items()}
+        tracks = {id: _laid(track.moved(align)) for id, track in tracks.items()}
+    lmks = _landmarks(history.last, align)
+    with plt.rc_context({"figure.max_open_warning": 0}):
+        names = [_map(out, history.last, tracks, lmks, data, align)]
+        names += [_sensor(out, history.last, sen.id, data.figure) for sen in data.sensors]
+        return names + write_robot_figures(out, history, tracks, lmks, data)
+
+
+def _landmarks(s, align):
+    """The landmarks of the map and the true ones, as `map_picture` takes them."""
     dim = s.robs[0].motion.frame.dim
     points = [lmk.point(s.map) for lmk in s.lmks.values()]
     mean = np.array([p for p, _ in points]).reshape(-1, dim)
@@ -32,16 +38,26 @@ def _map(out, history, data):
     if align is not None and len(mean):
         mean, cov = align.from_frame(mean)[0], align.R @ cov @ align.R.T
     finite = np.flatnonzero(np.isfinite(np.concatenate([mean, cov.reshape(-1, dim * dim)], 1)).all(1))
-    known = {name: track for name, track in tracks.items() if track.known.any()}
+    return {
+        "mean": mean[finite],
+        "cov": cov[finite],
+        "ids": np.array(list(s.lmks))[finite].tolist(),
+        "true_points": None if s.sim_lmk is None else s.sim_lmk.points,
+        "true_ids": None if s.sim_lmk is None else s.sim_lmk.ids,
+    }
+
+
+def _map(out, s, tracks, lmks, data, align):
+    """The whole run in one picture: laid on the truth, if the map has a frame of its own."""
+    dim = s.robs[0].motion.frame.dim
+    named = {f"robot {id}": track for id, track in tracks.items()}
+    known = {name: track for name, track in named.items() if track.known.any()}
+    few = len(tracks) <= FEW
     axes, _ = map_picture(
-        {name: track.x[:, :dim] for name, track in tracks.items()},
-        mean[finite],
-        cov[finite],
-        ids=np.array(list(s.lmks))[finite].tolist(),
+        {name: track.x[:, :dim] for name, track in named.items()},
+        **lmks,
         true_path={name: track.truth[:, :dim] for name, track in known.items()} or None,
-        true_points=None if s.sim_lmk is None else s.sim_lmk.points,
-        true_ids=None if s.sim_lmk is None else s.sim_lmk.ids,
-        dead_reckoning={name: track.dead[:, :dim] for name, track in tracks.items()},
+        dead_reckoning={name: track.dead[:, :dim] for name, track in named.items()} if few else None,
         k=data.figure.k,
         title=f"{data.name}: {s.k - data.time.first + 1} frames" + ", map laid on the truth" * (align is not None),
     )

@@ -1,0 +1,97 @@
+"""Pictures of each robot of a run: its path and map, its errors within 3 sigma, and whether the filter is honest."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ..analysis.consistency import md2
+from ..graphics import consistency_panel, error_panel, map_picture
+from .files import replacing
+
+AXES = {2: (("x error", "m"), ("y error", "m"), ("heading error", "deg"))}
+AXES[3] = (*((f"{a} error", "m") for a in "xyz"), *((f"rotation about {a}", "deg") for a in "xyz"))
+MOST_POINTS = 1500
+"""NIS of a long run is averaged, so that no picture has more points than can be told apart."""
+
+
+def write_robot_figures(out, history, tracks, lmks, data):
+    """Write map-N.png, errors-N.png and consistency-N.png for each robot; return their names.
+
+    Parameters
+    ----------
+    out : Path
+    history : History
+    tracks : dict of int to Track
+        In the frame of the truth, if that is known.
+    lmks : dict
+        Arguments of `map_picture` for the landmarks: mean, cov, ids, true_points, true_ids.
+    data : UserData
+    """
+    names = []
+    for id, track in tracks.items():
+        if len(tracks) > 1:
+            names.append(_save(_path(track, lmks, data), out / f"map-{id}.png"))
+        if track.known.sum() > 1:
+            names.append(_save(_errors(track, data.figure.k), out / f"errors-{id}.png"))
+        nis = history.nis(id)
+        if len(nis) > 1 or track.known.sum() > 1:
+            names.append(_save(_consistency(track, nis), out / f"consistency-{id}.png"))
+    return names
+
+
+def _path(track, lmks, data):
+    dim = track.frame.dim
+    axes, _ = map_picture(
+        track.x[:, :dim],
+        **lmks,
+        true_path=track.truth[:, :dim] if track.known.any() else None,
+        k=data.figure.k,
+        title=f"{data.name}: robot {track.id}",
+    )
+    return axes.figure
+
+
+def _errors(track, k):
+    """Errors over time where the truth is known, each inside its band."""
+    e, P = track.errors()
+    sigma = np.sqrt(np.diagonal(P, axis1=1, axis2=2).clip(0))
+    names = AXES[track.frame.dim]
+    scale = np.array([1.0 if unit == "m" else 180 / np.pi for _, unit in names])
+    fig, panels = plt.subplots(len(names), 1, figsize=(9, 2.3 * len(names) + 0.7), sharex=True, layout="constrained")
+    for i, ((name, unit), ax) in enumerate(zip(names, panels, strict=True)):
+        error_panel(track.t[track.known], scale[i] * e[:, i], scale[i] * sigma[:, i], k, name, unit, ax=ax)
+        ax.label_outer()
+    fig.suptitle(f"robot {track.id}")
+    return fig
+
+
+def _consistency(track, nis):
+    """NEES of the pose above, NIS of the innovations that were used below; each with its 95 % band."""
+    fig, (above, below) = plt.subplots(2, 1, figsize=(9, 6.5), sharex=True, layout="constrained")
+    e, P = track.errors()
+    t, value = track.t[track.known], md2(e, P)
+    if np.isfinite(value).any():
+        consistency_panel(t, value, track.frame.dof, name="NEES of the pose", ax=above)
+    else:
+        above.text(0.5, 0.5, "the true pose is not known", ha="center", va="center", transform=above.transAxes)
+        above.set_axis_off()
+    if len(nis):
+        t, value, dof, n = _averaged(nis)
+        name = "NIS" if n == 1 else f"NIS, mean of {n} at a time"
+        consistency_panel(t, value, dof, runs=n, name=name, ax=below)
+        below.set_ylabel("NIS (-)")
+    fig.suptitle(f"robot {track.id}")
+    return fig
+
+
+def _averaged(nis):
+    """NIS (K, 3) of [t, value, dof] as t, value and dof of groups of n that follow each other."""
+    n = -(-len(nis) // MOST_POINTS)
+    groups = nis[: len(nis) // n * n].reshape(-1, n, 3).mean(axis=1)
+    return *groups.T, n
+
+
+def _save(fig, path):
+    with replacing(path) as part:
+        fig.savefig(part)
+    plt.close(fig)
+    return path.name

@@ -1,0 +1,57 @@
+"""The pictures of each robot: which ones are written, and what is in their panels."""
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.analysis import History
+from ekfslam_tutorial.cli import robot_views, views
+from ekfslam_tutorial.toolbox import UserData, universal_slam
+
+ROBOT = {"motion": "odometry2", "dx": [0.25, 0.0], "da_deg": 7.2, "dx_std": [0.01, 0.004], "da_std_deg": 0.2}
+SENSOR = {"type": "range_bearing", "range_std": 0.05, "bearing_std_deg": 0.5, "max_range": 6.0}
+
+
+@pytest.fixture(scope="module")
+def run():
+    data = UserData.from_dict(
+        {
+            "world": {"type": "ring", "n": 8, "radius": 4.0},
+            "time": {"last": 20},
+            "robot": [{"id": i, "position": [0, -2 * i]} | ROBOT for i in (1, 2)],
+            "sensor": [{"id": i, "robot": i} | SENSOR for i in (1, 2)],
+        }
+    )
+    history = History()
+    for _ in history.watch(universal_slam(data)):
+        pass
+    return data, history
+
+
+def test_each_robot_has_its_pictures(run, tmp_path):
+    data, history = run
+    names = views.write_figures(tmp_path, history, data)
+    wanted = {f"{kind}-{i}.png" for kind in ("map", "errors", "consistency", "sensor") for i in (1, 2)} | {"map.png"}
+    assert set(names) == wanted == {path.name for path in tmp_path.iterdir()}
+
+
+def test_errors_are_those_of_the_track_in_metres_and_degrees(run):
+    _, history = run
+    track = history.track(2)
+    fig = robot_views._errors(track, 3)
+    e, P = track.errors()
+    for i, (ax, scale) in enumerate(zip(fig.axes, (1, 1, 180 / np.pi), strict=True)):
+        drawn = next(l for l in ax.lines if l.get_label() == "estimate - truth")
+        np.testing.assert_allclose(drawn.get_ydata(), scale * e[:, i])
+        np.testing.assert_allclose(ax.lines[0].get_ydata(), 3 * scale * np.sqrt(P[:, i, i]))
+        assert ax.get_ylabel().endswith("(m)" if scale == 1 else "(deg)")
+
+
+def test_nis_is_kept_with_its_time_and_averaged_in_groups(run):
+    _, history = run
+    nis = history.nis(1)
+    assert nis.shape[1] == 3 and (np.diff(nis[:, 0]) >= 0).all() and set(nis[:, 2]) == {2.0}
+    mean = np.concatenate([history.nis(i) for i in history.robots])[:, 1].mean()
+    assert history.summary()["nis_mean"] == pytest.approx(mean)
+    many = np.column_stack([np.arange(4001.0), np.arange(4001.0), np.full(4001, 2.0)])
+    t, value, dof, n = robot_views._averaged(many)
+    assert n == 3 and len(t) == 1333 and value[:2].tolist() == [1.0, 4.0] and set(dof) == {2.0}
