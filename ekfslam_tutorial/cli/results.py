@@ -7,6 +7,7 @@ import numpy as np
 
 from .. import __version__
 from .files import replacing
+from .tum import write_tum
 
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
@@ -55,7 +56,8 @@ def write(out, figures, history, data):
         part.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
     _write_csv(out / "map.csv", *landmarks(history))
-    return ["result.json", "trajectory.csv", "map.csv", *views.write_figures(out, history, data)]
+    names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
+    return [*names, *views.write_figures(out, history, data)]
 
 
 def write_recording(out, recorder, name):

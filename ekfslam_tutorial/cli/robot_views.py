@@ -87,7 +87,8 @@ def _averaged(nis):
     """NIS (K, 3) of [t, value, dof] as t, value and dof of groups of n that follow each other."""
     n = -(-len(nis) // MOST_POINTS)
     groups = nis[: len(nis) // n * n].reshape(-1, n, 3).mean(axis=1)
-    return *groups.T, n
+    t, value, dof = groups.T
+    return t, value, dof, n
 
 
 def _save(fig, path):

@@ -105,9 +105,10 @@ def _from_arrays(a):
     robots, fits = {}, {}
     for r in a["robots"].tolist():
         get = lambda name, r=r: _unpacked(a, f"{name}{r}")
-        seen = [Sightings(get(f"{k}_t"), get(f"{k}_ids").astype(int), get(f"{k}_y")) for k in ("landmarks", "met")]
-        robots[r] = RobotLog(r, get("odometry"), *seen, get("truth"), bool(a[f"dense{r}"]))
-        fits[r] = OdometryCalibration(*a[f"fit{r}"].tolist(), source=str(a[f"source{r}"]))
+        seen = lambda k, get=get: Sightings(get(f"{k}_t"), get(f"{k}_ids").astype(int), get(f"{k}_y"))
+        dense, (left, right, spin, delay) = bool(a[f"dense{r}"]), a[f"fit{r}"].tolist()
+        robots[r] = RobotLog(r, get("odometry"), seen("landmarks"), seen("met"), get("truth"), dense)
+        fits[r] = OdometryCalibration(left, right, spin, delay, str(a[f"source{r}"]))
     return SetLog(str(a["name"]), robots, a["ids"], a["points"], a["notes"].tolist()), fits
 
 

@@ -1,0 +1,76 @@
+"""`ekfslam evaluate RESULT...`: the figures of several runs in one table."""
+
+import csv
+import json
+import math
+import sys
+from pathlib import Path
+
+COLUMNS = {
+    "frames": "frames",
+    "n_landmarks": "landmarks",
+    "ate_aligned_m": "ATE m",
+    "heading_rmse_deg": "heading deg",
+    "landmark_rmse_aligned_m": "map m",
+    "dead_reckoning_ate_m": "dead reckoning m",
+    "nees_mean": "NEES",
+    "nis_mean": "NIS",
+    "wall_s": "time s",
+}
+"""Keys of result.json and the heads of their columns. Errors are those after alignment with the truth."""
+
+
+def main(options):
+    """Run the command."""
+    runs = [read(path) for path in options.results]
+    rows = [row for run in runs for row in table(*run, options.robots)]
+    if options.csv:
+        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer.writerows([["run", *COLUMNS], *([name, *values] for name, values in rows)])
+        return 0
+    print(lined_up([["run", *COLUMNS.values()], *([name, *map(shown, values)] for name, values in rows)]))
+    return 0
+
+
+def read(path):
+    """Name and figures of a run: its folder, or its result.json.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        Naming the file.
+    """
+    file = Path(path) / "result.json" if Path(path).is_dir() else Path(path)
+    if not file.is_file():
+        raise FileNotFoundError(f"no result {file}; give folders that `ekfslam run` has written, or their result.json")
+    try:
+        figures = json.loads(file.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{file} is not JSON: {error}") from error
+    if not isinstance(figures, dict) or "frames" not in figures or not isinstance(figures.get("robots"), dict):
+        raise ValueError(f"{file} is not the result of a run: it has no frames and robots")
+    return file.parent.name or str(file), figures
+
+
+def table(name, figures, robots):
+    """Rows of one run: the whole, and each robot if wanted; values that are not known are None."""
+    parts = [(name, figures)]
+    if robots:
+        parts += [(f"  robot {id}", each) for id, each in figures["robots"].items()]
+    return [(label, [part.get(key) for key in COLUMNS]) for label, part in parts]
+
+
+def shown(value):
+    """A number with three digits that count, or - where it is not known."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return "-"
+    return str(value) if isinstance(value, int) else f"{value:.3g}"
+
+
+def lined_up(rows):
+    """Rows of text in columns; the first column to the left, numbers to the right."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    line = lambda row: "  ".join(
+        [row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))]
+    )
+    return "\n".join(line(row).rstrip() for row in rows)
