@@ -53,7 +53,7 @@ def parser():
     top = argparse.ArgumentParser(prog="ekfslam", description="EKF mapping and EKF-SLAM: course and toolbox.")
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for add in (_run, _data, _notebooks, _progress, _nbgrader, _new, _doctor):
+    for add in (_run, _data, _notebooks, _progress, _nbgrader, _new, _evaluate, _doctor):
         add(commands)
     return top
 
@@ -103,6 +103,13 @@ def _new(commands):
     new.add_argument("kind", choices=("sensor", "landmark", "motion"))
     new.add_argument("name", help="its name in small letters: my_sonar")
     new.add_argument("--dir", default=".", metavar="DIR", help="where to write it; here if not given")
+
+
+def _evaluate(commands):
+    evaluate = _command(commands, "evaluate", "Compare runs: their figures in one table.")
+    evaluate.add_argument("results", nargs="+", metavar="RESULT", help="a folder that `run` wrote, or its result.json")
+    evaluate.add_argument("--robots", action="store_true", help="a line for each robot, too")
+    evaluate.add_argument("--csv", action="store_true", help="all digits, separated by commas")
 
 
 def _doctor(commands):
