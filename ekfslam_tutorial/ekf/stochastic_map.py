@@ -126,11 +126,14 @@ class Map:
     # --- what the operations of the filter are made of ---------------------------------------------------------------
 
     def state(self, r):
-        """Mean of the state in range r: a copy, shape (k,)."""
+        """Mean of the state in range r: a copy, shape (k,); of K states given by their rows (K, k), shape (K, k)."""
         return self._xn[r].copy()
 
     def block(self, r):
-        """Covariance of the state in range r: a copy, shape (k, k)."""
+        """Covariance of the state in range r: a copy, shape (k, k); of K states by their rows (K, k), (K, k, k)."""
+        if not isinstance(r, slice):
+            i, j = r[:, :, None], r[:, None, :]
+            return self._Pn[np.maximum(i, j), np.minimum(i, j)] if self._lower else self._Pn[i, j]
         B = self._Pn[r, r].copy()
         if self._lower:
             mirror(B)
@@ -173,6 +176,10 @@ class Map:
         self._Pt[r] = P_xm
         self._Pn[r, :stop] = P_xm[:, :stop]
         self._Pn[r, r] = symmetric(P_xx)
+
+    def move(self, r, x):
+        """Set the mean of the state in range r, and leave its covariance as it is."""
+        self._xn[r] = x
 
     def shift(self, dx):
         """x = x + dx."""

@@ -16,12 +16,15 @@ from .quaternions import CONJUGATE, q2Q, q2qc, q2R_q, q2v, q_prod, unit
 
 
 def _mul(A, v):
-    return (A @ v[..., None])[..., 0]
+    """Matrix times vectors, shape (..., d): a single product where there is a single matrix."""
+    return v.dot(A.T) if A.ndim == 2 else (A @ v[..., None])[..., 0]
 
 
-def _matrix(w):
-    """A weight, ready to multiply matrices as it multiplies vectors."""
-    return w if isinstance(w, float) else np.asarray(w)[..., None]
+def _weigh(w, a, matrix=False):
+    """Weights of shape (..., 1) times vectors or matrices; the weight 1, of points, costs nothing."""
+    if isinstance(w, float):
+        return a if w == 1.0 else w * a
+    return (np.asarray(w)[..., None] if matrix else w) * a
 
 
 class _Frame:
@@ -67,9 +70,9 @@ class _Frame:
             Derivative with respect to the frame's state vector.
         PF_p : ndarray, shape (..., dim, dim)
         """
-        d = p - w * self.t
+        d = p - _weigh(w, self.t)
         PF_f = np.empty((*d.shape[:-1], self.dim, self.size))
-        PF_f[..., : self.dim] = -_matrix(w) * self.Rt
+        PF_f[..., : self.dim] = _weigh(w, self._minus_Rt, matrix=True)
         PF_f[..., self.dim :] = self._contract(self._Ro_rows, d)
         return _mul(self.Rt, d), PF_f, self.Rt
 
@@ -90,11 +93,15 @@ class _Frame:
             Derivative with respect to the frame's state vector.
         P_pf : ndarray, shape (..., dim, dim)
         """
-        p = _mul(self.R, pf) + w * self.t
+        p = _mul(self.R, pf) + _weigh(w, self.t)
         P_f = np.empty((*p.shape[:-1], self.dim, self.size))
-        P_f[..., : self.dim] = _matrix(w) * identity(self.dim)
+        P_f[..., : self.dim] = _weigh(w, identity(self.dim), matrix=True)
         P_f[..., self.dim :] = self._contract(self._Ro_columns, pf)
         return p, P_f, self.R
+
+    @lazy
+    def _minus_Rt(self):
+        return -self.Rt
 
     @lazy
     def _Ro_rows(self):
@@ -108,8 +115,8 @@ class _Frame:
 
     def _contract(self, Ro, v):
         """Sum over the rows of R_o of R_o times v: derivative of R' v, or of R v, by the orientation."""
-        J = v[..., None, :] @ Ro
-        return J.reshape(*J.shape[:-2], self.dim, self.size - self.dim)
+        J = v.dot(Ro) if Ro.ndim == 2 else (v[..., None, :] @ Ro)[..., 0, :]
+        return J.reshape(*J.shape[:-1], self.dim, self.size - self.dim)
 
     def __eq__(self, other):
         return type(self) is type(other) and np.array_equal(self.x, other.x)
@@ -174,9 +181,14 @@ class Frame2(_Frame):
         I_f[..., :2, :] = T_f
         return Frame2(np.concatenate([t, np.expand_dims(-self.theta, -1)], -1)), I_f
 
+    @property
+    def is_normal(self):
+        """Whether `normalized` would leave everything as it is: the heading is in (-pi, pi]."""
+        return -np.pi < self.theta < np.pi if self.x.ndim == 1 else bool((np.abs(self.theta) < np.pi).all())
+
     def normalized(self):
         """The same frame with its heading in (-pi, pi]; itself, if it is. Returns N, N_f (..., 3, 3)."""
-        if (np.abs(self.theta) < np.pi).all():
+        if self.is_normal:
             return self, _eye_like(self.x[..., None], 3)
         x = np.concatenate([self.t, wrap(self.x[..., 2:])], -1)
         return Frame2(x), _eye_like(x[..., None], 3)
@@ -253,6 +265,8 @@ class Frame3(_Frame):
         I_f = np.zeros((*t.shape[:-1], 7, 7))
         I_f[..., :3, :], I_f[..., 3:, 3:] = T_f, CONJUGATE
         return Frame3(np.concatenate([t, qc], -1)), I_f
+
+    is_normal: ClassVar[bool] = False  # a covariance must always pass through the projector of `normalized`
 
     def normalized(self):
         """The same frame with a unit quaternion. Returns N, N_f (..., 7, 7).

@@ -25,12 +25,51 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
     V_r, V_s, V_l : ndarray, shape (..., d, size)
         With respect to the robot frame, the sensor frame and the landmark.
     """
+    if sensor.bearing_only and hasattr(lmk, "homogeneous"):
+        return _ray_to_sensor(Rf, Sf, lmk, l)
     lr, LR_r, LR_l = lmk.to_frame(Rf, l)
     ls, LS_s, LS_lr = lmk.to_frame(Sf, lr)
     v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
 
     V_lr = V_ls @ LS_lr
     return v, V_lr @ LR_r, V_ls @ LS_s, V_lr @ LR_l
+
+
+def _ray_to_sensor(Rf, Sf, lmk, l):
+    """The same for a landmark with an inverse distance w: its ray m = w p goes through the frames as it is.
+
+        v = Rs' (Rr' (m - w tr) - w ts)
+
+    Its direction is not written as angles in between: an inverse-depth point on a camera's axis is no special case.
+    """
+    m, w, M_l, W_l = lmk.homogeneous(l)
+    mr, MR_r, MR_m = Rf.to_frame(m, w)
+    v, V_s, V_mr = Sf.to_frame(mr, w)
+
+    V_m = V_mr @ MR_m
+    V_w = -(V_m @ Rf.t + V_mr @ Sf.t)
+    return v, V_mr @ MR_r, V_s, V_m @ M_l + V_w[..., None] * W_l
+
+
+def sight(Rf, Sf, sensor, lmk, l):
+    """The expected measurements of many landmarks, without derivatives: to find those in view.
+
+    Parameters are those of `to_sensor`.
+
+    Returns
+    -------
+    e : ndarray, shape (..., m)
+        Expected measurements.
+    v : ndarray, shape (..., d)
+        Points in the sensor frame, or rays.
+    """
+    if sensor.bearing_only and hasattr(lmk, "homogeneous"):
+        m, w, *_ = lmk.homogeneous(l)
+        v = Sf.to_frame(Rf.to_frame(m, w)[0], w)[0]
+    else:
+        ls = lmk.to_frame(Sf, lmk.to_frame(Rf, l)[0])[0]
+        v = lmk.ray(ls)[0] if sensor.bearing_only else lmk.point(ls)[0]
+    return sensor.project(v)[0], v
 
 
 def observe(Rf, Sf, sensor, lmk, l):

@@ -8,6 +8,7 @@ near is decided in the measurement space, in units of sigma, and angles are wrap
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 from scipy.stats import chi2
@@ -62,11 +63,14 @@ class KnownIds:
     Of several measurements with the same id in one frame the first is used.
     """
 
+    by_id: ClassVar[bool] = True  # expectations do not matter, so those out of view need not be computed
+
     def __call__(self, map, obs, raw, sensor):
         """Match by id. Returns Matches; anything with an id may start a landmark, if that id is not in use."""
-        index = {int(id): i for i, id in reversed(list(enumerate(raw.ids))) if id >= 0}
+        ids = np.asarray(raw.ids).tolist()
+        index = {id: i for i, id in reversed(list(enumerate(ids))) if id >= 0}
         pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
-        return Matches(pairs, [int(i) for i in np.argsort(raw.ids, kind="stable") if raw.ids[i] >= 0])
+        return Matches(pairs, [i for i in sorted(range(len(ids)), key=ids.__getitem__) if ids[i] >= 0])
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i; None if there is one already."""

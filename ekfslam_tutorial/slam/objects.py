@@ -14,7 +14,7 @@ def _state(map, obj):
     """A copy: what was read from the map stays what it was when the map goes on."""
     if obj.r is None and obj.x is None:
         raise ValueError(f"{type(obj).__name__} {obj.id} has no state yet: put it into the map, or give it a known x")
-    return np.array(obj.x if obj.r is None else map.x[obj.r])
+    return np.array(obj.x) if obj.r is None else map.state(obj.r)
 
 
 @dataclass
@@ -153,10 +153,10 @@ class Lmk:
         p, P_l = self.type.point(self.state(map))
         if self.r is None:
             return p, np.zeros((len(p), len(p)))
-        return p, P_l @ map.P[self.r, self.r] @ P_l.T
+        return p, P_l @ map.block(self.r) @ P_l.T
 
 
-@dataclass
+@dataclass(slots=True)
 class Obs:
     """The observation of one landmark by one sensor in this frame (manual, fig. 9).
 
@@ -176,8 +176,8 @@ class Obs:
         Measurement and its covariance, once matched.
     index : int or None
         Which of this frame's raw measurements it is.
-    z, Z, md2 : ndarray, ndarray, float or None
-        Innovation, its covariance, its squared Mahalanobis distance.
+    z : ndarray or None
+        Innovation.
     measured, matched, updated : bool
         A measurement was looked for; found; used for a correction.
     """
@@ -193,11 +193,19 @@ class Obs:
     R: np.ndarray | None = None
     index: int | None = None
     z: np.ndarray | None = None
-    Z: np.ndarray | None = None
-    md2: float | None = None
     measured: bool = False
     matched: bool = False
     updated: bool = False
+
+    @property
+    def Z(self):
+        """Covariance of the innovation, E + R; None without a measurement."""
+        return None if self.R is None else self.E + self.R
+
+    @property
+    def md2(self):
+        """Squared Mahalanobis distance of the innovation; None without a measurement."""
+        return None if self.z is None else float(self.z @ np.linalg.solve(self.E + self.R, self.z))
 
     @property
     def E_r(self):

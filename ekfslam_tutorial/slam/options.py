@@ -24,6 +24,9 @@ class Options:
         `KnownIds()`, `NearestNeighbour(...)` or `Jcbb(...)`.
     n_updates : int or None
         At most so many corrections per sensor and frame, the most uncertain expectations first; None for no limit.
+    joint : bool
+        Correct with all landmarks of a frame at once: much faster in large maps. Otherwise one after the other, each
+        projected again from what the others have corrected: a little better where the models are far from linear.
     md2_threshold : float
         Innovation gate: a measurement with a squared Mahalanobis distance of this or more is not used
         (manual: MD2th).
@@ -33,7 +36,7 @@ class Options:
     reopen_std : tuple of 2 float
         By how much: standard deviations of position (m) and of each angle (rad).
     reproject : bool
-        Compute each expectation again from the corrected map before its own correction.
+        Unless `joint`: compute each expectation again from the corrected map before its own correction.
     reparametrize : bool
         Turn a landmark into a Euclidean point when it has become linear enough.
     lin_test : float
@@ -70,6 +73,7 @@ class Options:
     min_match_ratio: float = 0.0
     min_inlier_ratio: float = 0.0
     min_rho: float = 1e-3
+    joint: bool = False
 
     def __post_init__(self):
         object.__setattr__(self, "n", np.atleast_1d(np.array(self.n, float)))

@@ -4,14 +4,19 @@ For every frame, every robot moves; then each of its sensors corrects with the l
 ones that it does not. The order matters: a measurement that starts a landmark has been used, and must not correct it.
 """
 
+from math import isfinite
+from operator import attrgetter
+
 import numpy as np
 
-from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict, transform
+from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict
 from ..ekf.stochastic_map import check_covariance
 from ..models.landmarks import EucPnt
 from ..models.observation import observe, retro_project
+from .joint import correct_jointly
 from .objects import Event, Lmk
 from .projection import frame_range, normalize, project_lmks
+from .upkeep import delete_bad, most_uncertain, tidy
 
 # --- motion ----------------------------------------------------------------------------------------------------------
 
@@ -46,8 +51,8 @@ def move(map, rob, dt):
 
 def _check_control(rob, dt):
     m = sum(rob.motion.control_fields.values())
-    fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
-    if np.shape(rob.u) != (m,) or not np.isfinite(rob.u).all():
+    if np.shape(rob.u) != (m,) or not isfinite(sum(rob.u)):
+        fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
     if not 0 <= dt < np.inf:
         raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds, got {dt}")
@@ -93,7 +98,9 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     normalize(map, sen)
     for key in [key for key in obs if key[0] == sen.id]:
         del obs[key]
-    expected = project_lmks(map, rob, sen, sorted(lmks.values(), key=lambda lmk: lmk.slot))
+    if opt.joint:
+        return correct_jointly(map, rob, sen, lmks, obs, raw, opt)
+    expected = project_lmks(map, rob, sen, sorted(lmks.values(), key=attrgetter("slot")))
     obs.update({(sen.id, o.lmk): o for o in expected})
     seen = [o for o in expected if o.visible]
     matches = opt.association(map, expected, raw, sen.model)
@@ -102,16 +109,8 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     for o in most_uncertain(seen, opt.n_updates):
         events += _search(map, rob, sen, lmks[o.lmk], o, matches.pairs.get(o.lmk), raw, opt, stale)
         stale = stale or o.updated
-    events += [Event("deletion", rob.id, sen.id, id) for id in _delete_bad(map, lmks, seen, opt)]
+    events += delete_bad(map, rob, sen, lmks, seen, opt)
     return events, matches.new
-
-
-def most_uncertain(obs, n_max):
-    """Observations by decreasing uncertainty of the expectation, det(E), at most n_max of them."""
-    if not obs:
-        return []
-    order = np.argsort(-np.linalg.det(np.array([o.E for o in obs])), kind="stable")[:n_max]
-    return [obs[i] for i in order]
 
 
 def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
@@ -131,7 +130,7 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
     PHt = cross(map, o.blocks)
     o.E = covariance(PHt, o.blocks)
     inn = innovation(sen.model.residual(o.y, o.e), o.E, o.R)
-    o.z, o.Z, o.md2 = inn.z, inn.Z, inn.md2
+    o.z = inn.z
     accepted = inn.md2 < opt.md2_threshold
     events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))
     if not accepted:
@@ -143,42 +142,14 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
     o.updated = True
     normalize(map, rob)
     normalize(map, sen)
-    _tidy(map, lmk, camera, opt)
+    tidy(map, lmk, camera, opt)
     events.append(Event("correction", rob.id, sen.id, lmk.id))
     return events
 
 
-def _tidy(map, lmk, camera, opt):
-    """After a correction: an inverse distance stays positive; a landmark that has become linear becomes Euclidean."""
-    if lmk.r is None:
-        return
-    if hasattr(lmk.type, "ahead"):
-        map.x[lmk.r] = lmk.type.ahead(map.x[lmk.r], opt.min_rho)
-    if opt.reparametrize and hasattr(lmk.type, "linearity"):
-        l = map.x[lmk.r]
-        if lmk.type.linearity(l, map.P[lmk.r, lmk.r], camera) < opt.lin_test:
-            p, P_l = lmk.type.point(l)
-            lmk.type, lmk.r = EucPnt(len(p)), transform(map, lmk.r, p, P_l)
-
-
-def _delete_bad(map, lmks, seen, opt):
-    """Delete landmarks that are rarely found, or rarely fit when found. Returns their ids."""
-    bad = []
-    for lmk in (lmks[o.lmk] for o in seen):
-        unstable = lmk.n_match < opt.min_match_ratio * lmk.n_search
-        inconsistent = lmk.n_inlier < opt.min_inlier_ratio * lmk.n_match
-        if lmk.n_search >= opt.min_search and (unstable or inconsistent):
-            bad.append(lmk.id)
-    for id in bad:
-        lmk = lmks.pop(id)
-        if lmk.r is not None:
-            map.remove(lmk.r)
-    return bad
-
-
 def _check_raw(raw, sen):
     m, ids = len(sen.model.R), np.asarray(raw.ids)
-    if ids.size and not np.issubdtype(ids.dtype, np.integer):
+    if ids.size and ids.dtype.kind not in "iu":
         raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()}")
     if raw.R is not None and np.shape(raw.R) != (len(ids), m, m):
         raise ValueError(
@@ -190,11 +161,11 @@ def _check_raw(raw, sen):
         raise ValueError(
             f"sensor {sen.id}: measurements must have shape {(len(raw.ids), m)}, one row per id, got {np.shape(raw.y)}"
         )
-    bad = np.flatnonzero(~np.isfinite(raw.y).all(-1)) if m else []
-    if len(bad):
+    if not isfinite(np.sum(raw.y)):
+        bad = int(np.flatnonzero(~np.isfinite(raw.y).all(-1))[0])
         raise ValueError(
-            f"sensor {sen.id}: measurement {int(bad[0])} of landmark {int(raw.ids[bad[0]])} must be finite, "
-            f"got {np.asarray(raw.y)[bad[0]].tolist()}"
+            f"sensor {sen.id}: measurement {bad} of landmark {int(raw.ids[bad])} must be finite, "
+            f"got {np.asarray(raw.y)[bad].tolist()}"
         )
 
 

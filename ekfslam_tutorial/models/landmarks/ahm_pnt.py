@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry import identity, unit
-from .projective import ahead, anchored, anchored_point, anchored_ray, check_dim, linearity, scalar
+from .projective import ahead, anchored, anchored_point, anchored_ray, check_dim, linearity, scalar, weight
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,12 @@ class AhmPnt:
         """v = x0 rho + m, turned round where rho < 0. Returns v, V_l."""
         t, m, rho = self._split(l)
         return anchored_ray(t, m, rho, identity(self.dim))
+
+    def homogeneous(self, l):
+        """The ray and its weight |rho|: p = v / |rho|. Returns v, w, V_l, W_l."""
+        v, V_l = self.ray(l)
+        w, W_l = weight(l[..., -1:], self.size)
+        return v, w, V_l, W_l
 
     def from_ray(self, v, n):
         """l = [0; v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""

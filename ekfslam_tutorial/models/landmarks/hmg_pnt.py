@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry import identity, unit
-from .projective import along, check_dim, homogeneous, scalar
+from .projective import along, check_dim, homogeneous, scalar, weight
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,12 @@ class HmgPnt:
         s = along(rho)
         V_m = s[..., None] * identity(self.dim)
         return s * m, np.concatenate([V_m, np.zeros((*m.shape, 1))], -1)
+
+    def homogeneous(self, l):
+        """The ray and its weight |rho|: p = v / |rho|. Returns v, w, V_l, W_l."""
+        v, V_l = self.ray(l)
+        w, W_l = weight(l[..., -1:], self.size)
+        return v, w, V_l, W_l
 
     def from_ray(self, v, n):
         """l = [v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar
+from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar, weight
 
 POLE = 1e-8  # radians: how near to the z axis a direction may come, see `vec2py`
 
@@ -95,6 +95,12 @@ class IdpPnt:
         """v = x0 rho + m, turned round where rho < 0. Returns v, V_l."""
         m, M_py = py2vec(l[..., 3:5])
         return anchored_ray(l[..., :3], m, l[..., 5:], M_py)
+
+    def homogeneous(self, l):
+        """The ray and its weight |rho|: p = v / |rho|. Returns v, w, V_l, W_l."""
+        v, V_l = self.ray(l)
+        w, W_l = weight(l[..., -1:], 6)
+        return v, w, V_l, W_l
 
     def from_ray(self, v, n):
         """l = [0; pitch, yaw of v; n], n the prior inverse distance. Returns l, L_v, L_n."""

@@ -74,6 +74,14 @@ def anchored_ray(t, m, rho, M_u):
     return s * (t * rho + m), s[..., None] * V_l
 
 
+def weight(rho, size):
+    """Weight w = |rho| of a ray v: p = v / w. Returns w, W_l for a state of this size that ends in rho."""
+    s = along(rho)
+    W_l = np.zeros((*rho.shape, size))
+    W_l[..., -1] = s
+    return s * rho, W_l
+
+
 def ahead(l, min_rho):
     """The landmark itself, or with the inverse distance min_rho where a correction has turned it negative."""
     if l[-1] >= 0:

@@ -1,0 +1,69 @@
+"""What has to be done around corrections: who comes first, who becomes Euclidean, who is deleted."""
+
+import numpy as np
+
+from ..ekf import transform
+from ..models.landmarks import EucPnt
+from .objects import Event
+
+EUCLIDEAN = {2: EucPnt(2), 3: EucPnt(3)}
+"""The types of reparametrised landmarks: one and the same object for all of them."""
+
+
+def most_uncertain(obs, n_max):
+    """Observations by decreasing uncertainty of the expectation, det(E), at most n_max of them."""
+    if not obs:
+        return []
+    order = np.argsort(-np.linalg.det(np.array([o.E for o in obs])), kind="stable")[:n_max]
+    return [obs[i] for i in order]
+
+
+def tidy(map, lmk, camera, opt):
+    """After a correction: an inverse distance stays positive; a landmark that has become linear becomes Euclidean.
+
+    Parameters
+    ----------
+    map : Map
+    lmk : Lmk
+    camera : ndarray, shape (d,)
+        Where the sensor was when it saw the landmark, in the world.
+    opt : Options
+        `min_rho`, `reparametrize` and `lin_test`.
+    """
+    if lmk.r is None:
+        return
+    if hasattr(lmk.type, "ahead"):
+        l = map.state(lmk.r)
+        ahead = lmk.type.ahead(l, opt.min_rho)
+        if ahead is not l:
+            map.move(lmk.r, ahead)
+    if opt.reparametrize and hasattr(lmk.type, "linearity"):
+        l = map.state(lmk.r)
+        if lmk.type.linearity(l, map.block(lmk.r), camera) < opt.lin_test:
+            p, P_l = lmk.type.point(l)
+            lmk.type, lmk.r = EUCLIDEAN[len(p)], transform(map, lmk.r, p, P_l)
+
+
+def delete_bad(map, rob, sen, lmks, seen, opt):
+    """Delete landmarks that are rarely found, or rarely fit when found. Returns the events.
+
+    Parameters
+    ----------
+    map, rob, sen, lmks, opt
+        As in `correct_known_lmks`.
+    seen : list of Obs
+        Those that should have been found in this frame.
+    """
+    if not opt.min_match_ratio and not opt.min_inlier_ratio:
+        return []
+    bad = []
+    for lmk in (lmks[o.lmk] for o in seen):
+        unstable = lmk.n_match < opt.min_match_ratio * lmk.n_search
+        inconsistent = lmk.n_inlier < opt.min_inlier_ratio * lmk.n_match
+        if lmk.n_search >= opt.min_search and (unstable or inconsistent):
+            bad.append(lmk.id)
+    for id in bad:
+        lmk = lmks.pop(id)
+        if lmk.r is not None:
+            map.remove(lmk.r)
+    return [Event("deletion", rob.id, sen.id, id) for id in bad]
