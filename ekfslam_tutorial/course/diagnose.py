@@ -27,7 +27,7 @@ def diagnose(got, want) -> str:
         with np.errstate(all="ignore"):
             if explains(got, want):
                 return sentence
-    return _one_entry(got, want)
+    return _one_entry(got, want) or _rounded(got, want)
 
 
 def same(a, b, rtol=1e-5, atol=1e-9) -> bool:
@@ -83,6 +83,14 @@ def _one_entry(got, want) -> str:
     if not got[wrong].any():
         return f"Missing (zero) at {named}."
     return f"Wrong at {named} only." if len(places) <= want.size // 2 else ""
+
+
+def _rounded(got, want) -> str:
+    """Say it if the numbers were rounded."""
+    for digits in (1, 2, 3, 4):
+        if np.round(want, digits).any() and same(got, np.round(want, digits), 1e-9, 1e-9):
+            return f"Yours is rounded to {digits} decimals: keep them all."
+    return ""
 
 
 def _bracket(place):

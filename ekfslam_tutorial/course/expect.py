@@ -7,6 +7,8 @@ import numpy as np
 from ..geometry import numerical_jacobian, wrap
 from .diagnose import diagnose, same
 
+RETURN = "`print` shows a result, `return` hands it back. Each branch of an `if` needs its own `return`."
+
 
 class Failed(Exception):
     """A property does not hold; the message says what was got and what was expected.
@@ -26,7 +28,7 @@ def array(value, shape, what):
     (n, 1) is not a vector (n,)).
     """
     if value is None:
-        raise Failed(f"{what} is None: is the `return` line missing?")
+        raise Failed(f"{what} is None: is the `return` line missing?", RETURN)
     if value is NotImplemented or value is Ellipsis:
         raise Failed(f"{what} is {value}: put your own expression there")
     try:
@@ -35,6 +37,8 @@ def array(value, shape, what):
             a = np.array(a.tolist(), dtype=float)
     except Exception:
         raise Failed(f"{what} is not an array of numbers: got {_short(value)}") from None
+    if isinstance(value, (list, tuple)) and any(v is None for v in value):
+        raise Failed(f"{what} holds None at [{[v is None for v in value].index(True)}]: it must hold numbers only")
     if np.iscomplexobj(a):
         raise Failed(f"{what} has complex numbers: return their real numbers")
     if a.dtype.kind not in "fiub":
@@ -53,7 +57,7 @@ def results(value, *names):
     """Return the tuple of the `len(names)` results that a function must give back."""
     wanted = f"return {', '.join(names)}"
     if value is None:
-        raise Failed(f"your function returns None: it must end with `{wanted}`")
+        raise Failed(f"your function returns None: it must end with `{wanted}`", RETURN)
     if not isinstance(value, (tuple, list)) or len(value) != len(names):
         got = f"{len(value)} values" if isinstance(value, (tuple, list)) else _short(value)
         raise Failed(f"your function must return {len(names)} results, `{wanted}`; it returns {got}")
@@ -130,6 +134,8 @@ def true(condition, message):
 
 
 def _shape_help(got, want):
+    if want == () and set(got) == {1}:
+        return ": a plain number, not an array"
     if len(want) == 1 and got in ((want[0], 1), (1, want[0])):
         return ": a vector has one axis here, no columns and no rows"
     if len(got) == 2 and got[::-1] == want:

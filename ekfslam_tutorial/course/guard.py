@@ -18,6 +18,7 @@ IN_PLACE = "`+=` and `x[i] = ...` write into the caller's array. Work on a copy:
 
 ADVICE = {
     NameError: "Is the name spelt as in the `def` line, and defined before it is used?",
+    KeyError: "The dictionary has no entry of that name: `key in d` asks first, and d.get(key, default) never fails.",
     IndexError: "The index is too large: counting starts at 0, and the last entry has the number len - 1.",
     np.linalg.LinAlgError: "Print the matrix of that line: is it the one that you mean?",
     RecursionError: "The function calls itself without end.",
@@ -25,6 +26,22 @@ ADVICE = {
     TypeError: "Print what is in that line: is each name the array, number or function that you think it is?",
     AttributeError: "Print what is in that line: is each name the array, number or function that you think it is?",
     SystemExit: "A function gives its result back by `return`; it never ends Python.",
+}
+
+
+# What numpy says of slips that every student makes once: a part of its message, and what it means.
+SLIPS = {
+    "can be converted to Python scalar": "An array came where one number is wanted. The functions of `math` take "
+    "single numbers; those of numpy (np.sin, np.arctan2 ...) take arrays, too.",
+    "truth value of an array": "`if`, `while`, `and` and `or` decide about one number. For all entries of an array "
+    "at once there are np.where, np.all, np.any, & and |.",
+    "could not be broadcast": "`*`, `+` and `-` go entry by entry, so they want equal shapes. The product of "
+    "matrices is `@`.",
+    "mismatch in its core dimension": "In A @ B the columns of A must be as many as the rows of B: look at the "
+    "order of the factors, and at the transposes (.T).",
+    "object is not subscriptable": "What stands before the bracket [ ] is a single number or a function, not an array.",
+    "object is not callable": "What stands before the bracket ( ) is not a function: is a `*` or an `@` missing?",
+    "Singular matrix": "This matrix has no inverse. Print it: is it the one that you mean, and is the noise in it?",
 }
 
 
@@ -151,8 +168,9 @@ def _copied(value):
 
 def _advice(error):
     """What to look at first after an exception of this kind."""
-    known = (ADVICE[kind] for kind in ADVICE if isinstance(error, kind))
-    return next(known, "Read the error: it names the line, and what went wrong there.")
+    known = [advice for words, advice in SLIPS.items() if words in str(error)]
+    known += [ADVICE[kind] for kind in ADVICE if isinstance(error, kind)]
+    return next(iter(known), "Read the error: it names the line, and what went wrong there.")
 
 
 def _blame(function, error):

@@ -93,8 +93,9 @@ def _(f, rng):
 @correction.link("P does not depend on z", "How sure the filter is does not depend on what was measured.", part=1)
 def _(f, rng):
     x, P, z, H, R = _case(rng)
-    a, b = _both(f, x, P, z, H, R)[1], _both(f, x, P, -20 * z, H, R)[1]
-    expect.close(b, a, "P after another innovation")
+    a = _both(f, x, P, z, H, R)[1]
+    for k in (-20, 500):
+        expect.close(_both(f, x, P, k * z, H, R)[1], a, "P after another innovation")
 
 
 @correction.link("P shrinks", "P must stay symmetric, and lose uncertainty in every direction.", part=1)
@@ -147,6 +148,9 @@ _wrong("K z only", "K z is the *change* of the state: x + K z.", x_of=lambda x, 
 _wrong("P unchanged", "The measurement brings information: P - K H P.", P_of=lambda P, K, H, R, Z: P.copy())
 _wrong("covariance added", "The measurement brings information: P *minus* K H P.",
        P_of=lambda P, K, H, R, Z: P + K @ H @ P)
+_wrong("R missing in K Z K'", "That is P - K (H P H') K': R is missing. P - K Z K' has the whole Z = H P H' + R, and "
+       "P - K H P has one K only.", P_of=lambda P, K, H, R, Z: P - K @ H @ P @ H.T @ K.T)
+_wrong("K z added twice", "Add K z once.", x_of=lambda x, K, z: x + 2 * K @ z)
 _wrong("K R K' subtracted", "P - K Z K' has the whole Z = H P H' + R in it.",
        P_of=lambda P, K, H, R, Z: P - K @ R @ K.T)
 _wrong("half of Joseph's form", "Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.",
@@ -157,6 +161,13 @@ _wrong("I - K H", "I - K H is only the factor: multiply it by P.", P_of=lambda P
 _wrong("only the diagonal of the new P", "Keep the whole new P: after a measurement, position and heading are "
        "correlated.", P_of=lambda P, K, H, R, Z: np.diag(np.diag(P - K @ Z @ K.T)))
 # fmt: on
+
+
+@correction.wrong(
+    "H x subtracted again", "z is the innovation already, measured minus expected: do not subtract H x from it."
+)
+def _(x, P, z, H, R):
+    return correct(x, P, z - H @ x, H, R)
 
 
 @correction.wrong("column instead of vector", "Vectors have one axis here: x has shape (n,), no columns.")

@@ -73,6 +73,13 @@ def _pose(f, x, u, dt, at=""):
     expect.angle(x2[2], want[2], "the new heading", at=at)
 
 
+@motion.link("the new heading", "theta + w dt: where w is positive, the robot turns to the left.", part=0)
+def _(f, rng):
+    for k in range(4):
+        x, u, dt = _case(rng)
+        expect.angle(_parts(f, x, u if k < 2 else -u, dt)[0][2], _f(x, u if k < 2 else -u, dt)[2], "the new heading")
+
+
 @motion.link("straight along x", "With theta = 0 and w = 0 the robot goes v dt along x, and nothing else.", part=0)
 def _(f, rng):
     for v, dt in ((1.0, 1.0), (2.0, 0.5), (1.5, 0.1)):
@@ -136,6 +143,10 @@ _wrong("sine and cosine swapped", "x goes with the cosine, y with the sine.",
        x2=lambda x, u, dt: [x[0] + u[0] * dt * np.sin(x[2]), x[1] + u[0] * dt * np.cos(x[2]), x[2] + u[1] * dt])
 _wrong("turned first", "The robot drives first, the way it looks *before* the step, and then turns.",
        x2=lambda x, u, dt: [*_f(_after(x, u, dt), u, dt)[:2], x[2] + u[1] * dt])
+_wrong("half the turn first", "The robot drives the way it looks *before* the step, not in the middle of the turn.",
+       x2=lambda x, u, dt: [*_f([x[0], x[1], x[2] + u[1] * dt / 2], u, dt)[:2], x[2] + u[1] * dt])
+_wrong("turned to the other side", "A positive w turns to the left: theta *plus* w dt.",
+       x2=lambda x, u, dt: [*_f(x, u, dt)[:2], x[2] - u[1] * dt])
 _wrong("dt forgotten", "v and w are per second: multiply both by dt.",
        x2=lambda x, u, dt: _f(x, u, 1.0))
 _wrong("heading not used", "The robot drives the way it looks: v dt along x is right for theta = 0 only.",

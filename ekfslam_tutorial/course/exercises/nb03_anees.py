@@ -152,6 +152,12 @@ _wrong("all of the rest on each side", "1 - confidence is left out in *both* tai
        band=lambda N, n, t, a: chi2.ppf([2 * t, 1 - 2 * t], N * n) / N)
 _wrong("lower end zero", "A filter can be too cautious, too: leave out half of the rest below and half above.",
        band=lambda N, n, t, a: (0.0, chi2.ppf(1 - 2 * t, N * n) / N))
+_wrong("all of the rest above", "At the upper end only half of the rest is left out: 1 - tail, not the confidence.",
+       band=lambda N, n, t, a: chi2.ppf([t, 1 - 2 * t], N * n) / N)
+_wrong("all of the rest below", "At the lower end only half of the rest is left out: (1 - confidence) / 2.",
+       band=lambda N, n, t, a: chi2.ppf([2 * t, 1 - t], N * n) / N)
+_wrong("confidence in per cent", "The confidence is a number from 0 to 1: 1 - confidence is left out, not 100 - "
+       "confidence.", band=lambda N, n, t, a: chi2.ppf([49.5 + t, 50.5 - t], N * n) / N)
 _wrong("low and high swapped", "Return the lower end first.",
        band=lambda N, n, t, a: chi2.ppf([1 - t, t], N * n) / N)
 _wrong("normal instead of chi-square", "n +- z sqrt(2 n / N) is good for many runs only. With few, use chi2.ppf.",

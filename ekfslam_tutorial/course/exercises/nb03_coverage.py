@@ -41,7 +41,7 @@ def _(f, rng):
         expect.true(np.all((p >= 0) & (p <= 1)), f"coverage({k}, {dof}) is {p.round(4).tolist()}: no probabilities")
 
 
-@covered.link("one dimension", "You know these numbers: 68.3 %, 95.4 % and 99.7 % for 1, 2 and 3 sigma.")
+@covered.link("one dimension", "For dof = 1 you know: 68.3 %, 95.4 % and 99.7 %. Inside means e' P^-1 e < k^2.")
 def _(f, rng):
     want = [0.682689492, 0.954499736, 0.997300204]
     expect.close(_p(f, [1, 2, 3], 1), want, "coverage([1, 2, 3], 1)", 1e-6)
@@ -95,6 +95,14 @@ _wrong("the inverse", "ppf turns a probability into a value. Here you have the v
        lambda k, dof: chi2.ppf(coverage(k, dof), dof))  # fmt: skip
 _wrong("degrees of freedom minus one", "Nothing was fitted here: the degrees of freedom are the dimension itself.",
        lambda k, dof: chi2.cdf(k**2, max(dof - 1, 1)))  # fmt: skip
+
+
+_wrong("one degree of freedom too many", "The degrees of freedom are the dimension itself: dof.",
+       lambda k, dof: chi2.cdf(k**2, dof + 1))  # fmt: skip
+_wrong("k doubled, not squared", "chi-square is about *squared* distances: k squared, k**2, not 2 k.",
+       lambda k, dof: chi2.cdf(2 * k, dof))  # fmt: skip
+_wrong("one side of a box", "norm.cdf counts the far left as well, and the power belongs to a box, not to an ellipse.",
+       lambda k, dof: norm.cdf(k) ** dof)  # fmt: skip
 
 
 @covered.variant("incomplete gamma function")

@@ -108,6 +108,8 @@ _wrong("heading forgotten", "The first heading is uncertain, too: it turns the w
        J=lambda x, y, t, a, b: [[1, 0, 0], [0, 1, 0]])
 _wrong("no correlation with the heading", "P_0 has covariances between position and heading: use the whole P_0.",
        answer=lambda P, x, l: _truth(P * [[1, 1, 0], [1, 1, 0], [0, 0, 1]], x, l))
+_wrong("diagonal of P_0 only", "P_0 has covariances, too: use the whole P_0.",
+       answer=lambda P, x, l: _truth(np.diag(np.diag(P)), x, l))
 _wrong("turned round the origin", "A wrong first heading turns the map round the first *position*, not round the "
        "origin: use l - t_0.", J=lambda x, y, t, a, b: [[1, 0, -b], [0, 1, a]])
 _wrong("sign of the rotation", "Turned to the left, a landmark ahead moves to the left: d(l)/d(theta) is "

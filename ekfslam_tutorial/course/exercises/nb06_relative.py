@@ -100,6 +100,8 @@ _wrong("one cross block", "There are two cross terms, P[a, b] and P[b, a]: subtr
        lambda P, a, b: P[a, a] + P[b, b] - P[a, b])
 _wrong("one cross block (b, a)", "There are two cross terms, P[a, b] and P[b, a]: subtract both.",
        lambda P, a, b: P[a, a] + P[b, b] - P[b, a])
+_wrong("half of the cross terms", "There are two cross terms, P[a, b] and P[b, a]: subtract both in full.",
+       lambda P, a, b: P[a, a] + P[b, b] - (P[a, b] + P[b, a]) / 2)
 _wrong("the cross block alone", "P[a, b] tells what the two errors have in common, not what their difference is.",
        lambda P, a, b: 1 * P[a, b])
 _wrong("the mean of the two", "A mean of the two covariances forgets what the errors have in common.",

@@ -159,6 +159,16 @@ _wrong("all first numbers, then all second ones", "z and Z must have the same or
 # fmt: on
 
 
+@joint.wrong(
+    "each pair by its own gate",
+    "ok must come from the joint d2. Each pair in its own gate is not enough: look at two that lean to opposite sides.",
+)
+def _(zs, Hs, P, R, confidence):
+    S = _Z(np.asarray(Hs), P, R)
+    single = [z @ np.linalg.solve(_block(S, i), z) for i, z in enumerate(zs)]
+    return max(single) <= chi2.ppf(confidence, 2), np.ravel(zs) @ np.linalg.solve(S, np.ravel(zs)), S
+
+
 @joint.wrong("the other way round", "ok is True if the distance is *below* the limit.")
 def _(zs, Hs, P, R, confidence):
     ok, d2, Z = jointly_compatible(zs, Hs, P, R, confidence)

@@ -183,6 +183,12 @@ def _(D, limit, j):
             j[near] = i
 
 
+@mutual.wrong("None for no pair", "A measurement without a landmark gets the number -1, not None.")
+def _(D, limit):
+    j = _from(D, limit, lambda D, limit, j: j.__setitem__(slice(None), _expected(D, limit)))
+    return [None if a < 0 else int(a) for a in j]
+
+
 @mutual.wrong("fails on an empty map", "At the start there is no landmark: D has the shape (k, 0), and argmin has "
               "nothing to choose from.")  # fmt: skip
 def _(D, limit):
