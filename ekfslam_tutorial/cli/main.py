@@ -53,7 +53,7 @@ def parser():
     top = argparse.ArgumentParser(prog="ekfslam", description="EKF mapping and EKF-SLAM: course and toolbox.")
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for add in (_run, _data, _notebooks, _progress, _nbgrader, _new, _evaluate, _doctor):
+    for add in (_run, _data, _notebooks, _progress, _lecture, _nbgrader, _new, _evaluate, _doctor):
         add(commands)
     return top
 
@@ -90,6 +90,16 @@ def _notebooks(commands):
 def _progress(commands):
     progress = _command(commands, "progress", "Say which exercises are done.")
     progress.add_argument("notebook", nargs="?", metavar="NN", help="only those of this notebook: 02")
+
+
+def _lecture(commands):
+    lecture = _command(commands, "lecture", "Open the lecture cut of a notebook in JupyterLab, or write it as slides.")
+    lecture.add_argument("notebook", metavar="NN", help="its number: 02")
+    lecture.add_argument("--slides", metavar="FILE.html", help="write slides that need no network and no Python")
+    lecture.add_argument("--run", action="store_true", help="run the notebook anew for them: sharper pictures")
+    lecture.add_argument(
+        "--lab", nargs=argparse.REMAINDER, default=[], metavar="ARG", help="options of JupyterLab; last"
+    )
 
 
 def _nbgrader(commands):

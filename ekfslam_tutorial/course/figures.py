@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import os
 import struct
 import textwrap
 
@@ -11,7 +12,7 @@ import matplotlib.pyplot as plt
 from IPython.display import display
 from PIL import Image
 
-DPI = 75
+DPI = float(os.environ.get("EKFSLAM_DPI", 75))  # more for a projector: see cli/lecture.py
 
 
 def show(fig, caption: str, dpi: float = DPI):

@@ -1,0 +1,74 @@
+"""`ekfslam lecture NN`: the lecture cut of a notebook, live in JupyterLab, or as slides in one HTML file."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from ..course import lecture
+from ..course.nbgrader import find
+from .files import replacing
+
+DPI = 150  # of pictures that are drawn for the slides: twice the notebook's
+FONTS = {"code-font-size": "17px", "content-font-size1": "21px", "ui-font-size1": "14px"}  # for the last row
+
+
+def main(options):
+    """Run the command."""
+    path = find(options.notebook)
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    if options.slides is None:
+        return live(notebook, path.stem, options.lab)
+    from ..course import slides  # needs nbconvert
+
+    target = Path(options.slides)
+    if options.run:
+        notebook = run(notebook, path.parent)
+    text = slides.page(notebook)
+    with replacing(target) as part:
+        part.write_text(text, encoding="utf-8")
+    print(f"written: {target}, {text.count('<section')} slides, {len(text.encode()) / 1e6:.1f} MB, complete in itself")
+    print("keys: arrows, Home, End; in the browser F11 fills the screen, and printing makes a PDF")
+    return 0
+
+
+def run(notebook, folder):
+    """The notebook with fresh outputs and sharp pictures."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    nb = nbformat.reads(json.dumps(notebook), as_version=4)
+    quiet = ["--IPKernelApp.log_level=ERROR"]
+    at = {"metadata": {"path": str(folder)}}
+    client = NotebookClient(nb, timeout=600, kernel_name="python3", extra_arguments=quiet, resources=at)
+    with tempfile.TemporaryDirectory() as private:
+        progress = os.path.join(private, "progress.json")  # the lecturer's own record stays as it is
+        client.execute(env=os.environ | {"EKFSLAM_DPI": str(DPI), "EKFSLAM_PROGRESS": progress})
+    return json.loads(nbformat.writes(nb))
+
+
+def live(notebook, name, arguments):
+    """Open the cut in JupyterLab, with large letters; it is a copy that is gone afterwards."""
+    with tempfile.TemporaryDirectory(prefix="ekfslam-lecture-") as folder:
+        file = Path(folder, f"{name}.ipynb")
+        file.write_text(json.dumps(lecture.cut(notebook), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        command = lab_command(folder, file.name, arguments)
+        return subprocess.run(command, env=os.environ | large_letters(folder), check=False).returncode
+
+
+def lab_command(folder, file, arguments):
+    """The command that opens one notebook alone, without side bars."""
+    root = ["--allow-root"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+    address = f"--LabApp.default_url=/doc/tree/{file}"
+    return [sys.executable, "-m", "jupyterlab", f"--notebook-dir={folder}", address, *root, *arguments]
+
+
+def large_letters(folder):
+    """Write JupyterLab's settings for a projector into the folder; return the environment that points to them."""
+    settings = Path(folder, ".settings")
+    theme = settings / "@jupyterlab" / "apputils-extension" / "themes.jupyterlab-settings"
+    theme.parent.mkdir(parents=True)
+    theme.write_text(json.dumps({"overrides": FONTS}), encoding="utf-8")
+    return {"JUPYTERLAB_SETTINGS_DIR": str(settings), "EKFSLAM_DPI": "110"}
