@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..toolbox.rendezvous import find_starts
 from ..toolbox.tables import arguments, at, look_up
-from . import lecture, mrclam, mrclam_twin
+from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park
 from .mrclam_log import ROBOTS, read_set
 from .sources import ENVIRONMENT, data_folders
 
@@ -167,7 +167,21 @@ def _lecture():
     return lecture.load_data()
 
 
-LOADERS = {"mrclam": _mrclam, "mrclam_twin": _mrclam_twin, "lecture": _lecture}
+def _lost_in_the_woods(path: str | None = None, max_range: float = lost_in_the_woods.MAX_RANGE):
+    return lost_in_the_woods.load(path, max_range)
+
+
+def _victoria_park(path: str | None = None):
+    return victoria_park.load(path)
+
+
+LOADERS = {
+    "mrclam": _mrclam,
+    "mrclam_twin": _mrclam_twin,
+    "lecture": _lecture,
+    "lost_in_the_woods": _lost_in_the_woods,
+    "victoria_park": _victoria_park,
+}
 
 
 def load_recording(data):
