@@ -5,6 +5,7 @@ themselves are there: scipy exports their addresses for Cython, and `ctypes` cal
 """
 
 import ctypes
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cython_blas  # pyright: ignore[reportAttributeAccessIssue]
@@ -64,4 +65,4 @@ class Downdate:
             _dgemm(b"N", b"T", n, n, m, _MINUS_ONE, w, n, w, n, _ONE, P, ld)
 
 
-_bytes = ctypes.c_char.from_buffer  # three times faster than `.ctypes.data`
+_bytes: Any = ctypes.c_char.from_buffer  # three times faster than `.ctypes.data`

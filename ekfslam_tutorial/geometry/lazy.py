@@ -1,6 +1,7 @@
 """Values that are computed when they are asked for, and kept."""
 
 from functools import cached_property
+from typing import Any
 
 
 class lazy(cached_property):
@@ -9,7 +10,7 @@ class lazy(cached_property):
     Two threads that ask at once compute the same value twice; there is no harm in that.
     """
 
-    def __get__(self, instance, owner=None):
+    def __get__(self, instance, owner=None) -> Any:
         if instance is None:
             return self
         value = instance.__dict__[self.attrname] = self.func(instance)
