@@ -9,6 +9,9 @@ from pathlib import Path
 import numpy as np
 from scipy.io import loadmat
 
+from ..geometry import Frame2, wrap
+from ..models.motion import Unicycle
+from ..models.sensors.range_bearing import polar
 from ..simulation import SimLmk
 from ..toolbox.recording import DAMAGE, ControlLog, RawLog, Recording
 from .sources import ENVIRONMENT, data_folders
@@ -76,6 +79,42 @@ def load(path=None, max_range=MAX_RANGE, inflation=INFLATION):
     notes = [f"{far} sightings beyond {max_range:g} m left out", f"R of the publisher times {inflation:g}"]
     landmarks = SimLmk(np.arange(1, 18), m["l"])
     return Recording("Lost in the Woods", t - t[0], {1: ControlLog(u, U)}, {1: raw}, {1: truth}, landmarks, notes)
+
+
+def twin(seed=1, n=3000):
+    """A simulated log of the same form, for those who do not have the file: white noise of the publisher's size.
+
+    Parameters
+    ----------
+    seed : int
+        Of everything random.
+    n : int
+        Number of frames, 10 a second.
+
+    Returns
+    -------
+    Recording
+    """
+    rng, laser = np.random.default_rng(seed), Frame2(np.array([0.219, 0.0, 0.0]))
+    tubes = rng.uniform([-2, -5], [10, 5], (17, 2))
+    Q, R = np.diag([0.0044, 0.0082]), np.diag([0.0009, 0.00067])
+    true_u = np.column_stack([np.full(n, 0.2), 0.1 * np.sin(0.02 * np.arange(n)) + 0.1])
+    truth, rows = np.zeros((n, 3)), []
+    for k in range(n):
+        if k:
+            truth[k] = Unicycle().move(truth[k - 1], true_u[k], 0.1)[0]
+        seen = Frame2(truth[k]).compose(laser)[0].to_frame(tubes)[0]
+        y = polar(seen)[0]
+        rows.append([np.concatenate([[i], y[i]]) for i in np.flatnonzero(y[:, 0] < MAX_RANGE)])
+    truth[:, 2] = wrap(truth[:, 2])
+    table = np.array([row for frame in rows for row in frame]).reshape(-1, 3)
+    y = table[:, 1:] + rng.multivariate_normal(np.zeros(2), R, len(table))
+    u = true_u + rng.multivariate_normal(np.zeros(2), Q, n)
+    raw = RawLog(1, np.cumsum([0, *map(len, rows)]), table[:, 0].astype(int) + 1, y, np.tile(R, (len(y), 1, 1)))
+    notes = [f"simulated twin of Lost in the Woods, seed {seed}: no real robot was here"]
+    log = ControlLog(u, np.tile(Q, (n, 1, 1)))
+    return Recording("twin of Lost in the Woods", 0.1 * np.arange(n), {1: log}, {1: raw}, {1: truth},
+                     SimLmk(np.arange(1, 18), tubes), notes)  # fmt: skip
 
 
 def _read(file):

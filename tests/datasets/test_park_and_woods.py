@@ -82,3 +82,10 @@ def test_damaged_park(tmp_path):
         victoria_park.load(tmp_path)
     with pytest.raises(FileNotFoundError, match="Victoria Park"):
         victoria_park.load(tmp_path / "nowhere")
+
+
+def test_the_twin_of_the_woods_says_so():
+    rec = lost_in_the_woods.twin(seed=3, n=200)
+    assert "simulated" in rec.notes[0] and len(rec) == 200 and len(rec.raw[1].y) > 50
+    again = lost_in_the_woods.twin(seed=3, n=200)
+    np.testing.assert_array_equal(rec.raw[1].y, again.raw[1].y)
