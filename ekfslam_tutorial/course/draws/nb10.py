@@ -100,7 +100,7 @@ def gizmos(formula, x, yaw, pitch):
     space.ground(5)
     space.gizmo(WORLD, 1.2, "world")
     space.gizmo(F, 1.2, "F")
-    steps = F.t + np.vstack([np.zeros(3), np.cumsum(F.R * pf, axis=1).T])
+    steps = np.array(F.t) + np.vstack([np.zeros(3), np.cumsum(F.R * pf, axis=1).T])
     look = ESTIMATE if right else REJECTED
     space.line(steps, **line(MEASUREMENT, linewidth=2.4), label="pf, laid along the axes of F")
     space.line(POINT, **points(TRUTH, markersize=18), label="the point p")
