@@ -7,8 +7,10 @@ from ..analysis.consistency import md2
 from ..graphics import consistency_panel, error_panel, map_picture
 from .files import replacing
 
-AXES = {2: (("x error", "m"), ("y error", "m"), ("heading error", "deg"))}
-AXES[3] = (*((f"{a} error", "m") for a in "xyz"), *((f"rotation about {a}", "deg") for a in "xyz"))
+AXES = {
+    2: [("x error", "m"), ("y error", "m"), ("heading error", "deg")],
+    3: [*((f"{a} error", "m") for a in "xyz"), *((f"rotation about {a}", "deg") for a in "xyz")],
+}
 MOST_POINTS = 1500
 """NIS of a long run is averaged, so that no picture has more points than can be told apart."""
 

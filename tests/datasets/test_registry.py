@@ -98,7 +98,12 @@ def test_a_path_that_was_given_is_never_replaced(data):
 @pytest.mark.parametrize(
     ("name", "params", "words"),
     [
-        ("mrclm", {}, "unknown data set 'mrclm'; known: mrclam, mrclam_twin, lecture; did you mean 'mrclam'"),
+        (
+            "mrclm",
+            {},
+            "unknown data set 'mrclm'; known: mrclam, mrclam_twin, lecture, lost_in_the_woods, victoria_park; "
+            "did you mean 'mrclam'",
+        ),
         (
             "mrclam",
             {"robot": [1]},

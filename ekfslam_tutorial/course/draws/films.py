@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...graphics.player import StateLog
 from ...simulation.simulator import SimLmk
 from ...toolbox import Snapshot
@@ -22,7 +24,7 @@ def snapshot(k, map, rob, sen, lmks, obs, raw, events, truth, points) -> Snapsho
     points : ndarray, shape (N, 2)
         True landmarks; their ids are 0, 1, ...
     """
-    raw, truth, world = {sen.id: raw}, {rob.id: truth}, SimLmk(range(len(points)), points)
+    raw, truth, world = {sen.id: raw}, {rob.id: truth}, SimLmk(np.arange(len(points)), points)
     return Snapshot(k, float(k), 1.0, map, [rob], [sen], lmks, obs, raw, {}, events, set(), truth, [], [], world)
 
 
