@@ -258,7 +258,7 @@ def test_innovations_that_are_not_finite(run):
         if len(s.obs) > 2:
             break
     obs = list(s.obs.values())[0]
-    obs.z, obs.Z, obs.md2 = np.array([np.nan, 0.1]), np.diag([0.0, np.inf]), np.inf
+    obs.z, obs.E = np.array([np.nan, 0.1]), np.diag([1.0, np.inf])
     obs.matched, obs.updated, obs.y = True, False, np.array([1.0, 0.5])
     log = StateLog()
     log.add(s)

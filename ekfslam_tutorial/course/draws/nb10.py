@@ -249,7 +249,9 @@ def factors(out: str, by: str) -> list[str]:
 
 @explorable(
     out=Choice("u", NAMES[1:], "derivative of"),
-    by=Choice("r", {"Rf.x (r)": "r", "Sf.x (s)": "s", "d": "d", "k": "k", "p": "p", "pr": "pr", "ps": "ps"}, "by"),
+    by=Choice(
+        "r", {"Rf.x (r)": "r", "Sf.x (s)": "s", "d": "d", "k": "k", "p": "p", "pr": "pr", "ps": "ps"}, "derivative by"
+    ),
     ranges={"factors": (0, 5)},
 )
 def blocks(out, by):
