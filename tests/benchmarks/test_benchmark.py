@@ -1,0 +1,88 @@
+"""The benchmark's check, oracle, clock and limit; what it keeps when interrupted. No time is tested."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import __main__ as bench
+from benchmarks import agreement, clock, grid, machine, world
+from benchmarks.oracle import Oracle
+from benchmarks.peers import registry
+from benchmarks.report import write
+from benchmarks.results import Results
+from benchmarks.targets import targets
+
+HERE = Path(bench.__file__).parent
+
+
+def test_the_check_finds_a_wrong_filter():
+    a = agreement.run(Oracle(world.lap(10, 3), joint=True), 5)
+    wrong = a[0], a[1] * (1 + 1e-8)
+    assert agreement.compared("wrong", lambda: wrong, a, "textbook")["ok"] is False
+    assert agreement.compared("right", lambda: a, a, "textbook")["ok"] is True
+    assert "ZeroDivisionError" in agreement.compared("broken", lambda: 1 / 0, a, "textbook")["failed"]
+
+
+def test_the_oracle_is_honest():
+    """Its own errors fit its own covariance: chi-square with 203 degrees of freedom, 99.9 % of it below 272."""
+    lap = world.lap(100, 10)
+    x, P = agreement.run(Oracle(lap, joint=True), 60)
+    error = x - np.concatenate([lap.steps[59].pose, lap.lmks.ravel()])
+    error[2] = world.wrap(error[2])
+    assert error @ np.linalg.solve(P, error) < 272
+
+
+def test_what_is_interrupted_is_kept(tmp_path, monkeypatch):
+    cells = []
+
+    def cell(n, m, *rest):
+        if cells:
+            raise KeyboardInterrupt
+        cells.append((n, m))
+        return [{"n_lmks": n, "n": 2 * n + 3, "m": m, "variant": "filter, joint", "kind": "filter"}]
+
+    monkeypatch.setattr(grid, "cell", cell)
+    monkeypatch.setattr(bench, "find", registry.Peers)
+    monkeypatch.setattr(bench.agreement, "check", lambda peers: [])
+    monkeypatch.setattr(bench.mono, "check", lambda: [])
+    bench.main(["--plan", "smoke", "--out", str(tmp_path)])
+    results = Results.load(tmp_path / "results.json")
+    assert results.data["complete"] is False
+    assert len(results.rows("grid")) == 1
+    assert "stopped early" in (tmp_path / "RESULTS.md").read_text(encoding="utf-8")
+
+
+def test_variants_take_turns_and_a_slow_one_is_left_out():
+    calls = []
+    variants = [clock.Variant(name, lambda name=name: lambda k: calls.append(name)) for name in ("a", "b", "slow")]
+    broken = clock.Variant("broken", lambda: 1 / 0)
+    found = clock.compare([*variants, broken], 0.003, rounds=3, expect=lambda name: 9.0 * (name == "slow"))
+
+    turns = [name for i, name in enumerate(calls) if i == 0 or calls[i - 1] != name]
+    assert turns.count("a") >= 3 and turns.count("b") >= 3
+    assert "slow" not in calls and "9 s" in found["slow"]["skipped"]
+    assert "ZeroDivisionError" in found["broken"]["failed"]
+    assert found["a"]["cpu_us"]["p10"] <= found["a"]["cpu_us"]["median"] <= found["a"]["cpu_us"]["max"]
+
+
+@pytest.mark.parametrize(("rank", "us"), [(2, 256.0), (20, 1600.0)])
+def test_the_limit_is_bytes_or_operations(rank, us):
+    """n = 2000: one triangle is 16 MB, read and written at 125 GB/s in 256 us; n^2 rank operations at 50 GFLOP/s."""
+    assert machine.limit_us(2000, rank, 1, gflops=50.0, gb_per_s=125.0) == pytest.approx(us)
+
+
+def test_results_of_another_schema_are_refused(tmp_path):
+    path = tmp_path / "results.json"
+    path.write_text('{"schema": 99}', encoding="utf-8")
+    with pytest.raises(ValueError, match="schema 99"):
+        Results.load(path)
+
+
+@pytest.mark.skipif(not (HERE / "results.json").exists(), reason="no full run has been stored yet")
+def test_the_stored_report_is_the_one_of_the_stored_numbers(tmp_path):
+    results = Results.load(HERE / "results.json")
+    write(results, tmp_path / "RESULTS.md")
+    assert (tmp_path / "RESULTS.md").read_text(encoding="utf-8") == (HERE / "RESULTS.md").read_text(encoding="utf-8")
+    assert [t.what for t in targets(results)] == [row["what"] for row in results.rows("targets")]
+    assert results.data["plan"] == "full" and results.data["complete"] is True
