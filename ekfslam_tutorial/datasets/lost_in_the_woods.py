@@ -4,8 +4,6 @@ The file `dataset2.mat` of the course AER1513 of the University of Toronto: spee
 bearing of each tube from a laser `d` metres ahead of its centre, at 10 Hz for 21 minutes.
 """
 
-from pathlib import Path
-
 import numpy as np
 from scipy.io import loadmat
 
@@ -14,7 +12,7 @@ from ..models.motion import Unicycle
 from ..models.sensors.range_bearing import polar
 from ..simulation import SimLmk
 from ..toolbox.recording import DAMAGE, ControlLog, RawLog, Recording
-from .sources import ENVIRONMENT, data_folders
+from .sources import get_file
 
 FILE = "dataset2.mat"
 ARRAYS = {"t": 1, "v": 1, "om": 1, "r": 17, "b": 17, "x_true": 1, "y_true": 1, "th_true": 1, "true_valid": 1}
@@ -25,22 +23,13 @@ INFLATION = 4.0
 """Of the publisher's noise covariance R: his residuals are taken as white, and they are not."""
 
 
-def find_file(path=None):
-    """The data file: `path` itself, or in the folder `path`, or below those of `EKFSLAM_DATA`; None if nowhere."""
-    if path is not None and Path(path).is_file():
-        return Path(path)
-    folders = data_folders() if path is None else [Path(path)]
-    found = [p for f in folders for pattern in (FILE, f"*/{FILE}") for p in sorted(f.glob(pattern))]
-    return found[0] if found else None
-
-
 def load(path=None, max_range=MAX_RANGE, inflation=INFLATION):
     """The log as a recording of robot 1 and its laser, sensor 1.
 
     Parameters
     ----------
     path : str or Path, optional
-        See `find_file`.
+        The file, or a folder with it; without it, below the folders of `EKFSLAM_DATA`.
     max_range : float
         m.
     inflation : float
@@ -56,10 +45,7 @@ def load(path=None, max_range=MAX_RANGE, inflation=INFLATION):
     FileNotFoundError, ValueError
         Naming the file.
     """
-    file = find_file(path)
-    if file is None:
-        place = path or ", ".join(map(str, data_folders())) or f"{ENVIRONMENT}, which is not set"
-        raise FileNotFoundError(f"Lost in the Woods: no {FILE} in {place}")
+    file = get_file("Lost in the Woods", FILE, path)
     m = _read(file)
     t, v, om = (m[k].ravel() for k in ("t", "v", "om"))
     u = np.column_stack([v, om])

@@ -8,7 +8,7 @@ from ..toolbox.rendezvous import find_starts
 from ..toolbox.tables import arguments, at, look_up
 from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park
 from .mrclam_log import ROBOTS, read_set
-from .sources import ENVIRONMENT, data_folders
+from .sources import ENVIRONMENT, data_folders, find_file
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def _lecture():
 
 
 def _lost_in_the_woods(path: str | None = None, max_range: float = lost_in_the_woods.MAX_RANGE):
-    if path is None and lost_in_the_woods.find_file() is None:
+    if path is None and find_file(lost_in_the_woods.FILE) is None:
         return lost_in_the_woods.twin()
     return lost_in_the_woods.load(path, max_range)
 

@@ -25,6 +25,24 @@ def data_folders():
     return folders
 
 
+def find_file(name, path=None):
+    """The file `name`: `path` itself, or in the folder `path`, or below those of `EKFSLAM_DATA`; None if nowhere."""
+    if path is not None and Path(path).is_file():
+        return Path(path)
+    folders = data_folders() if path is None else [Path(path)]
+    found = [p for f in folders for pattern in (name, f"*/{name}") for p in sorted(f.glob(pattern))]
+    return found[0] if found else None
+
+
+def get_file(what, name, path=None):
+    """`find_file`, or a FileNotFoundError that says which data set misses which file, and where it was looked for."""
+    file = find_file(name, path)
+    if file is None:
+        place = path or ", ".join(map(str, data_folders())) or f"{ENVIRONMENT}, which is not set"
+        raise FileNotFoundError(f"{what}: no {name} in {place}")
+    return file
+
+
 @dataclass(frozen=True)
 class Source:
     """The files of one data set: a folder, or a zip as the publisher hands it out.

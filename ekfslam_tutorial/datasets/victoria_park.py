@@ -6,13 +6,12 @@ algorithm for real-time implementation", IEEE Trans. Robotics and Automation 17(
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from ..models.motion import Vehicle
 from ..toolbox.recording import DAMAGE, ControlLog, RawLog, Recording
-from .sources import ENVIRONMENT, data_folders
+from .sources import get_file
 
 FILE = "victoria_park_detections.npz"
 ARRAYS = (
@@ -57,22 +56,13 @@ class ParkLog:
     detections: np.ndarray
 
 
-def find_file(path=None):
-    """The data file: `path` itself, or in the folder `path`, or below those of `EKFSLAM_DATA`; None if nowhere."""
-    if path is not None and Path(path).is_file():
-        return Path(path)
-    folders = data_folders() if path is None else [Path(path)]
-    found = [p for f in folders for pattern in (FILE, f"*/{FILE}") for p in sorted(f.glob(pattern))]
-    return found[0] if found else None
-
-
 def read_log(path=None):
     """Read the file.
 
     Parameters
     ----------
     path : str or Path, optional
-        See `find_file`.
+        The file, or a folder with it; without it, below the folders of `EKFSLAM_DATA`.
 
     Returns
     -------
@@ -83,10 +73,7 @@ def read_log(path=None):
     FileNotFoundError, ValueError
         Naming the file.
     """
-    file = find_file(path)
-    if file is None:
-        place = path or ", ".join(map(str, data_folders())) or f"{ENVIRONMENT}, which is not set"
-        raise FileNotFoundError(f"Victoria Park: no {FILE} in {place}")
+    file = get_file("Victoria Park", FILE, path)
     try:
         with np.load(file, allow_pickle=False) as z:
             a = {k: z[k].astype(float) for k in ARRAYS}
@@ -112,7 +99,7 @@ def load(path=None):
     Parameters
     ----------
     path : str or Path, optional
-        See `find_file`.
+        The file, or a folder with it; without it, below the folders of `EKFSLAM_DATA`.
 
     Returns
     -------
