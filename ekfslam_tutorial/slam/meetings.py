@@ -2,6 +2,7 @@
 
 from ..ekf import correct, covariance, cross, innovation
 from ..models.landmarks import EucPnt
+from .first_estimates import begin
 from .objects import Event, Lmk
 from .projection import frame_range, normalize, project_lmks
 
@@ -36,7 +37,8 @@ def _as_landmark(map, rob):
     r = frame_range(rob, F)
     if r is None:
         return Lmk(rob.id, EucPnt(F.dim), x=F.t)
-    return Lmk(rob.id, EucPnt(F.dim), r=slice(r.start, r.start + F.dim))
+    first = (F.x if rob.first is None else rob.first)[: F.dim]
+    return Lmk(rob.id, EucPnt(F.dim), r=slice(r.start, r.start + F.dim), first=first)
 
 
 def correct_met_robots(map, rob, sen, robs, raw, opt):
@@ -65,6 +67,8 @@ def correct_met_robots(map, rob, sen, robs, raw, opt):
     """
     known = {other.id: other for other in robs if other.id != rob.id}
     events = []
+    for each in robs if opt.first_estimates else ():
+        begin(map, each, {})
     for i, id in enumerate(raw.ids.tolist()):
         if id not in known:
             continue

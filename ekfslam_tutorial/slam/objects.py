@@ -38,6 +38,8 @@ class Rob:
         How many of its innovations in a row have failed the gate.
     checked_U : ndarray or None
         The control covariance that was last found to be one: it is not tested again while it stays the same.
+    first : ndarray or None
+        The pose as predicted, before any correction of this frame; None without first-estimates Jacobians.
     """
 
     id: int
@@ -51,6 +53,7 @@ class Rob:
     sensors: list = field(default_factory=list)
     n_refused: int = 0
     checked_U: Any = field(default=None, repr=False)
+    first: Any = field(default=None, repr=False)
 
     def state(self, map):
         """State vector: the map's estimate, or the known one."""
@@ -123,6 +126,8 @@ class Lmk:
         Prior of what its first measurement left open (manual: `nom`), mean and covariance.
     n_search, n_match, n_inlier : int
         How often it was looked for, found, and used.
+    first : ndarray or None
+        The state at birth, for first-estimates Jacobians; None without them.
     """
 
     id: int
@@ -135,6 +140,7 @@ class Lmk:
     n_search: int = 1
     n_match: int = 1
     n_inlier: int = 1
+    first: Any = field(default=None, repr=False)
 
     def state(self, map):
         """State vector: the map's estimate, or the known one."""

@@ -53,6 +53,9 @@ class Options:
         They are, if found in less than this share of the searches, or used in less than this share of the matches.
     min_rho : float
         An inverse distance that a correction turned negative is set to this (1/m).
+    first_estimates : bool
+        Take all Jacobians at first estimates, so that the filter does not become certain of its heading by mistake
+        (see `slam.first_estimates`). For robots in the plane and Euclidean landmarks.
     """
 
     lmk_type: Any = None
@@ -74,6 +77,7 @@ class Options:
     min_inlier_ratio: float = 0.0
     min_rho: float = 1e-3
     joint: bool = False
+    first_estimates: bool = False
 
     def __post_init__(self):
         object.__setattr__(self, "n", np.atleast_1d(np.array(self.n, float)))

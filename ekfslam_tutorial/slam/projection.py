@@ -7,6 +7,7 @@ import numpy as np
 
 from ..ekf import transform
 from ..models.observation import sight, to_sensor
+from .first_estimates import first_jacobians
 from .objects import Obs
 
 MANY = 40
@@ -176,7 +177,10 @@ def _stack(map, rob, sen, Rf, Sf, lmks):
     l, rows = _states(map, lmks)
     v, V_r, V_s, V_l = to_sensor(Rf, Sf, sen.model, lmks[0].type, l)
     e, E_v = sen.model.project(v)
-    blocks = (frame_range(rob, Rf), E_v @ V_r), (sen.r, E_v @ V_s), (rows, E_v @ V_l)
+    E_r, E_s, E_l = E_v @ V_r, E_v @ V_s, E_v @ V_l
+    if rob.first is not None:
+        E_r, E_s, E_l = first_jacobians(rob, sen, Sf, lmks)
+    blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (rows, E_l)
     return Stack(lmks, e, v, blocks, sen.model.visible(e, v))
 
 

@@ -13,6 +13,7 @@ from ..ekf import MapFull, augment, correct, covariance, cross, innovation, pred
 from ..ekf.stochastic_map import check_covariance
 from ..models.landmarks import EucPnt
 from ..models.observation import observe, retro_project
+from .first_estimates import begin, check_first_estimates, transport
 from .joint import correct_jointly
 from .objects import Event, Lmk
 from .projection import frame_range, normalize, project_lmks
@@ -39,14 +40,17 @@ def move(map, rob, dt):
     """
     _check_control(rob, dt)
     normalize(map, rob)
-    x, X_x, X_u = rob.motion.move(rob.state(map), rob.u, dt)
+    before = rob.state(map)
+    x, X_x, X_u = rob.motion.move(before, rob.u, dt)
     if rob.r is None:
         rob.x = np.concatenate(
             [rob.motion.frame(x[: rob.motion.frame.size]).normalized()[0].x, x[rob.motion.frame.size :]]
         )
     else:
-        predict(map, rob.r, x, X_x, X_u, rob.U)
+        predict(map, rob.r, x, X_x if rob.first is None else X_x @ transport(rob, before), X_u, rob.U)
         normalize(map, rob)
+    if rob.first is not None:
+        rob.first = rob.state(map)
 
 
 def _check_control(rob, dt):
@@ -96,6 +100,8 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     _check_raw(raw, sen)
     normalize(map, rob)
     normalize(map, sen)
+    if opt.first_estimates:
+        begin(map, rob, lmks)
     for key in [key for key in obs if key[0] == sen.id]:
         del obs[key]
     if opt.joint:
@@ -125,7 +131,8 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
     Rf, Sf = rob.frame(map), sen.frame(map)
     if opt.reproject and stale:
         o.e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
-        o.blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
+        if rob.first is None:
+            o.blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
     o.y, o.R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
     PHt = cross(map, o.blocks)
     o.E = covariance(PHt, o.blocks)
@@ -229,9 +236,12 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     R = sen.model.R if R is None else R
 
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
+    if opt.first_estimates:
+        check_first_estimates(rob.motion.frame, [kind])
+        L_r = L_r @ transport(rob, Rf.x)
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
     r = augment(map, l, blocks, L_y @ R @ L_y.T + L_n @ N @ L_n.T)
-    return Lmk(id, kind, r=r, slot=_free_slot(lmks), n=n, N=N)
+    return Lmk(id, kind, r=r, slot=_free_slot(lmks), n=n, N=N, first=l if opt.first_estimates else None)
 
 
 def _free_slot(lmks):

@@ -1,5 +1,7 @@
 """Whether the parts of the user's data fit each other: ids, dimensions, sensors and landmark types."""
 
+from ..slam.first_estimates import check_first_estimates
+
 
 def check_agreement(data):
     """Refuse robots, sensors and landmarks that do not fit together.
@@ -26,6 +28,8 @@ def check_agreement(data):
             known = ", ".join(map(str, robots))
             raise ValueError(f"sensor {sensor.id} is on robot {sensor.robot}, which does not exist; robots: {known}")
     _check_dimensions(data)
+    if data.options.first_estimates:
+        check_first_estimates(data.frame, [started_by(data, sensor) for sensor in data.sensors])
     for sensor in data.sensors:
         sensor.start(data.frame)
     if data.landmark.in_map:
