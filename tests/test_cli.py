@@ -206,6 +206,18 @@ def test_a_new_model_passes_its_own_test_and_runs_in_a_scenario(kind, tmp_path, 
     assert "is there already, and nothing is overwritten" in capsys.readouterr().err and model.read_bytes() == before
 
 
+def test_a_bare_model_stops_where_code_is_needed(tmp_path):
+    for kind in ("sensor", "landmark", "motion"):
+        assert ekfslam("new", kind, f"my_{kind}", "--dir", tmp_path, "--bare") == 0
+        test = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"test_my_{kind}.py"],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+        assert test.returncode == 1 and re.search(r"NotImplementedError: \w+: your code here", test.stdout), test.stdout
+
+
 def test_a_model_of_ones_own_runs_from_the_command_line(tmp_path):
     ekfslam("new", "landmark", "my_point", "--dir", tmp_path)
     own = ["--models", tmp_path / "my_point.py", "--set", "landmark.type=my_point", "--set", "time.last=10"]

@@ -113,6 +113,7 @@ def _new(commands):
     new.add_argument("kind", choices=("sensor", "landmark", "motion"))
     new.add_argument("name", help="its name in small letters: my_sonar")
     new.add_argument("--dir", default=".", metavar="DIR", help="where to write it; here if not given")
+    new.add_argument("--bare", action="store_true", help="methods without bodies: it stops where your code is needed")
 
 
 def _evaluate(commands):

@@ -3,6 +3,7 @@
 This is section 5 of the manual as a habit: the file says what is needed, its test says whether it is there.
 """
 
+import ast
 import keyword
 import re
 from pathlib import Path
@@ -31,6 +32,7 @@ def main(options):
             raise FileExistsError(f"{path} is there already, and nothing is overwritten; take another name")
     for path, template in zip(paths, (f"{options.kind}.py", f"test_{options.kind}.txt"), strict=True):
         text = (TEMPLATES / template).read_text(encoding="utf-8")
+        text = bare(text) if options.bare and path == paths[0] else text
         with replacing(path) as part:
             part.write_text(filled(text, options.kind, name, cls), encoding="utf-8")
     print(f"written: {paths[0]} (the model) and {paths[1]} (its test)")
@@ -54,6 +56,20 @@ def names(name):
 def usage(kind, name):
     """How a scenario names the model."""
     return f'motion = "{name}"' if kind == "motion" else f'type = "{name}"'
+
+
+def bare(text):
+    """A template whose methods have no bodies: a run stops exactly where the first one is needed.
+
+    Each method keeps its first line and its docstring, and raises NotImplementedError with its own name.
+    """
+    lines = text.splitlines()
+    methods = [f for c in ast.parse(text).body if isinstance(c, ast.ClassDef) for f in c.body]
+    for f in reversed([f for f in methods if isinstance(f, ast.FunctionDef)]):
+        first = f.body[1] if ast.get_docstring(f) and len(f.body) > 1 else f.body[0]
+        stop = f'{" " * first.col_offset}raise NotImplementedError("{f.name}: your code here")'
+        lines[first.lineno - 1 : f.end_lineno] = [stop]
+    return "\n".join(lines) + "\n"
 
 
 def filled(text, kind, name, cls):

@@ -25,7 +25,7 @@ import numpy as np
 from IPython.display import display
 
 from .controls import Choice, Control, Float, Int, Toggle
-from .figures import bundle, one_line, png, publish, show, size
+from .figures import Places, bundle, one_line, png, publish, show, size
 
 
 def explorable(*, run: bool = False, ranges: dict | None = None, **controls: Control):
@@ -91,6 +91,7 @@ class Panel:
         self.output = w.Output(layout=w.Layout(height=f"{size(picture)[1] + 70}px", overflow="auto"))
         self.reset = w.Button(description="Reset", tooltip="All controls back to their first values")
         self.go = w.Button(description="Run", button_style="primary", tooltip="Draw with these values") if run else None
+        self.places = Places()
         self.busy = False
         self._put(picture, facts)
 
@@ -120,7 +121,7 @@ class Panel:
             return
         try:
             fig, facts = self.draw(**{name: widget.value for name, widget in self.knobs.items()})
-            self._put(png(fig), facts)
+            self._put(png(fig, places=self.places), facts)
         except Exception as error:
             plt.close("all")
             lines = traceback.format_exception(error)

@@ -43,8 +43,11 @@ def started_by(data, sensor):
 
 
 def can_start(sensor, lmk):
-    """Whether a sensor model can give birth to a landmark of a type: from a ray, or from a point."""
-    return hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
+    """Whether a sensor model can give birth to a landmark of a type: from a ray, or from a point.
+
+    A sensor without `retro` starts none: what it measures, a range for example, fixes neither.
+    """
+    return hasattr(sensor, "retro") and hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
 
 
 def _check_births(data):
@@ -54,10 +57,10 @@ def _check_births(data):
     bad = [s for s in unable if s.landmark is not None] or (unable if not any(able) else [])
     if bad:
         sensor, kind = type(bad[0].model).__name__, type(started_by(data, bad[0])).__name__
-        raise TypeError(
-            f"sensor {bad[0].id}: {kind} landmarks cannot be started by a {sensor}, one ray does not fix them; "
-            "take a landmark type with a prior, for example idp_pnt or ahm_pnt"
-        )
+        why = "one ray does not fix them; take a landmark type with a prior, for example idp_pnt or ahm_pnt"
+        if not hasattr(bad[0].model, "retro"):
+            why = "it has no method retro; let another sensor start them, or say that they are known, in_map = false"
+        raise TypeError(f"sensor {bad[0].id}: {kind} landmarks cannot be started by a {sensor}, {why}")
 
 
 def _check_dimensions(data):

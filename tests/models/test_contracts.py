@@ -215,6 +215,41 @@ def test_a_sensor_of_ones_own_needs_no_registration():
     assert np.array_equal(l, [2.0, 1.0])
 
 
+@dataclass(frozen=True)
+class Beacon:
+    """A range only: nothing that could start a landmark, so no `retro`."""
+
+    std: float = 0.1
+    bearing_only: bool = False
+    dim: int = 2
+
+    @property
+    def R(self):
+        return self.std**2 * np.eye(1)
+
+    def project(self, p):
+        r = np.linalg.norm(p, axis=-1, keepdims=True)
+        return r, (p / r)[..., None, :]
+
+    def residual(self, y, e):
+        return np.subtract(y, e)
+
+    def visible(self, y, p):
+        return y[..., 0] < 8
+
+
+def test_a_sensor_that_starts_no_landmark_needs_no_retro():
+    check_sensor(Beacon())
+
+    class Squared(Beacon):
+        def project(self, p):
+            y, Y_p = super().project(p)
+            return y**2, Y_p
+
+    with pytest.raises(AssertionError, match="argument 1 differs"):
+        check_sensor(Squared())
+
+
 def test_what_does_not_fit_is_a_type_error_that_names_both():
     F = Frame3(np.eye(7)[3])
     with pytest.raises(TypeError, match="EucPnt cannot be started by PinHole: one ray does not fix it"):

@@ -13,7 +13,17 @@ from ekfslam_tutorial.models.landmarks import EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry3, Unicycle
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
 from ekfslam_tutorial.slam import Jcbb, KnownIds
-from ekfslam_tutorial.toolbox import Landmark, Options, Robot, Sensor, UserData, World, parse_override, universal_slam
+from ekfslam_tutorial.toolbox import (
+    Landmark,
+    Options,
+    Robot,
+    Sensor,
+    Time,
+    UserData,
+    World,
+    parse_override,
+    universal_slam,
+)
 from ekfslam_tutorial.toolbox.poses import pose
 from tests.toolbox.scenarios import FLAT, SPACE
 
@@ -335,6 +345,33 @@ def test_a_camera_may_go_with_points_that_another_sensor_starts():
     with pytest.raises(TypeError, match="sensor 2: EucPnt landmarks cannot be started by a BearingOnly2"):
         UserData(robots=[Robot()], sensors=[eye])
     UserData(robots=[Robot()], sensors=[eye], landmark=Landmark(in_map=False))  # nothing to start: localisation
+
+
+@dataclass(frozen=True)
+class Beacon:
+    """Only the range, so nothing that could start a landmark: no `retro`."""
+
+    R: ClassVar = np.array([[0.01]])
+    bearing_only: ClassVar = False
+
+    def project(self, p):
+        r = np.linalg.norm(p, axis=-1, keepdims=True)
+        return r, (p / r)[..., None, :]
+
+    def residual(self, y, e):
+        return np.subtract(y, e)
+
+    def visible(self, y, p):
+        return y[..., 0] < 20
+
+
+def test_a_sensor_without_retro_corrects_what_another_one_starts():
+    near, far = Sensor(id=1, model=RangeBearing(0.1, 0.02, max_range=3)), Sensor(id=2, model=Beacon())
+    world = World.of([[2.0, 1.0], [9.0, 1.0]])
+    *_, now = universal_slam(UserData(robots=[Robot()], sensors=[near, far], world=world, time=Time(last=5)))
+    assert set(now.lmks) == {1} and now.obs[2, 1].updated
+    with pytest.raises(TypeError, match="cannot be started by a Beacon, it has no method retro"):
+        UserData(robots=[Robot()], sensors=[far])
 
 
 # --- files -----------------------------------------------------------------------------------------------------------
