@@ -11,7 +11,7 @@ NO_STEP = {2: Odometry2(), 3: Odometry3()}
 """Motion models, by dimension, whose control can be zero: then only the noise acts."""
 
 
-def reopen_gate(map, rob, events, opt):
+def reopen_gate(map, rob, events, opt, lmks=()):
     """Make the pose of a robot more uncertain when its measurements have been refused too often in a row.
 
     After a long turn without a landmark in view, a slip or a push, the robot is further off than the filter believes.
@@ -27,6 +27,9 @@ def reopen_gate(map, rob, events, opt):
         What `correct_known_lmks` did in this frame.
     opt : Options
         `reopen_after` refusals, None for never; `reopen_std`, position (m) and heading (rad) of the added noise.
+    lmks : dict of int to Lmk, optional
+        What the robot took for first estimates while it was lost is far off: with `opt.first_estimates` those of robot
+        and landmarks are noted anew.
 
     Returns
     -------
@@ -45,4 +48,6 @@ def reopen_gate(map, rob, events, opt):
     predict(map, frame_range(rob, F), x, X_x, X_u, U)
     normalize(map, rob)
     rob.n_refused = 0
+    for each in (rob, *dict(lmks).values()):
+        each.first = None
     return [Event("recovery", rob.id, events[-1].sen, -1)]

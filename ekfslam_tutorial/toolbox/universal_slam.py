@@ -130,7 +130,7 @@ def _frames(data, source, n_frames, map, robs, sens, lmks, tim):
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = now.raw[sen.id]
                 done, new = correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
-                events += done + reopen_gate(map, rob, done, opt)
+                events += done + reopen_gate(map, rob, done, opt, lmks)
                 if starts[sen.id]:
                     n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                     events += init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)

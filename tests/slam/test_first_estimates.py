@@ -9,6 +9,7 @@ from ekfslam_tutorial.models.landmarks import AhmPnt
 from ekfslam_tutorial.models.sensors import RangeBearing
 from ekfslam_tutorial.simulation import draw
 from ekfslam_tutorial.slam import (
+    Event,
     Rob,
     correct_known_lmks,
     correct_met_robots,
@@ -16,6 +17,7 @@ from ekfslam_tutorial.slam import (
     move,
     place,
     project_robots,
+    reopen_gate,
     steps,
 )
 from ekfslam_tutorial.toolbox import UserData, universal_slam
@@ -160,6 +162,19 @@ def test_a_known_pose_is_its_own_first_estimate(rng):
         scene.rob.x = np.array(pose)
         look(scene, pose, rng)
         assert np.array_equal(scene.rob.first, pose)
+
+
+def test_a_recovery_begins_anew(rng):
+    """A lost robot's first estimates are as far off as it was: they are forgotten, and noted at the next correction."""
+    scene = Scene(P=0.01 * np.eye(3), sensor=SENSOR, first_estimates=True, reopen_after=1)
+    look(scene, [0.3, 0.2, 0.3], rng)
+    look(scene, [0.3, 0.2, 0.3], rng)
+    assert not np.array_equal(scene.lmks[1].first, scene.lmks[1].state(scene.map))
+    refused = Event("innovation", 1, 1, 1, False)
+    assert reopen_gate(scene.map, scene.rob, [refused], scene.opt, scene.lmks)
+    before = scene.lmks[1].state(scene.map), scene.rob.state(scene.map)
+    look(scene, [0.3, 0.2, 0.3], rng)
+    assert np.array_equal(scene.lmks[1].first, before[0]) and np.array_equal(scene.rob.first, before[1])
 
 
 def test_landmarks_in_space_or_without_a_point_are_refused():
