@@ -244,7 +244,7 @@ EXHIBITS = (
         "WaterlooRobotics/mobilerobotics#37", 2016, Filter(augment=augment_identity),
     ),
     Exhibit(
-        "mapping", "new: as if the pose were known", "the mapping formula, used in SLAM", "", 0,
+        "mapping", "new: pose as if known", "the mapping formula, used in SLAM", "", 0,
         Filter(augment=augment_mapping),
     ),
     Exhibit("twice", "used twice", "start a landmark, then correct it with the same measurement", "", 0,

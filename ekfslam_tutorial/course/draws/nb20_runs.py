@@ -253,7 +253,7 @@ def caught(key="right", runs=RUNS, seed=20) -> dict[str, bool]:
     }
 
 
-def _case():
+def mutant_case():
     """A state with two landmarks, all numbers different."""
     rng = np.random.default_rng(22)
     A, B = rng.normal(size=(7, 9)), 0.1 * rng.normal(size=(3, 4))
@@ -261,10 +261,10 @@ def _case():
 
 
 def _guard_rings(f):
-    x, P, u, U = _case()
+    x, P, u, U = mutant_case()
     return bool(np.abs(guard(f.predict, x, P, u, U)).max() > 1e-5)
 
 
 def _wrong_H(f):
-    x, r = _case()[0], slice(5, 7)
+    x, r = mutant_case()[0], slice(5, 7)
     return bool(np.abs(f.observe(x, r)[1] - numerical_jacobian(lambda x: f.observe(x, r)[0], x)).max() > 1e-6)
