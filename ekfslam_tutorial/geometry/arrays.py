@@ -1,5 +1,6 @@
-"""Small constant arrays."""
+"""Small arrays: constants, and closed forms that are written once for one vector and for a stack of vectors."""
 
+import math
 from functools import cache
 
 import numpy as np
@@ -11,3 +12,51 @@ def identity(n):
     I = np.eye(n)
     I.flags.writeable = False
     return I
+
+
+def product(A, B):
+    """Product of two Jacobians, or stacks of them.
+
+    The identity, which is one and the same object everywhere, costs nothing. Where B is a single matrix, `dot` is
+    `@` in a fraction of the time.
+    """
+    if A is identity(A.shape[-1]):
+        return B
+    return A.dot(B) if B.ndim == 2 else A @ B
+
+
+def numbers(x):
+    """The numbers of a vector, to compute with: floats of a single one, arrays of a stack.
+
+    Closed forms in the plane take a float a tenth of the time that they take an array of one number.
+    """
+    return x.tolist() if x.ndim == 1 else [x[..., i] for i in range(x.shape[-1])]
+
+
+def cos_sin(a):
+    """Cosine and sine of one of these numbers."""
+    if isinstance(a, float) and math.isfinite(a):
+        return math.cos(a), math.sin(a)
+    return np.cos(a), np.sin(a)
+
+
+def leading(x, y):
+    """Leading shape of what is computed from two vectors, or stacks of them: () for two single vectors."""
+    return () if x.ndim == y.ndim == 1 else np.broadcast_shapes(x.shape[:-1], y.shape[:-1])
+
+
+def vector(lead, *entries):
+    """The vector with these numbers; of a stack, shape (*lead, n), they are arrays, or the same for all."""
+    if not lead:
+        return np.array(entries, float)
+    out = np.empty((*lead, len(entries)))
+    for i, entry in enumerate(entries):
+        out[..., i] = entry
+    return out
+
+
+def matrix(lead, *rows):
+    """The matrix with these rows of numbers, each a list, or a stack of matrices, shape (*lead, m, n)."""
+    if not lead:
+        return np.array(rows, float)
+    return vector(lead, *sum(rows, [])).reshape(*lead, len(rows), -1)

@@ -5,14 +5,17 @@ is built on them works in 2D and in 3D. A frame never changes: a new pose is a n
 """
 
 from dataclasses import dataclass
+from math import pi
 from typing import Any, ClassVar
 
 import numpy as np
 
 from .angles import wrap
-from .arrays import identity
+from .arrays import cos_sin, identity, leading, matrix, numbers, vector
 from .lazy import lazy
 from .quaternions import CONJUGATE, q2Q, q2qc, q2R_q, q2v, q_prod, unit
+
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # p' QUARTER: p turned by -90 degrees
 
 
 def _mul(A, v):
@@ -27,8 +30,14 @@ def _weigh(w, a, matrix=False):
     return (np.asarray(w)[..., None] if matrix else w) * a
 
 
+def _contract(v, Ro):
+    """Sum over the rows of R_o of R_o times v, shape (..., 3, 4)."""
+    J = v.dot(Ro) if Ro.ndim == 2 else (v[..., None, :] @ Ro)[..., 0, :]
+    return J.reshape(*J.shape[:-1], 3, 4)
+
+
 class _Frame:
-    """What frames of both dimensions share: it needs `t`, `R` and `R_o`, the derivative of R by the orientation."""
+    """What frames of both dimensions share: it needs `R`, and the derivatives of R' d and R p by the orientation."""
 
     x: np.ndarray
     size: ClassVar[int]
@@ -36,6 +45,8 @@ class _Frame:
     fields: ClassVar[str]
     R: Any
     R_o: Any
+    _back_o: Any
+    _forth_o: Any
 
     def __post_init__(self):
         x = np.asarray(self.x, dtype=float)
@@ -71,10 +82,11 @@ class _Frame:
         PF_p : ndarray, shape (..., dim, dim)
         """
         d = p - _weigh(w, self.t)
-        PF_f = np.empty((*d.shape[:-1], self.dim, self.size))
+        pf = _mul(self.Rt, d)
+        PF_f = np.empty((*d.shape, self.size))
         PF_f[..., : self.dim] = _weigh(w, self._minus_Rt, matrix=True)
-        PF_f[..., self.dim :] = self._contract(self._Ro_rows, d)
-        return _mul(self.Rt, d), PF_f, self.Rt
+        PF_f[..., self.dim :] = self._back_o(d, pf)
+        return pf, PF_f, self.Rt
 
     def from_frame(self, pf, w=1.0):
         """Express points of this frame in its parent: p = R p_F + t.
@@ -93,30 +105,15 @@ class _Frame:
             Derivative with respect to the frame's state vector.
         P_pf : ndarray, shape (..., dim, dim)
         """
-        p = _mul(self.R, pf) + _weigh(w, self.t)
-        P_f = np.empty((*p.shape[:-1], self.dim, self.size))
+        d = _mul(self.R, pf)
+        P_f = np.empty((*d.shape, self.size))
         P_f[..., : self.dim] = _weigh(w, identity(self.dim), matrix=True)
-        P_f[..., self.dim :] = self._contract(self._Ro_columns, pf)
-        return p, P_f, self.R
+        P_f[..., self.dim :] = self._forth_o(pf, d)
+        return d + _weigh(w, self.t), P_f, self.R
 
     @lazy
     def _minus_Rt(self):
         return -self.Rt
-
-    @lazy
-    def _Ro_rows(self):
-        """R_o[i, j, k] as a matrix of rows i: v' R_o is one matrix product."""
-        return self.R_o.reshape(*self.R_o.shape[:-2], -1)
-
-    @lazy
-    def _Ro_columns(self):
-        """R_o[i, j, k] as a matrix of rows j."""
-        return np.swapaxes(self.R_o, -3, -2).reshape(*self.R_o.shape[:-2], -1)
-
-    def _contract(self, Ro, v):
-        """Sum over the rows of R_o of R_o times v: derivative of R' v, or of R v, by the orientation."""
-        J = v.dot(Ro) if Ro.ndim == 2 else (v[..., None, :] @ Ro)[..., 0, :]
-        return J.reshape(*J.shape[:-1], self.dim, self.size - self.dim)
 
     def __eq__(self, other):
         return type(self) is type(other) and np.array_equal(self.x, other.x)
@@ -144,20 +141,28 @@ class Frame2(_Frame):
         return self.x[..., 2]
 
     @lazy
+    def _cos_sin(self):
+        return cos_sin(numbers(self.x)[2])
+
+    @lazy
     def R(self):
-        """Rotation matrix [[cos, -sin], [sin, cos]], shape (..., 2, 2)."""
-        c, s = np.cos(self.theta), np.sin(self.theta)
-        R = np.empty((*self.x.shape[:-1], 2, 2))
-        R[..., 0, 0], R[..., 0, 1] = c, -s
-        R[..., 1, 0], R[..., 1, 1] = s, c
-        return R
+        """Rotation matrix, shape (..., 2, 2)."""
+        c, s = self._cos_sin
+        return matrix(self.x.shape[:-1], [c, -s], [s, c])
 
     @lazy
     def R_o(self):
         """Derivative of R by the heading, shape (..., 2, 2, 1)."""
-        R_o = np.empty((*self.x.shape[:-1], 2, 2, 1))
-        R_o[..., 0, 0], R_o[..., 1, 0] = self.R[..., :, 1], -self.R[..., :, 0]
-        return R_o
+        c, s = self._cos_sin
+        return matrix(self.x.shape[:-1], [-s, -c], [c, -s])[..., None]
+
+    def _back_o(self, d, pf):
+        """Derivative of pf = R' d by the heading: the quarter turn of pf to the right."""
+        return pf.dot(QUARTER)[..., None]
+
+    def _forth_o(self, pf, d):
+        """Derivative of d = R pf by the heading: the quarter turn of d to the left."""
+        return d.dot(QUARTER.T)[..., None]
 
     def compose(self, G):
         """Frame G, given in this frame, expressed in this frame's parent.
@@ -167,12 +172,12 @@ class Frame2(_Frame):
         FG : Frame2
         FG_f, FG_g : ndarray, shape (..., 3, 3)
         """
-        t, T_f, T_g = self.from_frame(G.t)
-        x = np.concatenate([t, np.expand_dims(self.theta + G.theta, -1)], -1)
-        FG_f, FG_g = _eye_like(T_f, 3), _eye_like(T_f, 3)
-        FG_f[..., :2, :] = T_f
-        FG_g[..., :2, :2] = T_g
-        return Frame2(x), FG_f, FG_g
+        (x, y, a), (gx, gy, b), (c, s) = numbers(self.x), numbers(G.x), self._cos_sin
+        lead = leading(self.x, G.x)
+        dx, dy = c * gx - s * gy, s * gx + c * gy
+        FG_f = matrix(lead, [1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0])
+        FG_g = matrix(lead, [c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0])
+        return Frame2(vector(lead, x + dx, y + dy, a + b)), FG_f, FG_g
 
     def inverse(self):
         """The parent's frame expressed in this one. Returns I, I_f (..., 3, 3)."""
@@ -184,7 +189,9 @@ class Frame2(_Frame):
     @property
     def is_normal(self):
         """Whether `normalized` would leave everything as it is: the heading is in (-pi, pi]."""
-        return -np.pi < self.theta < np.pi if self.x.ndim == 1 else bool((np.abs(self.theta) < np.pi).all())
+        if self.x.ndim == 1:
+            return -pi < self.x.item(2) < pi
+        return bool((np.abs(self.theta) < pi).all())
 
     def normalized(self):
         """The same frame with its heading in (-pi, pi]; itself, if it is. Returns N, N_f (..., 3, 3)."""
@@ -242,6 +249,24 @@ class Frame3(_Frame):
     def R_q(self):
         """The same as `R_o`, by the manual's name."""
         return self.R_o
+
+    @lazy
+    def _Ro_rows(self):
+        """R_o[i, j, k] as a matrix of rows i: v' R_o is one matrix product."""
+        return self.R_o.reshape(*self.R_o.shape[:-2], -1)
+
+    @lazy
+    def _Ro_columns(self):
+        """R_o[i, j, k] as a matrix of rows j."""
+        return np.swapaxes(self.R_o, -3, -2).reshape(*self.R_o.shape[:-2], -1)
+
+    def _back_o(self, d, pf):
+        """Derivative of pf = R' d by the quaternion."""
+        return _contract(d, self._Ro_rows)
+
+    def _forth_o(self, pf, d):
+        """Derivative of d = R pf by the quaternion."""
+        return _contract(pf, self._Ro_columns)
 
     def compose(self, G):
         """Frame G, given in this frame, expressed in this frame's parent.

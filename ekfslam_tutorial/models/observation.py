@@ -1,8 +1,10 @@
 """The observation chain, written once for 2D and 3D, every sensor and every point landmark.
 
-Direct model (manual, section 5.1): landmark -> robot frame -> sensor frame -> measurement space.
+Direct model (manual, section 5.1): landmark -> sensor frame in the world -> measurement space.
 Inverse model (manual, section 5.2): measurement and prior -> sensor frame -> robot frame -> landmark.
 """
+
+from ..geometry.arrays import product
 
 
 def to_sensor(Rf, Sf, sensor, lmk, l):
@@ -25,36 +27,44 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
     V_r, V_s, V_l : ndarray, shape (..., d, size)
         With respect to the robot frame, the sensor frame and the landmark.
     """
-    if sensor.bearing_only and hasattr(lmk, "homogeneous"):
-        return _ray_to_sensor(Rf, Sf, lmk, l)
-    lr, LR_r, LR_l = lmk.to_frame(Rf, l)
-    ls, LS_s, LS_lr = lmk.to_frame(Sf, lr)
-    v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
-
-    V_lr = V_ls @ LS_lr
-    return v, V_lr @ LR_r, V_ls @ LS_s, V_lr @ LR_l
+    F, F_r, F_s = Rf.compose(Sf)
+    v, V_f, V_l = seen_from(F, sensor, lmk, l)
+    return v, product(V_f, F_r), product(V_f, F_s), V_l
 
 
-def _ray_to_sensor(Rf, Sf, lmk, l):
-    """The same for a landmark with an inverse distance w: its ray m = w p goes through the frames as it is.
+def seen_from(F, sensor, lmk, l):
+    """Landmarks seen from a sensor whose frame in the world is F.
 
-        v = Rs' (Rr' (m - w tr) - w ts)
+    For a bearing-only sensor, a landmark with an inverse distance w goes through the frame as its ray m = w p:
+
+        v = R' (m - w t)
 
     Its direction is not written as angles in between: an inverse-depth point on a camera's axis is no special case.
+
+    Parameters
+    ----------
+    F : Frame2 or Frame3
+    sensor, lmk, l
+        As in `to_sensor`.
+
+    Returns
+    -------
+    v : ndarray, shape (..., d)
+    V_f, V_l : ndarray, shape (..., d, size)
     """
-    m, w, M_l, W_l = lmk.homogeneous(l)
-    mr, MR_r, MR_m = Rf.to_frame(m, w)
-    v, V_s, V_mr = Sf.to_frame(mr, w)
+    if sensor.bearing_only and hasattr(lmk, "homogeneous"):
+        m, w, M_l, W_l = lmk.homogeneous(l)
+        v, V_f, V_m = F.to_frame(m, w)
+        return v, V_f, V_m @ M_l - (V_m @ F.t)[..., None] * W_l
+    ls, LS_f, LS_l = lmk.to_frame(F, l)
+    v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
+    return v, product(V_ls, LS_f), product(V_ls, LS_l)
 
-    V_m = V_mr @ MR_m
-    V_w = -(V_m @ Rf.t + V_mr @ Sf.t)
-    return v, V_mr @ MR_r, V_s, V_m @ M_l + V_w[..., None] * W_l
 
-
-def sight(Rf, Sf, sensor, lmk, l):
+def sight(F, sensor, lmk, l):
     """The expected measurements of many landmarks, without derivatives: to find those in view.
 
-    Parameters are those of `to_sensor`.
+    Parameters are those of `seen_from`.
 
     Returns
     -------
@@ -65,9 +75,9 @@ def sight(Rf, Sf, sensor, lmk, l):
     """
     if sensor.bearing_only and hasattr(lmk, "homogeneous"):
         m, w, *_ = lmk.homogeneous(l)
-        v = Sf.to_frame(Rf.to_frame(m, w)[0], w)[0]
+        v = F.to_frame(m, w)[0]
     else:
-        ls = lmk.to_frame(Sf, lmk.to_frame(Rf, l)[0])[0]
+        ls = lmk.to_frame(F, l)[0]
         v = lmk.ray(ls)[0] if sensor.bearing_only else lmk.point(ls)[0]
     return sensor.project(v)[0], v
 

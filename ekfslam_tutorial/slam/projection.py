@@ -163,7 +163,7 @@ def stacks_in_view(map, rob, sen, lmks):
     for members in _by_type(lmks):
         some = lmks if len(members) == len(lmks) else [lmks[i] for i in members]
         if len(some) > MANY:
-            e, v = sight(Rf, Sf, sen.model, some[0].type, _states(map, some)[0])
+            e, v = sight(Rf.compose(Sf)[0], sen.model, some[0].type, _states(map, some)[0])
             some = [some[i] for i in np.flatnonzero(sen.model.visible(e, v)).tolist()]
         if some:
             stack = _stack(map, rob, sen, Rf, Sf, some)
