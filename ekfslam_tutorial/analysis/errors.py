@@ -77,7 +77,7 @@ class History:
         else:
             self._states[rob.id], self._frames[rob.id] = np.array(state), rob.motion.frame
             self._rows[rob.id], self._nis[rob.id], self._seen[rob.id] = [], [], set()
-        P = np.zeros((n, n)) if rob.r is None else np.array(s.map.P[rob.r, rob.r][:n, :n])
+        P = np.zeros((n, n)) if rob.r is None else s.map.block(rob.r)[:n, :n]
         truth = np.array(s.truth.get(rob.id, np.full(n, np.nan)), float)
         self._rows[rob.id].append((s.t, np.array(state[:n]), P, truth, self._states[rob.id][:n]))
 
@@ -93,7 +93,7 @@ class History:
             if rob.id not in s.truth or not np.isfinite(s.truth[rob.id]).all():
                 return False
             e, E_x = F.minus(rob.motion.frame(s.truth[rob.id]))
-            spread = E_x @ s.map.P[rob.r, rob.r][:n, :n] @ E_x.T + 1e-6 * np.eye(len(e))
+            spread = E_x @ s.map.block(rob.r)[:n, :n] @ E_x.T + 1e-6 * np.eye(len(e))
             if md2(e, spread) > SURPRISING:
                 return False
         return True

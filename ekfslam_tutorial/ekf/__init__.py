@@ -4,10 +4,12 @@ Lives here: a mean, a covariance, ranges in them, and matrices.
 May not: know what a range stands for. No frames, sensors, robots or landmarks here.
 """
 
+from .compressed import CompressedMap
 from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform
 from .stochastic_map import Map, MapFull
 
 __all__ = [
+    "CompressedMap",
     "Innovation",
     "Map",
     "MapFull",

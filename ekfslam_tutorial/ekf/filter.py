@@ -100,8 +100,10 @@ def cross(map, blocks):
     -------
     ndarray, shape (n, m), or (n, K m)
     """
+    map.fetch(blocks)
     HP = [_times(J, map.rows(r)) for r, J in blocks if r is not None]
-    return sum(HP[1:], start=HP[0]).T if HP else np.zeros((map.n, blocks[0][1][..., 0].size))
+    HP = HP or [np.zeros((blocks[0][1][..., 0].size, 0)) @ map.rows(slice(0, 0))]
+    return map.columns(sum(HP[1:], start=HP[0]), blocks)
 
 
 def covariance(PHt, blocks):

@@ -160,6 +160,13 @@ class Map:
         """Where the state in range r stands in what `rows` returns: at r."""
         return r
 
+    def fetch(self, blocks):
+        """Make ready for the rows of the states that some blocks depend on: they are all at hand, always."""
+
+    def columns(self, HP, blocks):
+        """P H' from H P."""
+        return HP.T
+
     def put(self, r, x, P_xm, P_xx):
         """Replace the state in range r.
 
@@ -177,6 +184,11 @@ class Map:
         self._Pn[r, :stop] = P_xm[:, :stop]
         self._Pn[r, r] = symmetric(P_xx)
 
+    def overwrite(self, indices, P_im):
+        """Set rows of the covariance, given by their sorted indices, and with them the columns."""
+        self._Pt[indices] = P_im
+        self._Pn[indices] = P_im
+
     def move(self, r, x):
         """Set the mean of the state in range r, and leave its covariance as it is."""
         self._xn[r] = x
@@ -192,10 +204,16 @@ class Map:
 
     def insert(self, x, P_xx, P_xm):
         """A new state, as `add` puts it in, unchecked. Returns its range."""
-        n, r = self.n, self._make_room(len(x))
+        n, r = self.n, self.reserve(x)
         self._Pn[r, :n] = P_xm
         self._Pt[r, :n] = P_xm
-        self._xn[r], self._Pn[r, r], self._usedn[r] = x, symmetric(P_xx), True
+        self._Pn[r, r] = symmetric(P_xx)
+        return r
+
+    def reserve(self, x):
+        """A new state whose covariance is zero as yet. Returns its range."""
+        r = self._make_room(len(x))
+        self._xn[r], self._usedn[r] = x, True
         self.n_used += len(x)
         return r
 

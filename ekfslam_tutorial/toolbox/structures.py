@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..ekf import Map
+from ..ekf import CompressedMap, Map
 from ..models.landmarks import EucPnt
 from ..simulation import SimLmk, SimRob, SimSen
 from ..slam import Lmk, Rob, Sen, Tim, place
@@ -29,7 +29,7 @@ def create_slam_structures(data, landmarks=None, poses=None):
     lmks : dict of int to Lmk
     tim : Tim
     """
-    map = Map(data.options.capacity)
+    map = (CompressedMap if data.options.compressed else Map)(data.options.capacity)
     robs = [_create_rob(map, robot, data, (poses or {}).get(robot.id)) for robot in data.robots]
     sens = [_create_sen(map, sensor, data.frame) for sensor in data.sensors]
     first, last = data.time.first, data.time.last

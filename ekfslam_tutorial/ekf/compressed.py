@@ -1,0 +1,323 @@
+"""The compressed extended Kalman filter: the same estimate, at a cost that does not depend on the size of the map.
+
+A robot sees a few landmarks for a while. Only the states *at hand*, the robot and these landmarks, need their
+covariance now; all others, the *far* states b, need theirs when somebody asks. J. Guivant and E. Nebot, "Optimization
+of the simultaneous localization and map-building algorithm for real-time implementation", IEEE T-RA 17(3), 2001.
+
+Whatever a prediction or a correction does to the states at hand, it does to the far ones only through P_ba, their
+covariance with the states a that were at hand when this began. So the far states are a linear function of *virtual*
+states v, as many as a:
+
+    b = b_0 + G v,    G = P_ba,    with v = 0, P_vv = 0, P_av = I at the beginning.
+
+Then P_ba = G P_va and P_bb = P_bb0 + G P_vv G' at any time, and v goes through the filter like a state at hand, in one
+small ordinary `Map` of a and v: its P_av and P_vv become the matrices phi and -psi of the paper, its mean the vector
+theta. A far state that is needed comes to hand by the same formulas, with a virtual state of its own. When too much is
+at hand, all is put back at once: one product of large matrices, which is what computers do fastest.
+"""
+
+import numpy as np
+from scipy.linalg.lapack import dpstrf  # pyright: ignore[reportAttributeAccessIssue]
+
+from .filter import cross
+from .stochastic_map import Map, symmetric
+
+
+class CompressedMap:
+    """A map for long runs with many landmarks, of which few are seen at a time. Its estimate is that of `Map`.
+
+    The operations of the filter take it like a `Map`. Asking for `P` costs as much as a correction of the whole map:
+    use `block` and `state` in a loop.
+
+    Parameters
+    ----------
+    capacity : int, optional
+        Most states that may be in use at a time. Without it the map grows as needed.
+    active : int
+        Most states at hand. After the correction that takes more, all is put back, and only those used last stay at
+        hand. About four times what is used in one step is best.
+    """
+
+    def __init__(self, capacity=None, active=80):
+        if not isinstance(active, (int, np.integer)) or active < 1:
+            raise ValueError(f"active must be a positive number of states, got {active!r}")
+        self._far, self.active = Map(capacity), active
+        self._at = np.zeros(0, int)  # where each state of the map is at hand; -1 for the far ones
+        self._used_at = np.zeros(0, int)  # when it was used last
+        self._Gt, self._v, self._now, self.layout = np.zeros((0, 0)), np.zeros(0, int), 0, 0
+        self._begin(np.zeros(0, int), np.zeros((0, 0)), np.zeros((0, 0)))
+
+    def __repr__(self):
+        return f"Compressed{self._far!r}".replace("states in use", f"states in use, {len(self._hand)} at hand")
+
+    @property
+    def capacity(self):
+        """Most states that may be in use at a time, or None."""
+        return self._far.capacity
+
+    @property
+    def n(self):
+        """Extent: one past the last used entry there ever was."""
+        return self._far.n
+
+    @property
+    def n_used(self):
+        """Number of states in use."""
+        return self._far.n_used
+
+    @property
+    def used(self):
+        """Which states are in use, shape (n,), bool."""
+        return self._far.used
+
+    @property
+    def x(self):
+        """Mean of all states, shape (n,). A view: writing into it changes the map."""
+        self._settle()
+        return self._far.x
+
+    @property
+    def P(self):
+        """Covariance of all states, shape (n, n). A view, too, good until the next operation on the map."""
+        if len(self._hand):
+            self._put_back()
+            self._begin(np.zeros(0, int), np.zeros((0, 0)), np.zeros((0, self.n)))
+        return self._far.P
+
+    def flush(self):
+        """Put all that is at hand back into the large covariance; what was used last stays at hand."""
+        if not len(self._hand):
+            return
+        keep = self._used_last()[np.argsort(self._hand)]
+        hand, rows = self._put_back()
+        self._begin(hand[keep], rows[np.ix_(keep, hand[keep])], rows[keep])
+
+    def _used_last(self):
+        """Which of the states at hand were used last: a quarter of `active`, and what was used together with it."""
+        last = self._used_at[self._hand]
+        n = min(len(last), 1 + self.active // 4)
+        return last >= np.partition(last, -n)[-n]
+
+    def add(self, x, P_xx, P_xm=None):
+        """Put a state into the map: see `Map.add`."""
+        if P_xm is not None:
+            self.P  # noqa: B018 -- nothing is at hand now
+        r = self._far.add(x, P_xx, P_xm)
+        self._make_room()
+        return r
+
+    # --- what the operations of the filter are made of: see `Map` ----------------------------------------------------
+
+    def state(self, r):
+        """Mean of the state in range r: a copy, shape (k,); of K states given by their rows (K, k), shape (K, k)."""
+        if self._moved:
+            here = self._here.get((r.start, r.stop)) if isinstance(r, slice) else None
+            if here is not None:
+                return self._far.x[r] + self._near.x[here]
+            self._settle()
+        return self._far.state(r)
+
+    def block(self, r):
+        """Covariance of the state in range r: a copy, shape (k, k); of K states by their rows (K, k), (K, k, k)."""
+        i = np.arange(r.start, r.stop) if isinstance(r, slice) else r
+        here = self._at[i]
+        if here.min(initial=0) >= 0:
+            return self._near.block(np.atleast_2d(here)).reshape(*here.shape, -1)
+        T, far = self._by_those_at_hand(i), here < 0
+        P_0 = np.where(far[..., :, None] & far[..., None, :], self._far.block(r), 0.0)
+        P = P_0 + T @ self._near.P @ np.swapaxes(T, -1, -2)
+        return 0.5 * (P + np.swapaxes(P, -1, -2))
+
+    def fetch(self, blocks):
+        """Bring the states that some blocks depend on to hand."""
+        self._now += 1
+        for r, _ in blocks:
+            if r is not None:
+                self._fetch(r)
+                self._used_at[r] = self._now
+
+    def rows(self, r):
+        """Covariance of the state in range r with all that is at hand, shape (k, ·) or (K, k, ·)."""
+        self._fetch(r)
+        return self._near.rows(self.here(r))
+
+    def here(self, r):
+        """Where the state in range r stands in what `rows` returns."""
+        if not isinstance(r, slice):
+            return self._at[r]
+        here = self._here.get((r.start, r.stop))
+        if here is None:
+            here = self._at[r]
+            if len(here) and (np.diff(here) == 1).all():
+                here = slice(int(here[0]), int(here[-1]) + 1)
+            self._here[r.start, r.stop] = here
+        return here
+
+    def columns(self, HP, blocks):
+        """P H' for `cross`: of the states at hand; those of the far ones follow if somebody asks."""
+        return Columns(self, HP, blocks)
+
+    def put(self, r, x, P_xm, P_xx):
+        """Replace the state in range r; P_xm is its covariance with all that is at hand."""
+        here = self.here(r)
+        if isinstance(here, slice):
+            self._near.put(here, 0.0, P_xm, P_xx)
+        else:
+            P = self._near.P
+            P[here], P[:, here], P[np.ix_(here, here)], self._near.x[here] = P_xm, P_xm.T, symmetric(P_xx), 0.0
+        self._far.move(r, x)
+
+    def move(self, r, x):
+        """Set the mean of the state in range r, and leave its covariance as it is."""
+        self._settle()
+        self._far.move(r, x)
+
+    def shift(self, dx):
+        """x = x + dx, of all that is at hand."""
+        self._near.shift(dx)
+        self._moved = True
+
+    def subtract(self, Wt):
+        """P = P - W W', of all that is at hand. Puts all back when it has become too much."""
+        self._near.subtract(Wt)
+        if len(self._hand) > self.active and len(self._hand) > 2 * self._used_last().sum():
+            self.flush()  # it would be of no use if all were needed again
+
+    def insert(self, x, P_xx, P_xm):
+        """A new state, at hand; P_xm is its covariance with all that is at hand. Returns its range."""
+        r = self._far.reserve(x)
+        self._make_room()
+        self._now += 1
+        here = self._near.insert(np.zeros(len(x)), P_xx, P_xm)
+        self._take(np.arange(r.start, r.stop), here.start)
+        return r
+
+    def remove(self, r):
+        """Take the state of range r out of the map: see `Map.remove`."""
+        self._settle()
+        self._far.remove(r)
+        for here in self._at[r].tolist():
+            if here >= 0:
+                self._near.remove(slice(here, here + 1))
+        self._at[r], self._Gt[:, r] = -1, 0.0
+        self._hand = self._hand[self._at[self._hand] >= 0]
+        self._here, self.layout = {}, self.layout + 1
+
+    # --- between the far states and those at hand --------------------------------------------------------------------
+
+    def _begin(self, hand, P_aa, rows):
+        """Only these states are at hand, given their indices, their covariance, and P[hand, :]."""
+        self._make_room(len(hand))
+        k, Z = len(hand), np.eye(len(hand))
+        self._near, self._here, self._moved = Map(), {}, False
+        self._near.insert(np.zeros(2 * k), np.block([[P_aa, Z], [Z, 0 * Z]]), np.zeros((2 * k, 0)))
+        self._at[:], self._hand, self._v = -1, np.zeros(0, int), np.arange(k, 2 * k)
+        self._Gt[:k, : self.n] = rows
+        self._take(hand, 0)
+
+    def _take(self, indices, start):
+        """Note that these states are at hand now, from this place on."""
+        self._at[indices] = np.arange(start, start + len(indices))
+        self._used_at[indices] = self._now
+        self._hand = np.concatenate([self._hand, indices])
+        self.layout += 1
+
+    def _make_room(self, k=0):
+        """Let the arrays reach over the whole map, and G over k virtual states more."""
+        n, size = self.n, len(self._at)
+        if n > size:
+            self._at = np.concatenate([self._at, np.full(n, -1)])
+            self._used_at = np.concatenate([self._used_at, np.zeros(n, int)])
+        rows = len(self._v) + k
+        if rows > len(self._Gt) or n > self._Gt.shape[1]:
+            Gt = np.zeros((max(2 * rows, len(self._Gt)), len(self._at)))
+            Gt[: len(self._Gt), : self._Gt.shape[1]] = self._Gt
+            self._Gt = Gt
+
+    def _fetch(self, r):
+        """Bring the states of a range, or of K ranges, to hand."""
+        if not isinstance(r, slice) or (r.start, r.stop) not in self._here:
+            i = np.arange(r.start, r.stop) if isinstance(r, slice) else r.ravel()
+            if self._at[i].min(initial=0) < 0:
+                self._load(np.unique(i[self._at[i] < 0]))
+
+    def _load(self, i):
+        """Bring far states to hand, each with a virtual state of its own."""
+        if not self.used[i].all():
+            raise ValueError(f"states {i.tolist()} are not in use in this map of {self.n} states")
+        k, n_v, near, v = len(i), len(self._v), self._near, self._v
+        self._make_room(k)
+        G_i = self._Gt[:n_v, i].T
+        P_vm = near.rows(v[None])[0]
+        P_im = G_i @ P_vm
+        P_ii = self._far.block(i[None])[0] + P_im[:, v] @ G_i.T
+        Z = np.eye(k)
+        r = near.insert(
+            np.concatenate([G_i @ near.x[v], np.zeros(k)]),
+            np.block([[P_ii, Z], [Z, 0 * Z]]),
+            np.concatenate([P_im, np.zeros_like(P_im)]),
+        )
+        self._Gt[n_v : n_v + k, : self.n] = self._far.rows(i[None])[0]
+        self._v = np.concatenate([v, np.arange(r.start + k, r.stop)])
+        self._take(i, r.start)
+
+    def _by_those_at_hand(self, i):
+        """T with P = P_0 + T P_near T': a state at hand is itself, a far one follows the virtual ones by G."""
+        here = self._at[i.ravel()]
+        T, near, far = np.zeros((i.size, self._near.n)), np.flatnonzero(here >= 0), np.flatnonzero(here < 0)
+        T[near, here[near]] = 1.0
+        T[np.ix_(far, self._v)] = self._Gt[: len(self._v), i.ravel()[far]].T
+        return T.reshape(*i.shape, -1)
+
+    def _settle(self):
+        """Bring the means of all states up to date: b = b_0 + G v."""
+        if self._moved:
+            dx, self._moved = self._near.x[self._v] @ self._Gt[: len(self._v), : self.n], False
+            dx[self._hand] = self._near.x[self._at[self._hand]]
+            self._far.shift(dx)
+            self._near.x[:] = 0.0
+
+    def _put_back(self):
+        """Bring the large covariance up to date. Returns the states at hand, in order, and their rows of it."""
+        self._settle()
+        hand, v, P = np.sort(self._hand), self._v, self._near.P
+        here, Gt = self._at[hand], self._Gt[: len(v), : self.n]
+        rows = P[np.ix_(here, v)] @ Gt
+        rows[:, hand] = P[np.ix_(here, here)]
+        if len(v):
+            L, order, rank, _ = dpstrf(-P[np.ix_(v, v)], lower=1)  # as many columns as there is information
+            C = np.zeros((len(v), rank))
+            C[order - 1] = np.tril(L)[:, :rank]
+            self._far.subtract(C.T @ Gt)
+        self._far.overwrite(hand, rows)
+        return hand, rows
+
+
+class Columns:
+    """P H' of the states at hand, as `cross` returns it for a `CompressedMap`. As an array it is that of all states."""
+
+    def __init__(self, map, HP, blocks):
+        self._map, self._HP, self._blocks, self._layout = map, HP, blocks, map.layout
+
+    @property
+    def T(self):
+        """H P of the states at hand; computed again if others are at hand now."""
+        if self._layout != self._map.layout:
+            again = cross(self._map, self._blocks)
+            self._HP, self._layout = again._HP, self._map.layout
+        return self._HP
+
+    def __getitem__(self, r):
+        """The rows of the state in range r."""
+        self._map.fetch([(r, None)])
+        return self.T.T[self._map.here(r)]
+
+    @property
+    def shape(self):
+        """As that of P H', for all states."""
+        return self._map.n, len(self._HP)
+
+    def __array__(self, dtype=None, copy=None):
+        """Of all states."""
+        T = self._map._by_those_at_hand(np.arange(self._map.n))
+        return np.asarray(T @ self.T.T, dtype)
