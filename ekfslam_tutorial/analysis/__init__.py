@@ -5,14 +5,17 @@ May not: estimate, read files, draw.
 """
 
 from ..geometry import align
+from .batch_slam import BatchSnapshot, batch_slam, why_not_batched
 from .consistency import Honesty, anees_band, chi2_band, coverage, honesty, k_sigma, md2, nees, nis
 from .errors import History
 
 __all__ = [
+    "BatchSnapshot",
     "History",
     "Honesty",
     "align",
     "anees_band",
+    "batch_slam",
     "chi2_band",
     "coverage",
     "honesty",
@@ -20,4 +23,5 @@ __all__ = [
     "md2",
     "nees",
     "nis",
+    "why_not_batched",
 ]

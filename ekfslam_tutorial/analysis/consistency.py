@@ -7,7 +7,8 @@ Navigation", Wiley 2001, section 5.4.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+
+from ..ekf import chi_square
 
 SINGULAR = 1e-12
 """A correlation matrix with an eigenvalue below this counts as singular."""
@@ -87,7 +88,7 @@ def chi2_band(dof, confidence=0.95):
     """
     if not 0 < confidence < 1:
         raise ValueError(f"confidence is a probability between 0 and 1, got {confidence}")
-    low, high = chi2.ppf([(1 - confidence) / 2, (1 + confidence) / 2], dof)
+    low, high = chi_square.quantile(np.array([1 - confidence, 1 + confidence]) / 2, dof)
     return float(low), float(high)
 
 
@@ -125,12 +126,12 @@ def coverage(k, dof):
     >>> [round(float(coverage(3, n)), 3) for n in (1, 2, 3)]
     [0.997, 0.989, 0.971]
     """
-    return chi2.cdf(np.square(k), dof)
+    return chi_square.cdf(np.square(k), dof)
 
 
 def k_sigma(probability, dof):
     """The k for which the k-sigma ellipse contains the truth with this probability: the inverse of `coverage`."""
-    return np.sqrt(chi2.ppf(probability, dof))
+    return np.sqrt(chi_square.quantile(probability, dof))
 
 
 @dataclass(frozen=True)
