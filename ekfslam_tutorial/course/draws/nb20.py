@@ -12,9 +12,9 @@ from .. import museum
 from ..controls import Choice, Int, Toggle
 from ..exercises.nb20_quiz import LETTERS, PANELS
 from ..widgets import explorable
-from .nb20_runs import RUNS, TESTS, bench, caught, mutant_case, readings, world
+from .nb20_runs import RUNS, TESTS, bench, caught, mutant_case, readings, run, world
 
-__all__ = ["RUNS", "bench", "caught", "mutant_case", "readings", "world"]
+__all__ = ["RUNS", "bench", "caught", "mutant_case", "readings", "run", "world"]
 
 HIDDEN = ("late", "twice", "not_wrapped", "right", "over_q", "mapping", "identity", "pose_only", "transposed",
           "not_squared", "no_heading", "swapped", "elementwise")  # fmt: skip
@@ -123,6 +123,7 @@ def guard_figure(guard):
         ax.grid(False)
         ax.set_title(title)
         says.append(f"{title}: {int(wrong.sum())}")
+    assert image is not None
     fig.colorbar(image, ax=axes, label="P minus what it should be (m², rad m, rad²)", shrink=0.8, pad=0.02)
     return fig, "Wrong entries of P, of 49, after one prediction with two landmarks. " + "; ".join(says) + "."
 

@@ -16,16 +16,16 @@ def guard(predict, x, P, u, U):
     x, shape (n,), and P, shape (n, n): joint state, heading in x[2], and its covariance. u, shape (k,): the control;
     U, shape (k, k): its covariance. Return the difference, shape (n, n).
     """
-    x2, P2 = predict(x, P, u, U)
+    x_new, P_new = predict(x, P, u, U)
 
     def moved(x, u):
-        step = np.subtract(predict(x, P, u, U)[0], x2)
+        step = np.subtract(predict(x, P, u, U)[0], x_new)
         step[2] = wrap(step[2])
         return step
 
     F = numerical_jacobian(lambda x: moved(x, u), x)
     G = numerical_jacobian(lambda u: moved(x, u), u)
-    return P2 - (F @ P @ F.T + G @ U @ G.T)
+    return P_new - (F @ P @ F.T + G @ U @ G.T)
 
 
 watch = Exercise(
