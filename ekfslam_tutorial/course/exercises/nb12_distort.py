@@ -124,7 +124,7 @@ _wrong("powers doubled at each step", "The powers go up by two, r^2, r^4, r^6, r
        lambda u, d: _all(u, d, lambda r, k: r ** (2.0**k))[0])
 _wrong("only the first of d", "d may have more than one number. All of them count.",
        lambda u, d: u * (1 + (u @ u) * d[:1].sum()))
-_wrong("divides by f", "The direct model multiplies: ud = f up. (Dividing is a first guess of the way back.)",
+_wrong("divides by f", "The direct model multiplies: ud = f up. Dividing is a first guess of the way back.",
        lambda u, d: u / _parts(u, d)[2])
 _wrong("minus in f", "f = 1 + d2 r^2 + ...: a barrel lens has a negative d2, not a minus in the formula.",
        lambda u, d: u * (2 - _parts(u, d)[2]))

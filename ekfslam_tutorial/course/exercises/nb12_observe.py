@@ -62,6 +62,12 @@ def _value(Rf, Sf, k, d, l):
     return package_pin_hole(Sf.to_frame(Rf.to_frame(l)[0])[0], k, d)[0]
 
 
+def _value_with(args, place, x):
+    """The pixel with another value of one argument."""
+    args[place] = Frame3(x) if place < 2 else x
+    return _value(*args)
+
+
 @projected.link("six results", "The function must end with `return u, U_r, U_s, U_k, U_d, U_l`.")
 def _(f, rng):
     for n in (2, 1):
@@ -83,8 +89,7 @@ def _derivative(f, rng, part, name, place, columns):
         J = expect.array(_out(f(*args))[part], (2, len(x)), name)
 
         def value(x, args=args):
-            put = Frame3(x) if place < 2 else x
-            return _value(*args[:place], put, *args[place + 1 :])
+            return _value_with(list(args), place, x)
 
         try:
             expect.jacobian(J, value, x, name, "uv", columns[: len(x)], atol=1e-4)
@@ -214,7 +219,7 @@ def _(Rf, Sf, k, d, l):
 
     def by(i):
         def value(x):
-            return _value(*args[:i], Frame3(x) if i < 2 else x, *args[i + 1 :])
+            return _value_with(list(args), i, x)
 
         return numerical_jacobian(value, getattr(args[i], "x", args[i])).tolist()
 

@@ -78,11 +78,17 @@ def _(f, rng):
         expect.close(_out(f(p, k, d), n)[0], package_pin_hole(p, k, d)[0], "u", at=at)
 
 
+def _pixel_with(args, place, x):
+    """The pixel with another value of one argument."""
+    args[place] = x
+    return package_pin_hole(*args)[0]
+
+
 def _derivative(f, rng, part, name, columns, args):
     for n in (2, 1, 3):
         given = case(rng, n)
         J = _out(f(*given), n)[part]
-        value = lambda x, given=given: package_pin_hole(*given[: part - 1], x, *given[part:])[0]
+        value = lambda x, given=given: _pixel_with(list(given), part - 1, x)
         expect.jacobian(J, value, given[part - 1], name, "uv", columns or args[:n], rtol=1e-5, atol=1e-5)
 
 

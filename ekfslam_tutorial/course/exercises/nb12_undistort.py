@@ -165,7 +165,7 @@ def _(ud, d):
 
 @undistorted.variant("scipy's fsolve, central differences")
 def _(ud, d):
-    back = lambda u: fsolve(lambda x: np.asarray(distort(x, d)[0]) - u, u, xtol=1e-13)
+    back = lambda u: np.asarray(fsolve(lambda x: np.asarray(distort(x, d)[0]) - u, u, xtol=1e-11))
     h = 1e-5
     return back(ud), np.array([(back(ud + h * e) - back(ud - h * e)) / (2 * h) for e in np.eye(2)]).T
 

@@ -47,8 +47,10 @@ def _ahead(rng, n, r=0.5):
 
 
 def _answer(f, p, u, size, fold):
-    got = f(p, u, size, fold)
-    return expect.array(got, len(p), "the result") > 0.5
+    got = expect.array(f(p, u, size, fold), len(p), "the result")
+    odd = got[~np.isin(got, (0, 1))]
+    expect.true(not len(odd), f"truth values are wanted, True or False; got {odd[:1]}")
+    return got == 1
 
 
 def _same(f, p, u, fold, of, size=SIZE):
