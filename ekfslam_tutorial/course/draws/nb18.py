@@ -1,0 +1,309 @@
+"""Drawings of notebook 18: five robots of MRCLAM that see each other, in one filter and in five."""
+
+from functools import cache
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ...analysis import align
+from ...geometry import Frame2
+from ...graphics import ESTIMATE, MEASUREMENT, UPDATED, StateLog, line, plot_ellipse, points, sigma_label
+from ...graphics.style import BLACK, BLUE, GREEN, GREY, OKABE_ITO, ORANGE, PURPLE, SKY_BLUE, VERMILLION
+from ...toolbox import universal_slam
+from ..controls import Choice, Float, Toggle
+from ..widgets import explorable
+from . import nb18_runs as runs
+from .nb18_runs import ROBOTS, TWIN, alone, gossip, here, joint, recording
+from .parts import robot, true_landmarks
+
+WAYS = ("alone", "five filters that\ntell each other", "one filter,\nlandmarks only", "one filter,\nrobots see robots")
+LOOKS = ((GREY, ".."), (ORANGE, "//"), (SKY_BLUE, "\\\\"), (BLUE, ""))
+DASHES = ("-", (0, (6, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
+HUES = (OKABE_ITO[5], OKABE_ITO[6], OKABE_ITO[3], OKABE_ITO[7], OKABE_ITO[1])
+
+
+def sightings_figure(which):
+    """Who sees whom: a table of counts, robots and landmarks. Returns (fig, caption)."""
+    rec, n = recording(which), runs.frames(which)
+    ids = [*ROBOTS, *(int(i) for i in runs.surveyed(which)[0])]
+    count = np.zeros((len(ROBOTS), len(ids)), int)
+    for a, r in enumerate(ROBOTS):
+        for log in (rec.met[r], rec.raw[r]):
+            seen = log.ids[: log.offsets[n]]
+            count[a] += [int((seen == i).sum()) for i in ids]
+    fig, ax = plt.subplots(figsize=(11, 4.2), layout="constrained")
+    image = ax.imshow(np.where(count > 0, count, np.nan), cmap="cividis", aspect="auto", vmin=0)
+    for (a, j), c in np.ndenumerate(count):
+        text, dark = ("—", False) if a == j else (str(c), c < 0.6 * count.max() and c > 0)
+        ax.text(j, a, text, ha="center", va="center", fontsize=11, color="w" if dark else BLACK)
+    ax.axvline(len(ROBOTS) - 0.5, color=VERMILLION, linewidth=3)
+    ax.set_xticks(range(len(ids)), [str(i) for i in ids])
+    ax.set_yticks(range(len(ROBOTS)), [f"robot {r}" for r in ROBOTS])
+    ax.set(xlabel="seen: robots 1 to 5, then landmarks", title=f"{which}: sightings in {runs.SECONDS[which]:.0f} s")
+    ax.grid(False)
+    fig.colorbar(image, label="sightings", pad=0.01)
+    met = count[:, : len(ROBOTS)]
+    return fig, (
+        f"{which.capitalize()} {rec.name}, the first {runs.SECONDS[which]:.0f} s: {count.sum()} sightings, "
+        f"{met.sum()} of them of robots. Of the {len(ROBOTS) * (len(ROBOTS) - 1)} pairs of robots (who, whom) "
+        f"{(met > 0).sum()} occur."
+    )
+
+
+def effect_figure(which, s, x, P, k=3):
+    """All robots and landmarks before and after one sighting of a robot. Returns (fig, caption)."""
+    fig, (ax, bars) = plt.subplots(1, 2, figsize=(13, 6.4), width_ratios=[1.25, 1], layout="constrained")
+    std = lambda C, r: float(np.sqrt(np.trace(C[r, r][:2, :2])))
+    for looks, mean, C in ((MEASUREMENT, s["x"], s["P"]), (UPDATED, x, P)):
+        places = [slice(r.start, r.start + 2) for r in s["robots"].values()]
+        l, B = np.array([mean[r] for r in places]), np.array([C[r, r] for r in places])
+        word = "before" if looks is MEASUREMENT else "after"
+        plot_ellipse(ax, l, B, k, **line(looks, linewidth=2), label=f"{word}, {sigma_label(k)}")
+        ax.plot(*l.T, **points(looks, markersize=8))
+    l = np.array([x[r] for r in s["lmks"].values()])
+    ax.plot(*l.T, **points(ESTIMATE, markersize=4), label="landmarks")
+    for r, place in s["robots"].items():
+        robot(ax, x[place], size=0.3, facecolor=BLACK, edgecolor=BLACK)
+        ax.annotate(f"{r}", x[place][:2], (7, 7), textcoords="offset points", fontsize=16, weight="bold", zorder=9)
+    a, b = (x[s["robots"][s[i]]][:2] for i in "ab")
+    ax.annotate("", b, a, arrowprops=dict(arrowstyle="->", color=VERMILLION, linewidth=2), zorder=8)
+    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=f"robot {s['a']} sees robot {s['b']}")
+    ax.legend(loc="upper left", fontsize=12)
+
+    owners = [(f"robot {r}", p) for r, p in s["robots"].items()] + [(f"lmk {i}", p) for i, p in s["lmks"].items()]
+    less = [100 * (1 - std(P, p) / std(s["P"], p)) for _, p in owners]
+    kinds = ["seen" if o == f"robot {s['b']}" else "sees" if o == f"robot {s['a']}" else "other" for o, _ in owners]
+    for kind, color, hatch in (("seen", GREEN, ""), ("sees", ORANGE, "//"), ("other", SKY_BLUE, "..")):
+        at = [i for i, what in enumerate(kinds) if what == kind]
+        bars.barh(at, [less[i] for i in at], color=color, hatch=hatch, edgecolor="w", label=kind)
+    bars.set_yticks(range(len(owners)), [o for o, _ in owners], fontsize=11)
+    bars.invert_yaxis()
+    bars.set(xlabel="standard deviation of the position: smaller by (%)")
+    bars.legend(loc="lower right", fontsize=12)
+    of = dict(zip([o for o, _ in owners], less, strict=True))
+    third = max((of[f"robot {r}"], f"robot {r}") for r in s["robots"] if r not in (s["a"], s["b"]))
+    return fig, (
+        f"{which.capitalize()}, {s['t']:.0f} s: one sighting of robot {s['b']} by robot {s['a']} makes the standard "
+        f"deviation of robot {s['b']} smaller by {of['robot ' + str(s['b'])]:.0f} %, of robot {s['a']} by "
+        f"{of['robot ' + str(s['a'])]:.0f} %, and of {third[1]}, which has no part in it, by {third[0]:.0f} %."
+    )
+
+
+# ---- four ways ------------------------------------------------------------------------------------------------------
+
+
+def _figures(which):
+    """ATE (4, 5), NEES (4, 5) and NIS (4, 5): ways by robots; NaN where the truth is not known."""
+    one = [joint(which, met).summary()["robots"] for met in (False, True)]
+    five = [{str(r): h.summary() for r, h in way.items()} for way in (alone(which), gossip(which))]
+    names = "ate_rmse_m", "nees_mean", "nis_mean"
+    return tuple(np.array([[way[str(r)][n] for r in ROBOTS] for way in (*five, *one)], float) for n in names)
+
+
+def four_ways_figure(which):
+    """Error and honesty of each robot: alone, telling each other, one filter. Returns (fig, caption)."""
+    ate, nees, nis = _figures(which)
+    fig, axes = plt.subplots(1, 2, figsize=(13, 5.6), layout="constrained")
+    for ax, values, name in zip(axes, (ate, nees), ("ATE (m)", "mean NEES (honest: 3)"), strict=True):
+        for i, (way, (color, hatch)) in enumerate(zip(WAYS, LOOKS, strict=True)):
+            at = np.arange(len(ROBOTS)) + 0.2 * (i - 1.5)
+            ax.bar(at, values[i], 0.19, color=color, hatch=hatch, edgecolor="w", label=way)
+        ax.set_xticks(range(len(ROBOTS)), [f"robot {r}" for r in ROBOTS])
+        ax.set_ylabel(name)
+    axes[1].axhline(3, color=BLACK, linestyle=":", linewidth=1.5)
+    axes[1].set(yscale="log", ylim=(0.5, 100))
+    axes[1].set_yticks([1, 3, 10, 30, 100], ["1", "3", "10", "30", "100"])
+    axes[1].minorticks_off()
+    axes[0].set_title(f"{which}, {runs.SECONDS[which]:.0f} s")
+    fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=12, frameon=False)
+    with np.errstate(invalid="ignore"):
+        m, n, i = (np.nanmedian(v, axis=1) for v in (ate, nees, nis))
+    return fig, (
+        f"{which.capitalize()}, medians over the robots. ATE: alone {m[0]:.2f} m, telling each other {m[1]:.2f} m, "
+        f"one filter with landmarks only {m[2]:.2f} m, with sightings {m[3]:.2f} m. "
+        f"NEES: {n[0]:.1f}, {n[1]:.1f}, {n[2]:.1f} and {n[3]:.1f}. NIS: {i[0]:.2f}, {i[1]:.2f}, {i[2]:.2f} and {i[3]:.2f}."
+    )
+
+
+@explorable(
+    drop=Choice(0, {"nobody": 0, **{f"robot {r}": r for r in ROBOTS}}, label="leave out"),
+    met=Toggle(True, label="use the sightings of robots"),
+    run=True,
+    ranges={"ate": (0, 2)},
+)
+def drop_a_robot(drop, met):
+    """One minute of the log in one filter, without one of the robots: what do the others lose?"""
+    which = here()
+    robots = tuple(r for r in ROBOTS if r != drop)
+    history = joint(which, met, robots, 60.0)
+    error = {int(r): f["ate_rmse_m"] or 0.0 for r, f in history.summary()["robots"].items()}
+    whole = {int(r): f["ate_rmse_m"] or 0.0 for r, f in joint(which, True, ROBOTS, 60.0).summary()["robots"].items()}
+    fig, (ax, bars) = plt.subplots(1, 2, figsize=(12.5, 5.6), width_ratios=[1.2, 1], layout="constrained")
+    _paths(ax, which, history)
+    for values, width, color, name in ((whole, 0.8, GREY, "all five, with sightings"), (error, 0.5, BLUE, "now")):
+        hatch = ".." if name == "now" else ""
+        bars.bar(list(values), list(values.values()), width, color=color, hatch=hatch, label=name)
+    bars.set(xticks=ROBOTS, xlabel="robot", ylabel="ATE (m)", ylim=(0, 1.3 * max(*whole.values(), *error.values())))
+    bars.legend(loc="upper left", fontsize=12)
+    total = history.summary()["ate_rmse_m"] or 0.0
+    words = f"without robot {drop}" if drop else "all five"
+    caption = (
+        f"{which.capitalize()}, 60 s, {words}, {'with' if met else 'without'} sightings of robots: ATE {total:.2f} m "
+        f"over {len(robots)} robots."
+    )
+    return fig, {"ate": total, "caption": caption}
+
+
+# ---- the gauge ------------------------------------------------------------------------------------------------------
+
+
+def trajectories(which):
+    """Paths (n_i, 2) of the robots in the one filter, and the true ones at the same instants, where these are known."""
+    tracks = [joint(which).track(r) for r in ROBOTS]
+    tracks = [t for t in tracks if t.known.sum() > 1]
+    return [t.positions("x") for t in tracks], [t.positions("truth") for t in tracks]
+
+
+def alignment_figure(which, F, ates):
+    """Five paths under one alignment. Returns (fig, caption)."""
+    paths, truths = trajectories(which)
+    fig, axes = plt.subplots(1, 2, figsize=(13, 6.2), layout="constrained")
+    own = [align(p, t) for p, t in zip(paths, truths, strict=True)]
+    for ax, frames, title in (
+        (axes[0], [Frame2(np.asarray(F, float))] * len(paths), "one alignment for all: 3 numbers"),
+        (axes[1], own, f"one for each robot: {3 * len(paths)} numbers"),
+    ):
+        for i, (p, t, G) in enumerate(zip(paths, truths, frames, strict=True)):
+            ax.plot(*G.from_frame(p)[0].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
+            ax.plot(*t.T, color=BLACK, linewidth=0.6, label="truth" if i == 0 else None)
+        ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=title)
+        ax.set_adjustable("datalim")
+    fig.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", frameon=False)
+    apart = [np.sqrt(((G.from_frame(p)[0] - t) ** 2).sum(1).mean()) for p, t, G in zip(paths, truths, own, strict=True)]
+    return fig, (
+        f"{which.capitalize()}: ATE of the robots with one alignment {', '.join(f'{a:.3f}' for a in ates)} m; each "
+        f"aligned on its own {', '.join(f'{a:.3f}' for a in apart)} m, which hides how they lie to each other."
+    )
+
+
+# ---- maps -----------------------------------------------------------------------------------------------------------
+
+
+def own_blocks(P):
+    """The covariance without what it says about pairs of landmarks: only the 2 x 2 blocks on the diagonal."""
+    n = len(P) // 2
+    return P * np.kron(np.eye(n), np.ones((2, 2)))
+
+
+def map_error(which, l):
+    """RMSE of a map (2 n,) after alignment with the survey, m."""
+    p, truth = np.reshape(l, (-1, 2)), runs.survey(which)
+    return float(np.sqrt(((align(p, truth).from_frame(p)[0] - truth) ** 2).sum(1).mean()))
+
+
+def maps_figure(which, by_landmark, together):
+    """Maps averaged landmark by landmark, and with full covariances. Returns (fig, caption)."""
+    truth, fig = runs.survey(which), plt.figure(figsize=(13, 6.2), layout="constrained")
+    own = [map_error(which, l) for l, _ in runs.maps_in_one_frame(which)]
+    errors = [map_error(which, l) for l in (by_landmark, together)]
+    both = map_error(which, runs.landmarks(joint(which, False), runs.common(which))[0])
+    left, middle, bars = fig.subplots(1, 3, width_ratios=[1, 1, 1.7])
+    for ax, l, title in (
+        (left, by_landmark, "landmark\nby landmark"),
+        (middle, together, "with the whole\ncovariances"),
+    ):
+        p = np.reshape(l, (-1, 2))
+        p = align(p, truth).from_frame(p)[0]
+        ax.plot(*np.transpose([p, p + 5 * (p - truth)], (2, 0, 1)), color=VERMILLION, linewidth=2)
+        ax.plot([], [], color=VERMILLION, linewidth=2, label="error, 5 times")
+        true_landmarks(ax, truth)
+        ax.plot(*p.T, **points(ESTIMATE, markersize=5), label="five maps in one")
+        ax.set(xlabel="x (m)", aspect="equal", title=title)
+        ax.set_adjustable("datalim")
+    left.set_ylabel("y (m)")
+    fig.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=12, frameon=False)
+    names = [f"robot {r} alone" for r in ROBOTS] + ["landmark by landmark", "whole covariances", "one filter"]
+    colors, hatches = [GREY] * 5 + [VERMILLION, GREEN, BLUE], [".."] * 5 + ["//", "", "\\\\"]
+    bars.barh(names, [*own, *errors, both], color=colors, hatch=hatches, edgecolor="w")
+    bars.invert_yaxis()
+    bars.set(xlabel="error of the landmarks, RMSE (m)", title=which)
+    return fig, (
+        f"{which.capitalize()}, {len(truth)} landmarks, error after alignment: each map on its own "
+        f"{', '.join(f'{e:.2f}' for e in own)} m; averaged landmark by landmark {errors[0]:.3f} m; with the whole "
+        f"covariances {errors[1]:.3f} m; one filter for all, without sightings of robots, {both:.3f} m."
+    )
+
+
+# ---- two robots and a third -----------------------------------------------------------------------------------------
+
+
+@explorable(
+    rho=Float(0.8, 0.0, 0.95, 0.05, "correlation of robot 2 with robot 3", "", "Both have seen the same landmarks"),
+    turn=Float(3.0, 0.5, 20.0, 0.5, "heading of robot 1, sigma", "deg"),
+    way=Choice("joint", {"both are uncertain": "joint", "robot 2 is exact": "known"}, label="robot 1 thinks that"),
+    ranges={"seen": (0, 2), "third": (0, 2)},
+)
+def one_sighting(rho, turn, way):
+    """Robot 1 sees robot 2. What happens to robot 3, which sees nothing?"""
+    x = np.array([0.0, 0, 0.2, 4.0, 1.2, 2.0, 2.0, -2.5, 0.5])
+    std = np.array([0.25, 0.1, np.radians(turn), 0.8, 0.5, 0.3, 0.8, 0.5, 0.3])
+    C = np.eye(9)
+    for i in (3, 4):
+        C[i, i + 3] = C[i + 3, i] = rho
+    P = C * np.outer(std, std)
+    l = x[3:5] - x[:2]
+    r = np.hypot(*l)
+    E_l = np.array([l / r, [-l[1] / r**2, l[0] / r**2]])
+    H = np.zeros((2, 9))
+    H[:, :2], H[:, 2], H[:, 3:5] = -E_l, [0, -1], E_l
+    if way == "known":
+        H[:, 3:5] = 0
+    Z = H @ P @ H.T + np.diag([0.1**2, np.radians(2) ** 2])
+    K = np.linalg.solve(Z, H @ P).T
+    after = P - K @ Z @ K.T
+    fig, ax = plt.subplots(figsize=(8.4, 5.6), layout="constrained")
+    for B, looks, name in ((P, MEASUREMENT, "before"), (after, UPDATED, "after")):
+        at = [slice(i, i + 2) for i in (0, 3, 6)]
+        blocks = np.array([B[s, s] for s in at])
+        plot_ellipse(ax, np.array([x[s] for s in at]), blocks, 2, **line(looks, linewidth=2.2), label=f"{name}, 2σ")
+    for i, color in ((0, BLACK), (3, BLUE), (6, PURPLE)):
+        robot(ax, x[i : i + 3], facecolor=color, edgecolor=color, size=0.35)
+        ax.annotate(f"robot {i // 3 + 1}", tuple(x[i : i + 2]), (8, 10), textcoords="offset points", fontsize=13)
+    ax.annotate("", tuple(x[3:5]), tuple(x[:2]), arrowprops=dict(arrowstyle="->", color=VERMILLION, linewidth=2))
+    ax.set(xlim=(-2, 6.5), ylim=(-4.4, 3.4), xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    ax.legend(loc="upper left")
+    size = lambda B, i: float(np.sqrt(np.trace(B[i : i + 2, i : i + 2])))
+    caption = "Position sigma before and after: " + ", ".join(
+        f"robot {i // 3 + 1} {size(P, i):.2f} and {size(after, i):.2f} m" for i in (0, 3, 6)
+    )
+    return fig, {"seen": size(after, 3), "third": size(after, 6), "caption": caption + "."}
+
+
+# ---- player and paths -----------------------------------------------------------------------------------------------
+
+
+@cache
+def film(which, pictures=60):
+    """The one filter as a state log. The ground truth of a real log stays where it is: only estimates are kept."""
+    rec = recording(which)
+    period = max(runs.frames(which) // pictures, 1)
+    log = StateLog(f"five robots, {which}", period=period)
+    for now in universal_slam(runs.scenario(which), runs.part(rec)):
+        if which != TWIN:
+            now.truth, now.sim_lmk, now.obs = {}, None, {}
+        log.add(now)
+    return log
+
+
+def _paths(ax, which, history):
+    """Paths of all robots of a history after alignment, and the landmarks."""
+    F = history.alignment()[0] or Frame2(np.zeros(3))
+    true_landmarks(ax, runs.surveyed(which)[1])
+    for r in history.robots:
+        track = history.track(r).moved(F)
+        i = r - 1
+        ax.plot(*track.x[:, :2].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.5, label=f"robot {r}")
+        robot(ax, track.x[-1], size=0.3, facecolor=HUES[i], edgecolor=HUES[i])
+    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    ax.set_adjustable("datalim")
+    ax.legend(fontsize=11, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
