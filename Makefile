@@ -15,7 +15,7 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test test-browser notebooks bench bench-quick contents site lint format lock clean
+.PHONY: help env lab test test-browser notebooks bench bench-quick contents site lint format lock audit sbom clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
@@ -68,6 +68,16 @@ format: env  ## let ruff mend and format the code and the notebooks
 lock:  ## write requirements.txt anew from pyproject.toml (needs uv; LOCK_ARGS=--upgrade takes newer versions)
 	@command -v uv >/dev/null 2>&1 || { echo "make lock needs the program uv: install it outside .venv, for example with pipx install uv" >&2; exit 1; }
 	@uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --annotation-style line --only-binary :all: --extra lab --extra test --extra data --extra cluster --extra site $(LOCK_ARGS) --quiet --output-file requirements.txt pyproject.toml
+
+# Both programs have environments of their own: what they need is not a part of the course.
+audit:  ## ask whether a locked package has a known security hole (needs pipx and the network)
+	@command -v pipx >/dev/null 2>&1 || { echo "make audit needs the program pipx" >&2; exit 1; }
+	@pipx run pip-audit --require-hashes --disable-pip -r requirements.txt
+
+sbom:  ## write build/sbom.json: every locked package, its version and hashes, as CycloneDX (needs pipx)
+	@command -v pipx >/dev/null 2>&1 || { echo "make sbom needs the program pipx" >&2; exit 1; }
+	@mkdir -p build && pipx run --spec cyclonedx-bom cyclonedx-py requirements --of JSON -o build/sbom.json --pyproject pyproject.toml requirements.txt
+	@echo "written: build/sbom.json"
 
 clean:  ## remove .venv, build/ and all caches
 	@rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis
