@@ -1,8 +1,8 @@
 """EKF-SLAM in the plane, many runs at once: the same scenario with many seeds, for Monte-Carlo figures.
 
 What `universal_slam` does in one frame, all runs do here together: the same models, the same steps in the same order,
-one array for all runs. Only the decisions (who sees what, which landmark is corrected first, what passes the gate) differ
-from run to run.
+one array for all runs. Only the decisions (who sees what, which landmark is corrected first, what passes the gate)
+differ from run to run.
 """
 
 from dataclasses import dataclass
@@ -95,12 +95,11 @@ ONLY |= {"max_lmks": None, "capacity": None, "min_match_ratio": 0.0, "min_inlier
 
 def why_not_batched(data):
     """What of a scenario `batch_slam` cannot do, in words; None if it can do it all."""
-    robot, opt = data.robots[0], data.options
-    sensor = data.sensors[0] if data.sensors else None
     if data.data is not None:
         return f"the scenario plays the data set {data.data.name!r}"
     if len(data.robots) != 1 or len(data.sensors) != 1:
         return f"one robot with one sensor is needed, got {len(data.robots)} and {len(data.sensors)}"
+    robot, sensor, opt = data.robots[0], data.sensors[0], data.options
     if type(robot.motion) not in (Odometry2, Unicycle, Vehicle):
         return f"the motion model {type(robot.motion).__name__} is none of Odometry2, Unicycle, Vehicle"
     if type(sensor.model) is not RangeBearing:

@@ -1,11 +1,11 @@
 """Files of the command line: those that come with the package, and those that it writes."""
 
-import contextlib
 import difflib
-import os
 import re
 import tempfile
 from pathlib import Path
+
+from ..toolbox.writing import replacing as replacing
 
 PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -60,31 +60,3 @@ def writable_folder(path):
             return path
     except OSError as error:
         raise OSError(f"cannot write into the folder {path}: {error.strerror or error}") from error
-
-
-@contextlib.contextmanager
-def replacing(path):
-    """Give a temporary path; what is written there takes the place of the file in one step, or not at all.
-
-    Examples
-    --------
-    >>> with replacing("result.json") as part:      # doctest: +SKIP
-    ...     part.write_text("{}")
-    """
-    path = Path(path)
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
-    os.close(handle)
-    part = Path(part)
-    try:
-        yield part
-        part.chmod(0o666 & ~_umask())
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def _umask():
-    """The permissions that new files do not get (mkstemp gives fewer)."""
-    mask = os.umask(0o022)
-    os.umask(mask)
-    return mask

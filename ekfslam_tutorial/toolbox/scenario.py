@@ -168,9 +168,7 @@ class Known:
         function = look_up("world", _pop(entry, "type", self.worlds), self.worlds)
         values = arguments(function, entry)
         takes_rng = "rng" in inspect.signature(function).parameters
-        return World(
-            build=lambda rng: function(rng, **values) if takes_rng else function(**values), type=function.__name__
-        )
+        return World(build=partial(_build, function, takes_rng, values), type=function.__name__)
 
     def options(self, entry):
         """Options; the association is a name, or a table with `type` and parameters."""
@@ -183,6 +181,11 @@ class Known:
                 cls = look_up("association", _pop(params, "type", self.associations), self.associations)
                 made["association"] = cls(**arguments(cls, params))
         return plain(Options, entry, **made)
+
+
+def _build(function, takes_rng, values, rng):
+    """The landmarks of a world. (A function of its own, so that user data can be sent to another process.)"""
+    return function(rng, **values) if takes_rng else function(**values)
 
 
 def _pop(entry, key, known):

@@ -5,6 +5,7 @@ end in `_deg`; `start` and `control` methods hand on SI units and radians.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,11 @@ class World:
         """A world of given points (N, d) in metres, with ids 1, 2, ... unless given."""
         points = numbers("the points of the world", points, 2)
         ids = np.arange(1, len(points) + 1) if ids is None else np.asarray(ids)
-        return cls(build=lambda rng: (ids, points), type="points")
+        return cls(build=partial(_given, ids, points), type="points")
+
+
+def _given(ids, points, rng):
+    return ids, points
 
 
 @dataclass(kw_only=True)
