@@ -8,7 +8,6 @@ delay between command and motion. No ground truth and no map is used, only what 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from ..geometry import wrap
 from .odometry import dead_reckon
@@ -100,6 +99,8 @@ def self_calibration(odometry, t, ids, y, typical):
         z = wrap(y[second, 1] - bearing) / LOSS_WIDTH
         cauchy = np.sign(z) * np.sqrt(np.log1p(z * z)) * LOSS_WIDTH
         return np.concatenate([cauchy / BEARING_STD, (p - mean) / PRIOR_STD])
+
+    from scipy.optimize import least_squares  # it takes 0.3 s to import
 
     low, high = [0.3, 0.3, 0.3, -0.2], [1.5, 1.5, 1.5, 0.8]
     fit = least_squares(surprise, mean, bounds=(low, high), diff_step=1e-3, xtol=1e-4, ftol=1e-6)

@@ -5,7 +5,6 @@ bearing of each tube from a laser `d` metres ahead of its centre, at 10 Hz for 2
 """
 
 import numpy as np
-from scipy.io import loadmat
 
 from ..geometry import Frame2, wrap
 from ..models.motion import Unicycle
@@ -105,6 +104,8 @@ def twin(seed=1, n=3000):
 
 def _read(file):
     """The arrays of the file as floats, their shapes checked."""
+    from scipy.io import loadmat  # only who has the file waits for this import
+
     try:
         m = {k: np.asarray(v, float) for k, v in loadmat(file).items() if not k.startswith("__")}
     except DAMAGE as error:

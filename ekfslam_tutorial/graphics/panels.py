@@ -12,8 +12,8 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from scipy.stats import chi2
 
+from ..ekf import chi_square
 from .ellipses import sigma_label
 from .style import BLACK, BLUE, ESTIMATE, GREY, ORANGE, REJECTED, VERMILLION, line
 
@@ -132,7 +132,7 @@ def consistency_panel(
     t, value = np.asarray(t, dtype=float), np.asarray(value, dtype=float)
     dof = np.broadcast_to(np.asarray(dof, dtype=float), value.shape)
     tail = (1 - probability) / 2
-    low, high = (chi2.ppf(p, np.maximum(dof, 1e-9) * runs) / runs for p in (tail, 1 - tail))
+    low, high = (chi_square.quantile(p, np.maximum(dof, 1e-9) * runs) / runs for p in (tail, 1 - tail))
     known = np.isfinite(value)
     within = 100 * ((value >= low) & (value <= high))[known].mean() if known.any() else np.nan
     mean = value[known].mean() if known.any() else np.nan

@@ -11,9 +11,8 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
-from scipy.stats import chi2
 
-from ..ekf import covariance, cross
+from ..ekf import chi_square, covariance, cross
 
 
 @dataclass
@@ -35,7 +34,7 @@ class Matches:
 @lru_cache(maxsize=1024)
 def gate(confidence, dof):
     """Chi-square quantile: a right match passes the gate with this probability."""
-    return float(chi2.ppf(confidence, dof))
+    return float(chi_square.quantile(confidence, dof))
 
 
 def check_confidences(association):

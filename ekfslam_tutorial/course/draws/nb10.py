@@ -5,8 +5,8 @@ from __future__ import annotations
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
-from scipy.stats import chi2
 
+from ...analysis import anees_band, chi2_band
 from ...geometry import Frame3, e2q, q2R, unit, v2q
 from ...graphics import ESTIMATE, MEASUREMENT, REJECTED, TRUTH, line, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
@@ -59,7 +59,7 @@ def nees_figure(tangent, seven, flipped):
     for (values, color, name), fill, dash in zip(looks, (0.55, 0.0, 0.0), ("-", "--", "-."), strict=True):
         ax.hist(values, bins, histtype="stepfilled", facecolor=(color, fill), edgecolor=color, linewidth=2.2,
                 linestyle=dash, label=name)  # fmt: skip
-    low, high = chi2.ppf([0.005, 0.995], 6)
+    low, high = chi2_band(6, 0.99)
     ax.axvspan(low, high, color=GREEN, alpha=0.25, linewidth=0, label=f"99 % of honest errors, {low:.1f} to {high:.0f}")
     ax.set(xscale="log", xlabel="squared error, weighted with the inverse of P (NEES)", ylabel="poses")
     ax.set_ylim(0, 1.3 * np.histogram(tangent, bins)[0].max())  # the other sign, one narrow peak, goes on above
@@ -211,7 +211,7 @@ def norm_drift(mode, prior, seed):
     axes[1].semilogy(k, along, color=ORANGE, linewidth=2.6)
     axes[1].set(ylabel="sigma that P has along q", ylim=(3e-10, 1))
     mean = all_runs[:, :, 2].mean(0)
-    low, high = chi2.ppf([0.025, 0.975], 3 * RUNS) / RUNS
+    low, high = anees_band(3, RUNS)
     axes[2].axhspan(low, high, color=GREEN, alpha=0.35, linewidth=0, label="95 % band, honest")
     axes[2].semilogy(k, mean, color=VERMILLION, linewidth=2.2, label=f"mean of {RUNS} runs")
     axes[2].set(ylabel="NEES of the attitude, 3 dof", ylim=(1, 300))

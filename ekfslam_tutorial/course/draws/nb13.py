@@ -3,8 +3,8 @@
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Rectangle
-from scipy.stats import chi2
 
+from ...ekf import chi_square
 from ...graphics import ESTIMATE, TRUTH, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
 from ...models.landmarks.projective import linearity
@@ -28,7 +28,7 @@ from .nb13_runs import (
 
 __all__ = ["DEPTH", "DEPTH_STD", "FORWARD", "FRAMES", "RHO", "RHO_STD", "VAR", "correct_depth", "drive", "sights"]
 
-GATE = np.sqrt(chi2.ppf(0.99, 1))  # of one number, in sigmas
+GATE = np.sqrt(chi_square.quantile(0.99, 1))  # of one number, in sigmas
 SHOWN = 3000  # points that are drawn, of all that are counted
 
 

@@ -1,8 +1,8 @@
 """Exercise 02.5: one time step of the lecture's algorithm, without counting a measurement twice."""
 
 import numpy as np
-from scipy.stats import chi2
 
+from ...analysis import chi2_band
 from ...geometry import wrap
 from .. import expect
 from ..exercise import Exercise
@@ -207,6 +207,6 @@ def _(f, rng):
         blocks = np.kron(np.eye(4), np.ones((2, 2))) > 0
         expect.true(not P[~blocks].any(), "after 8 steps the blocks between landmarks are not exactly zero")
         nees += (x - truth) @ np.linalg.solve(P, x - truth)
-    low, high = chi2.ppf([0.0005, 0.9995], 8 * runs) / (8 * runs)
+    low, high = np.array(chi2_band(8 * runs, 0.999)) / (8 * runs)
     ratio = nees / (8 * runs)
     expect.true(low < ratio < high, f"NEES per state is {ratio:.2f}, outside the 99.9 % band {low:.2f} to {high:.2f}")

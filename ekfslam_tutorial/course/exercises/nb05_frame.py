@@ -1,8 +1,8 @@
 """Exercise 05.5: one frame of EKF-SLAM with known ids, no measurement used twice."""
 
 import numpy as np
-from scipy.stats import chi2
 
+from ...analysis import anees_band
 from ...geometry import wrap
 from .. import expect
 from ..exercise import Exercise
@@ -199,7 +199,7 @@ def _(f, rng):
         d[2] = wrap(d[2])
         total += d @ np.linalg.solve(P, d)
     n = len(truth)
-    low, high = chi2.ppf([0.0005, 0.9995], n * runs) / runs
+    low, high = anees_band(n, runs, 0.999)
     text = (
         f"the mean NEES of {runs} runs is {total / runs:.1f}; for {n} states the 99.9 % band is {low:.1f} to {high:.1f}"
     )

@@ -1,8 +1,8 @@
 """Exercise 13.1: one correction of an inverse depth by a bearing."""
 
 import numpy as np
-from scipy.stats import chi2
 
+from ...ekf import chi_square
 from .. import expect
 from ..exercise import Exercise
 
@@ -95,7 +95,7 @@ def _(f, rng):
     rho, P = np.full(500, 0.25), np.full(500, 0.125**2)
     for b in 0.05 * np.arange(1, 21):
         rho, P = _two(f(rho, P, b, np.arctan2(b, d) + np.sqrt(var) * rng.standard_normal(500), var), 500)
-    inside = np.mean((rho - 1 / d) ** 2 / P < chi2.ppf(0.99, 1))
+    inside = np.mean((rho - 1 / d) ** 2 / P < chi_square.quantile(0.99, 1))
     expect.true(inside >= 0.97, f"only {100 * inside:.1f} % of 500 runs end inside the 99 % gate")
 
 

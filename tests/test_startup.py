@@ -1,0 +1,38 @@
+"""How long a user waits before anything happens: what an import brings along, and a generous bound on its time."""
+
+import subprocess
+import sys
+
+import pytest
+
+SLOW = {"scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.io", "scipy.ndimage", "pandas", "dask", "h5py"}
+"""Each takes between 0.1 and 2 s; who needs one imports it where it is needed."""
+
+NOTEBOOK = """
+from ekfslam_tutorial import analysis, datasets, ekf, geometry, graphics, models, simulation, slam, toolbox
+from ekfslam_tutorial.course import check, explore, hint, progress, replay, reveal, show
+from ekfslam_tutorial.course.draws import films, parts, nb01, nb02, nb05, nb10, nb13
+"""
+
+
+def loaded(code):
+    """The modules that are there after this code, in a fresh interpreter."""
+    code += "\nimport sys; print(*sys.modules)"
+    return set(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split())
+
+
+def test_the_package_itself_imports_nothing():
+    brought = loaded("import ekfslam_tutorial") - loaded("")
+    assert brought == {"ekfslam_tutorial"}
+
+
+def test_the_package_is_there_at_once():
+    """It takes 1 ms here; asked are 0.3 s. The least of three, since others use the machine as well."""
+    clock = "import time; t = time.perf_counter(); import ekfslam_tutorial; print(time.perf_counter() - t)"
+    runs = [subprocess.run([sys.executable, "-c", clock], capture_output=True, text=True, check=True) for _ in range(3)]
+    assert min(float(run.stdout) for run in runs) < 0.3
+
+
+@pytest.mark.parametrize("code", ["from ekfslam_tutorial import slam, toolbox", NOTEBOOK], ids=["core", "notebook"])
+def test_nothing_slow_comes_along(code):
+    assert loaded(code) & SLOW == set()
