@@ -22,7 +22,7 @@ INSIDE: Style = dict(loc="center", bbox_to_anchor=(0.57, 0.47), fontsize=11)  # 
 
 def before_after(moments, k):
     """The map one frame before frame k, and at frame k. Returns (fig, caption)."""
-    fig, axes = plt.subplots(1, 2, figsize=(13, 6.6), layout="constrained", sharey=True)
+    fig, axes = plt.subplots(1, 2, figsize=(13, 7.3), layout="constrained", sharey=True)
     for ax, j, title in zip(axes, (k - 1, k), ("one frame before", "the loop is closed"), strict=True):
         _map(ax, moments, j, f"frame {j}: {title}")
     axes[0].legend(**INSIDE)
@@ -162,7 +162,7 @@ def closed_with(moment, whole, cut):
     whole, cut : (x, P)
         After it, with the cross-covariances and without them.
     """
-    fig, axes = plt.subplots(1, 2, figsize=(13, 6.6), layout="constrained", sharey=True)
+    fig, axes = plt.subplots(1, 2, figsize=(13, 7.3), layout="constrained", sharey=True)
     ranges, words = moment.ranges, []
     titles = "with cross-covariances", "without them"
     for ax, (x, P), title in zip(axes, (whole, cut), titles, strict=True):
