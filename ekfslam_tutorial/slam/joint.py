@@ -4,13 +4,14 @@ All are projected once, from the same estimate. So the results differ a little f
 which linearises anew before each correction. What is gained is speed: P is read and written once, not once for each.
 """
 
+from itertools import repeat
 from math import isfinite
 
 import numpy as np
 
 from ..ekf import correct, covariance, cross, innovation
 from .objects import Event
-from .projection import merged, normalize, project_lmks, stacks_in_view
+from .projection import normalize, project_lmks, sightings
 from .upkeep import delete_bad, most_uncertain, tidy
 
 
@@ -19,21 +20,21 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt):
 
     `obs` gets the observations of the visible landmarks only.
     """
-    stacks = stacks_in_view(map, rob, sen, lmks.values())
+    table = sightings(map, rob, sen, list(lmks.values()), in_view=True)
+    seen = table.rows() if table else []
     by_id = getattr(opt.association, "by_id", False)
-    all_E = not by_id or opt.n_updates is not None
-    seen = [o for stack in stacks for o in stack.obs(sen, stack.covariances(map) if all_E else None)]
-    obs.update({(sen.id, o.lmk): o for o in seen})
+    if table and (not by_id or opt.n_updates is not None):
+        table.keep(map)
+    obs.update(zip([(sen.id, lmk.id) for lmk in table.lmks] if table else (), seen, strict=True))
 
     expected = seen if by_id else seen + _out_of_view(map, rob, sen, lmks, seen)
     matches = opt.association(map, expected, raw, sen.model)
     wanted = seen if opt.n_updates is None else most_uncertain(seen, opt.n_updates)
-    for o in wanted:
-        o.measured, o.index = True, matches.pairs.get(o.lmk)
-        o.matched = o.index is not None
-    if seen:
-        _correct(map, rob, sen, lmks, merged(stacks), seen, raw, opt)
-    events = [event for o in wanted for event in _recorded(lmks[o.lmk], o, rob, sen)]
+    events = []
+    if table:
+        table.match(matches.pairs, None if wanted is seen else {o.lmk for o in wanted})
+        _correct(map, rob, sen, table, raw, opt)
+        events += _recorded(table, [o.k for o in wanted], rob, sen)
     events += delete_bad(map, rob, sen, lmks, seen, opt)
     return events, matches.new
 
@@ -44,40 +45,44 @@ def _out_of_view(map, rob, sen, lmks, seen):
     return [o for o in project_lmks(map, rob, sen, lmks.values()) if o.lmk not in visible]
 
 
-def _correct(map, rob, sen, lmks, stack, seen, raw, opt):
+def _correct(map, rob, sen, table, raw, opt):
     """Gate each landmark that was found on its own; correct with all that pass at once."""
-    found = [k for k, o in enumerate(seen) if o.matched]
-    if len(found) < len(seen):
-        lost = [k for k, o in enumerate(seen) if o.E is None and not o.matched]
-        for k, E in zip(lost, stack.take(lost).covariances(map) if lost else (), strict=True):
-            seen[k].E = E
-        stack, seen = stack.take(found), [seen[k] for k in found]
-    if not seen:
+    found = [k for k, i in enumerate(table.index) if i is not None]
+    every = len(found) == len(table.index)
+    if not every:
+        table.keep(map)
+    if not found:
         return
-    index = [o.index for o in seen]
-    y, R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
-    z = sen.model.residual(y, stack.e)
-    PHt = cross(map, stack.blocks)
-    E = covariance(PHt, stack.blocks)
-    E_each = np.einsum("kikj->kij", E.reshape(*z.shape, *z.shape))
-    for k, o in enumerate(seen):
-        o.y, o.R, o.z, o.E = y[k], R if raw.R is None else R[k], z[k], E_each[k]
+    blocks, e = (table.blocks(), table.e) if every else (table.blocks(found), table.e.take(found, 0))
+    index = [table.index[k] for k in found]
+    y, R = raw.y.take(index, 0), sen.model.R if raw.R is None else raw.R.take(index, 0)
+    z = sen.model.residual(y, e)
+    PHt = cross(map, blocks)
+    E = covariance(PHt, blocks)
+    E_each = E.reshape(*z.shape, *z.shape).diagonal(0, 0, 2).transpose(2, 0, 1)
+    if every:
+        table.E, table.y, table.z = E_each, y, z
+    else:
+        for k, y_k, z_k in zip(found, y, z, strict=True):
+            table.y[k], table.z[k] = y_k, z_k
+    for k, R_k in zip(found, repeat(R, len(found)) if raw.R is None else R, strict=True):
+        table.R[k] = R_k
 
     if isfinite(opt.md2_threshold):
         passed = np.flatnonzero(_distances(z, E_each + R) < opt.md2_threshold).tolist()
-        if len(passed) < len(seen):
-            stack, seen, z = stack.take(passed), [seen[k] for k in passed], z[passed]
-            R = R if raw.R is None else R[passed]
-            PHt = cross(map, stack.blocks) if seen else PHt
-            E = covariance(PHt, stack.blocks) if seen else E
-    if seen:
+        if len(passed) < len(found):
+            found, z, R = [found[i] for i in passed], z[passed], R if raw.R is None else R[passed]
+            blocks = table.blocks(found)
+            PHt = cross(map, blocks) if found else PHt
+            E = covariance(PHt, blocks) if found else E
+    if found:
         camera = rob.frame(map).from_frame(sen.frame(map).t)[0] if opt.reparametrize else None
         correct(map, PHt, innovation(z, E, R))
         normalize(map, rob)
         normalize(map, sen)
-        for o in seen:
-            o.updated = True
-            tidy(map, lmks[o.lmk], camera, opt)
+        for k in found:
+            table.updated[k] = True
+            tidy(map, table.lmks[k], camera, opt)
 
 
 def _distances(z, Z):
@@ -85,14 +90,17 @@ def _distances(z, Z):
     return (z * np.linalg.solve(Z, z[..., None])[..., 0]).sum(-1)
 
 
-def _recorded(lmk, o, rob, sen):
-    """Count what has happened to a landmark that was looked for. Returns the events."""
-    lmk.n_search += 1
-    lmk.n_match += o.matched
-    lmk.n_inlier += o.updated
-    events = [Event("search", rob.id, sen.id, lmk.id, o.matched)]
-    if o.matched:
-        events.append(Event("innovation", rob.id, sen.id, lmk.id, o.updated))
-    if o.updated:
-        events.append(Event("correction", rob.id, sen.id, lmk.id))
+def _recorded(table, wanted, rob, sen):
+    """Count what has happened to the landmarks that were looked for. Returns the events."""
+    events = []
+    for k in wanted:
+        lmk, matched, updated = table.lmks[k], table.matched[k], table.updated[k]
+        lmk.n_search += 1
+        lmk.n_match += matched
+        lmk.n_inlier += updated
+        events.append(Event("search", rob.id, sen.id, lmk.id, matched))
+        if matched:
+            events.append(Event("innovation", rob.id, sen.id, lmk.id, updated))
+        if updated:
+            events.append(Event("correction", rob.id, sen.id, lmk.id))
     return events

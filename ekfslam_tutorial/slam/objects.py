@@ -10,6 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 
+def _frame(map, obj, kind):
+    """The frame that the state of a robot or a sensor begins with: the same object as long as it stays the same."""
+    x = _state(map, obj)[: kind.size]
+    if obj.last is None or obj.last.x.tobytes() != x.tobytes():
+        obj.last = kind(x)
+    return obj.last
+
+
 def _state(map, obj):
     """A copy: what was read from the map stays what it was when the map goes on."""
     if obj.r is None and obj.x is None:
@@ -40,6 +48,8 @@ class Rob:
         The control covariance that was last found to be one: it is not tested again while it stays the same.
     first : ndarray or None
         The pose as predicted, before any correction of this frame; None without first-estimates Jacobians.
+    last, normal : Frame2, Frame3 or None
+        The frame that was last asked for, and the one that was last normalised: not computed again while it is so.
     """
 
     id: int
@@ -54,6 +64,8 @@ class Rob:
     n_refused: int = 0
     checked_U: Any = field(default=None, repr=False)
     first: Any = field(default=None, repr=False)
+    last: Any = field(default=None, repr=False)
+    normal: Any = field(default=None, repr=False)
 
     def state(self, map):
         """State vector: the map's estimate, or the known one."""
@@ -61,7 +73,7 @@ class Rob:
 
     def frame(self, map):
         """Frame2 or Frame3 of the robot in the world."""
-        return self.motion.frame(self.state(map)[: self.motion.frame.size])
+        return _frame(map, self, self.motion.frame)
 
 
 @dataclass
@@ -83,6 +95,10 @@ class Sen:
         Frame2 or Frame3.
     lmk_type : LmkType or None
         How landmarks that this sensor finds are stored; `Options.lmk_type` if None.
+    last, normal : Frame2, Frame3 or None
+        The frame that was last asked for, and the one that was last normalised: not computed again while it is so.
+    groups : Groups or None
+        Where in the map the landmarks were that it was last asked about.
     """
 
     id: int
@@ -93,7 +109,9 @@ class Sen:
     x: Any = None
     r: slice | None = None
     lmk_type: Any = None
-    _known: Any = field(default=None, repr=False)
+    last: Any = field(default=None, repr=False)
+    normal: Any = field(default=None, repr=False)
+    groups: Any = field(default=None, repr=False)
 
     def state(self, map):
         """Frame vector: the map's estimate, or the known one."""
@@ -101,11 +119,7 @@ class Sen:
 
     def frame(self, map):
         """Frame of the sensor on its robot."""
-        if self.r is not None:
-            return self.frame_type(self.state(map))
-        if self._known is None or self._known.x is not self.x:
-            self._known = self.frame_type(self.x)  # it never changes: its rotation matrix is computed once
-        return self._known
+        return _frame(map, self, self.frame_type)
 
 
 @dataclass
@@ -162,46 +176,79 @@ class Lmk:
         return p, P_l @ map.block(self.r) @ P_l.T
 
 
-@dataclass(slots=True)
+def _column(name, doc):
+    """An attribute of `Obs` that stands in a column of its table."""
+
+    def read(o):
+        return getattr(o.table, name)[o.k]
+
+    def write(o, value):
+        getattr(o.table, name)[o.k] = value
+
+    return property(read, write, doc=doc)
+
+
 class Obs:
     """The observation of one landmark by one sensor in this frame (manual, fig. 9).
 
-    Attributes
+    It is one row of a table: a frame has many, and most are never looked at.
+
+    Parameters
     ----------
-    sen, lmk : int
-        Ids.
-    e, E : ndarray
-        Expectation and its covariance.
-    blocks : tuple of (slice or None, ndarray)
-        (rob.r, E_r), (sen.r, E_s), (lmk.r, E_l): Jacobians of the expectation and the states they belong to.
-    v : ndarray
-        Point in the sensor frame, or ray towards it.
-    visible : bool
-        Whether the sensor should see it.
-    y, R : ndarray or None
-        Measurement and its covariance, once matched.
-    index : int or None
-        Which of this frame's raw measurements it is.
-    z : ndarray or None
-        Innovation.
-    measured, matched, updated : bool
-        A measurement was looked for; found; used for a correction.
+    table : Sightings
+    k : int
+        Which row.
     """
 
-    sen: int
-    lmk: int
-    e: np.ndarray
-    E: np.ndarray
-    blocks: tuple
-    v: np.ndarray
-    visible: bool
-    y: np.ndarray | None = None
-    R: np.ndarray | None = None
-    index: int | None = None
-    z: np.ndarray | None = None
-    measured: bool = False
-    matched: bool = False
-    updated: bool = False
+    __slots__ = ("k", "table")
+
+    def __init__(self, table, k):
+        self.table, self.k = table, k
+
+    e = _column("e", "Expectation, shape (m,).")
+    E = _column("E", "Covariance of the expectation, shape (m, m).")
+    v = _column("v", "Point in the sensor frame, or ray towards it.")
+    E_r = _column("E_r", "Jacobian of the expectation by the robot's frame.")
+    E_s = _column("E_s", "Jacobian of the expectation by the sensor's frame.")
+    y = _column("y", "Measurement, once matched, or None.")
+    R = _column("R", "Covariance of the measurement, once matched, or None.")
+    z = _column("z", "Innovation, or None.")
+    index = _column("index", "Which of this frame's raw measurements it is, or None.")
+    measured = _column("measured", "Whether a measurement was looked for.")
+    matched = _column("matched", "Whether one was found.")
+    updated = _column("updated", "Whether it was used for a correction.")
+
+    @property
+    def sen(self):
+        """Id of the sensor."""
+        return self.table.sen
+
+    @property
+    def lmk(self):
+        """Id of the landmark."""
+        return self.table.lmks[self.k].id
+
+    @property
+    def visible(self):
+        """Whether the sensor should see it."""
+        return bool(self.table.visible[self.k])
+
+    @property
+    def E_l(self):
+        """Jacobian of the expectation by the landmark."""
+        r, lmk, E_l = self.table.r[self.k], self.table.lmks[self.k], self.table.E_l[self.k]
+        return E_l[:, : len(lmk.x) if r is None else r.stop - r.start]
+
+    @property
+    def blocks(self):
+        """(rob.r, E_r), (sen.r, E_s), (lmk.r, E_l): Jacobians of the expectation and the states they belong to."""
+        r, s, _ = self.table.ranges
+        return (r, self.E_r), (s, self.E_s), (self.table.r[self.k], self.E_l)
+
+    @blocks.setter
+    def blocks(self, blocks):
+        """Jacobians by the same states, computed anew."""
+        (_, self.E_r), (_, self.E_s), (_, self.E_l[:]) = blocks
 
     @property
     def Z(self):
@@ -213,20 +260,8 @@ class Obs:
         """Squared Mahalanobis distance of the innovation; None without a measurement."""
         return None if self.z is None else float(self.z @ np.linalg.solve(self.E + self.R, self.z))
 
-    @property
-    def E_r(self):
-        """Jacobian of the expectation by the robot's frame."""
-        return self.blocks[0][1]
-
-    @property
-    def E_s(self):
-        """Jacobian of the expectation by the sensor's frame."""
-        return self.blocks[1][1]
-
-    @property
-    def E_l(self):
-        """Jacobian of the expectation by the landmark."""
-        return self.blocks[2][1]
+    def __repr__(self):
+        return f"Obs(sen={self.sen}, lmk={self.lmk}, e={self.e}, matched={self.matched}, updated={self.updated})"
 
 
 @dataclass

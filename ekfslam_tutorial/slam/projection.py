@@ -1,14 +1,15 @@
 """Where things are according to the map, and what a sensor should see of it."""
 
-from dataclasses import dataclass
-from typing import Any
+from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
 from ..ekf import transform
-from ..models.observation import sight, to_sensor
+from ..geometry.arrays import product
+from ..models.observation import seen_from, sight
 from .first_estimates import first_jacobians
-from .objects import Obs
+from .sightings import Sightings, merged
 
 MANY = 40
 """Of more landmarks than this, those in view are found first; Jacobians are for them only."""
@@ -39,13 +40,27 @@ def place(map, obj, x, P=None):
 
 
 def normalize(map, obj):
-    """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading."""
-    if obj.r is None:
-        return
+    """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading.
+
+    Returns
+    -------
+    Frame2 or Frame3
+        The frame.
+    """
     F = obj.frame(map)
-    if not F.is_normal:
+    if obj.r is not None and not F.is_normal:
         N, N_f = F.normalized()
-        transform(map, frame_range(obj, N), N.x, N_f)
+        o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
+        transform(map, o, N.x[F.dim :], N_f[F.dim :, F.dim :])
+        F = obj.frame(map)
+    obj.normal = F
+    return F
+
+
+def normal_frame(map, obj):
+    """The frame in its normal form, as the last `normalize` left it, unless the state has been changed since then."""
+    F = obj.frame(map)
+    return F if F is obj.normal else normalize(map, obj)
 
 
 def frame_range(obj, F):
@@ -53,79 +68,6 @@ def frame_range(obj, F):
     return None if obj.r is None else slice(obj.r.start, obj.r.start + F.size)
 
 
-@dataclass(frozen=True, slots=True)
-class Stack:
-    """Expected observations of K landmarks of one type by one sensor, as arrays.
-
-    Parameters
-    ----------
-    lmks : list of Lmk
-    e, v : ndarray, shape (K, m) and (K, d)
-        Expectations; points in the sensor frame, or rays.
-    blocks : tuple of (range, ndarray of shape (K, m, k))
-        (rob.r, E_r), (sen.r, E_s), (rows, E_l); rows of shape (K, k), or None where the landmarks are known.
-    visible : ndarray of bool, shape (K,)
-    """
-
-    lmks: list
-    e: np.ndarray
-    v: np.ndarray
-    blocks: tuple
-    visible: np.ndarray
-
-    def take(self, some):
-        """The same of some of the landmarks, given by their indices."""
-        (rr, E_r), (rs, E_s), (rows, E_l) = self.blocks
-        blocks = (rr, E_r[some]), (rs, E_s[some]), (None if rows is None else rows[some], E_l[some])
-        return Stack([self.lmks[i] for i in some], self.e[some], self.v[some], blocks, self.visible[some])
-
-    def padded(self, size):
-        """The same with landmarks of this size: what is too much has the derivative zero, and stands anywhere."""
-        r, s, (rows, E_l) = self.blocks
-        more = ((0, 0), (0, size - E_l.shape[-1]))
-        rows = np.zeros((len(self.lmks), size), int) if rows is None else np.pad(rows, more)
-        E_l = np.zeros((*E_l.shape[:2], size)) if self.blocks[2][0] is None else np.pad(E_l, ((0, 0), *more))
-        return Stack(self.lmks, self.e, self.v, (r, s, (rows, E_l)), self.visible)
-
-    def covariances(self, map):
-        """Covariance H P H' of each expectation, shape (K, m, m)."""
-        K, H, rows = len(self.lmks), [], []
-        for r, J in self.blocks:
-            if r is not None:
-                H.append(J)
-                rows.append(
-                    np.broadcast_to(np.arange(r.start, r.stop), (K, J.shape[-1])) if isinstance(r, slice) else r
-                )
-        if not H:
-            return np.zeros((K, self.e.shape[-1], self.e.shape[-1]))
-        H, rows = np.concatenate(H, -1), np.concatenate(rows, -1)
-        return H @ map.block(rows) @ np.swapaxes(H, -1, -2)
-
-    def obs(self, sen, E):
-        """One record for each landmark; E are the covariances, or None."""
-        (rr, E_r), (rs, E_s), (_, E_l) = self.blocks
-        E = [None] * len(self.lmks) if E is None else E
-        every = zip(self.lmks, self.e, E, E_r, E_s, E_l, self.v, self.visible.tolist(), strict=True)
-        return [
-            Obs(sen.id, lmk.id, e, E_k, ((rr, J_r), (rs, J_s), (lmk.r, J_l)), v, seen)
-            for lmk, e, E_k, J_r, J_s, J_l, v, seen in every
-        ]
-
-
-def merged(stacks):
-    """One stack of landmarks of several types."""
-    if len(stacks) == 1:
-        return stacks[0]
-    size = max(stack.blocks[2][1].shape[-1] for stack in stacks)
-    stacks = [stack.padded(size) for stack in stacks]
-    together = lambda *arrays: np.concatenate(arrays)
-    ranges = (stacks[0].blocks[0][0], stacks[0].blocks[1][0], together(*(s.blocks[2][0] for s in stacks)))
-    J = (together(*(s.blocks[i][1] for s in stacks)) for i in range(3))
-    e, v, visible = (together(*(getattr(s, name) for s in stacks)) for name in ("e", "v", "visible"))
-    return Stack([lmk for s in stacks for lmk in s.lmks], e, v, tuple(zip(ranges, J, strict=True)), visible)
-
-
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def project_lmks(map, rob, sen, lmks):
     """Expected observations of landmarks by one sensor: all landmarks of a type in one call.
 
@@ -144,60 +86,84 @@ def project_lmks(map, rob, sen, lmks):
         In the order of `lmks`: expectation e, its covariance E = H P H', Jacobian blocks, visibility.
     """
     lmks = list(lmks)
-    obs: list[Any] = [None] * len(lmks)
-    Rf, Sf = rob.frame(map), sen.frame(map)
-    for members in _by_type(lmks):
-        stack = _stack(map, rob, sen, Rf, Sf, [lmks[i] for i in members])
-        E = stack.covariances(map)
-        stack.visible[:] &= np.isfinite(E).all((-1, -2))
-        for i, o in zip(members, stack.obs(sen, E), strict=True):
-            obs[i] = o
-    return obs
+    table = sightings(map, rob, sen, lmks)
+    if table is None:
+        return []
+    table.keep(map)
+    table.visible &= np.isfinite(table.E).all((-1, -2))
+    obs = {id(lmk): o for lmk, o in zip(table.lmks, table.rows(), strict=True)}
+    return [obs[id(lmk)] for lmk in lmks]
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def stacks_in_view(map, rob, sen, lmks):
-    """Expected observations of the visible landmarks only, as one `Stack` for each type of landmark."""
-    lmks, stacks = list(lmks), []
+def sightings(map, rob, sen, lmks, in_view=False):
+    """Expected observations of landmarks in one table, the landmarks of a type together; None if there are none.
+
+    With `in_view` it has the visible ones only, of which all numbers are finite.
+    """
     Rf, Sf = rob.frame(map), sen.frame(map)
-    for members in _by_type(lmks):
+    F, F_r, F_s = Rf.compose(Sf)
+    parts = []
+    for kind, members, rows in _groups(sen, lmks):
         some = lmks if len(members) == len(lmks) else [lmks[i] for i in members]
-        if len(some) > MANY:
-            e, v = sight(Rf.compose(Sf)[0], sen.model, some[0].type, _states(map, some)[0])
-            some = [some[i] for i in np.flatnonzero(sen.model.visible(e, v)).tolist()]
-        if some:
-            stack = _stack(map, rob, sen, Rf, Sf, some)
-            finite = stack.visible & np.isfinite(stack.blocks[2][1].sum((-1, -2)))
-            stacks.append(stack if finite.all() else stack.take(np.flatnonzero(finite)))
-    return [stack for stack in stacks if stack.lmks]
+        l = np.array([lmk.x for lmk in some]) if rows is None else map.x[rows]
+        if in_view and len(some) > MANY:
+            at = np.flatnonzero(sen.model.visible(*sight(F, sen.model, kind, l)))
+            some, l, rows = [some[i] for i in at.tolist()], l[at], None if rows is None else rows[at]
+        if not some:
+            continue
+
+        v, V_f, V_l = seen_from(F, sen.model, kind, l)
+        e, E_v = sen.model.project(v)
+        E_f = product(E_v, V_f)
+        E_r, E_s, E_l = product(E_f, F_r), product(E_f, F_s), product(E_v, V_l)
+        if E_l.ndim == 2:
+            E_l = np.repeat(E_l[None], len(some), 0)  # the same for all
+        if rob.first is not None:
+            E_r, E_s, E_l = first_jacobians(rob, sen, Sf, some)
+        visible = sen.model.visible(e, v)
+        part = Sightings(sen.id, some, e, v, visible, (frame_range(rob, Rf), sen.r, rows), E_r, E_s, E_l)
+        if in_view:
+            if not isfinite(np.vdot(E_l, E_l)):
+                visible &= np.isfinite(E_l.sum((-1, -2)))
+            if not visible.all():
+                part = part.take(np.flatnonzero(visible))
+        if part.lmks:
+            parts.append(part)
+    return merged(parts) if parts else None
 
 
-def _stack(map, rob, sen, Rf, Sf, lmks):
-    """Expected observations of landmarks of one type, visible or not."""
-    l, rows = _states(map, lmks)
-    v, V_r, V_s, V_l = to_sensor(Rf, Sf, sen.model, lmks[0].type, l)
-    e, E_v = sen.model.project(v)
-    E_r, E_s, E_l = E_v @ V_r, E_v @ V_s, E_v @ V_l
-    if rob.first is not None:
-        E_r, E_s, E_l = first_jacobians(rob, sen, Sf, lmks)
-    blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (rows, E_l)
-    return Stack(lmks, e, v, blocks, sen.model.visible(e, v))
+class Groups(NamedTuple):
+    """Landmarks by type, those in the map and the known ones apart: what is needed of them to compute in stacks.
+
+    Parameters
+    ----------
+    kinds, ranges : list
+        Type and range of each landmark: as long as they stay the same, so do the groups.
+    groups : list of (LmkType, list of int, ndarray of int of shape (K, k) or None)
+        Type; which landmarks; where they are in the map.
+    """
+
+    kinds: list
+    ranges: list
+    groups: list
 
 
-def _states(map, lmks):
-    """States of landmarks of one type, shape (K, k), and where they are in the map: shape (K, k), or None."""
-    if lmks[0].r is None:
-        return np.array([lmk.x for lmk in lmks]), None
-    rows = np.array([lmk.r.start for lmk in lmks])[:, None] + np.arange(lmks[0].type.size)
-    return map.state(rows), rows
+def _groups(sen, lmks):
+    """Groups of these landmarks; those of the last time, if nothing has come, gone or changed its type."""
+    kinds, ranges = [lmk.type for lmk in lmks], [lmk.r for lmk in lmks]
+    if sen.groups is None or sen.groups.ranges != ranges or sen.groups.kinds != kinds:
+        members, seen = {}, {}
+        for i, key in enumerate(zip(kinds, (r is None for r in ranges), strict=True)):
+            group = seen.get((id(key[0]), key[1]))  # most are of one and the same object: no need to compare
+            if group is None:
+                group = seen[id(key[0]), key[1]] = members.setdefault(key, [])
+            group.append(i)
+        sen.groups = Groups(kinds, ranges, [(kind, each, None if known else _rows([ranges[i] for i in each]))
+                                            for (kind, known), each in members.items()])  # fmt: skip
+    return sen.groups.groups
 
 
-def _by_type(lmks):
-    """Indices of the landmarks of each type, those in the map and the known ones apart."""
-    groups, seen = {}, {}
-    for i, lmk in enumerate(lmks):
-        group = seen.get((id(lmk.type), lmk.r is None))  # most are of one and the same object: no need to compare
-        if group is None:
-            group = seen[id(lmk.type), lmk.r is None] = groups.setdefault((lmk.type, lmk.r is None), [])
-        group.append(i)
-    return groups.values()
+def _rows(ranges):
+    """Where states of the same length are in the map, shape (K, k)."""
+    return np.array([r.start for r in ranges])[:, None] + np.arange(ranges[0].stop - ranges[0].start)

@@ -16,7 +16,7 @@ from ..models.observation import observe, retro_project
 from .first_estimates import begin, check_first_estimates, transport
 from .joint import correct_jointly
 from .objects import Event, Lmk
-from .projection import frame_range, normalize, project_lmks
+from .projection import frame_range, normal_frame, normalize, project_lmks
 from .upkeep import delete_bad, most_uncertain, tidy
 
 # --- motion ----------------------------------------------------------------------------------------------------------
@@ -39,7 +39,7 @@ def move(map, rob, dt):
         If the control or its covariance is not finite or has the wrong shape.
     """
     _check_control(rob, dt)
-    normalize(map, rob)
+    normal_frame(map, rob)
     before = rob.state(map)
     x, X_x, X_u = rob.motion.move(before, rob.u, dt)
     if rob.r is None:
@@ -98,8 +98,8 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
         If a measurement is not finite or has the wrong shape.
     """
     _check_raw(raw, sen)
-    normalize(map, rob)
-    normalize(map, sen)
+    normal_frame(map, rob)
+    normal_frame(map, sen)
     if opt.first_estimates:
         begin(map, rob, lmks)
     for key in [key for key in obs if key[0] == sen.id]:
