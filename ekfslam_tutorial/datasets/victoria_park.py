@@ -18,14 +18,50 @@ ARRAYS = (
     *("odo_t_ms", "speed", "steering", "gps_t_ms", "gps_x", "gps_y"),
     *("scan_t_ms", "det_per_scan", "det_range", "det_bearing", "det_diameter"),
 )
-MAX_RANGE, MAX_DIAMETER = 50.0, 1.3
+MAX_RANGE, MAX_DIAMETER = 40.0, 1.3
 """Detections further away or thicker than this, m, are left out: bushes, walls and cars rather than trees."""
 
-MISALIGNED = np.radians(-1.0)
-"""Added to all bearings, rad. With it the normalised innovation is half of what it is without (docs/data_tuning.md)."""
 
-SPEED_STD, SPEED_GROWTH, STEER_STD = 0.3, 0.05, np.radians(2.0)
-"""Control noise: speed SPEED_STD + SPEED_GROWTH |v| (m/s), steering (rad); none while the truck stands still."""
+@dataclass(frozen=True)
+class ParkCalibration:
+    """What the files do not say: found by one least squares of laser and odometry, without GPS (docs/data_tuning.md).
+
+    Parameters
+    ----------
+    bearing : float
+        Added to all bearings, rad: the laser looks a little to the side.
+    per_diameter : float
+        Times the diameter of a tree, added to its range: the detector puts the centre too far behind the bark.
+    steer_scale, steer_offset : float
+        Real steering = scale times the logged one plus offset, rad.
+    delay : float
+        The odometry is so much later than its stamps, seen by the clock of the laser, s.
+    """
+
+    bearing: float = np.radians(-1.1)
+    per_diameter: float = -0.2
+    steer_scale: float = 1.06
+    steer_offset: float = np.radians(0.32)
+    delay: float = 0.067
+
+
+@dataclass(frozen=True)
+class ParkNoise:
+    """Standard deviations of the control between two scans; nothing is uncertain while the truck stands still.
+
+    Parameters
+    ----------
+    speed, speed_growth : float
+        Of the wheel's speed v: speed + speed_growth |v|, m/s.
+    steer, slip : float
+        Of the two angles of `models.Vehicle`, rad.
+    """
+
+    speed: float = 0.2
+    speed_growth: float = 0.03
+    steer: float = np.radians(1.5)
+    slip: float = np.radians(4.0)
+
 
 STANDING = 1e-3
 """A truck that drives less than this between two scans, m, stands still."""
@@ -93,30 +129,40 @@ def read_log(path=None):
     )
 
 
-def load(path=None):
+def load(path=None, calibration=ParkCalibration(), noise=ParkNoise()):
     """The log as a recording: a frame for each laser scan, robot 1 a `models.Vehicle`, sensor 1 its laser.
 
     Parameters
     ----------
     path : str or Path, optional
         The file, or a folder with it; without it, below the folders of `EKFSLAM_DATA`.
+    calibration : ParkCalibration
+    noise : ParkNoise
 
     Returns
     -------
     Recording
-        Measurements are range and bearing of trees, without ids. The true poses are not known.
+        Measurements are range and bearing of trees, without ids. The true poses are not known; `fixes` has the GPS.
     """
-    log = read_log(path)
-    u, U = controls(log.odometry, log.scan_t)
-    good = (log.detections[:, 0] < MAX_RANGE) & (log.detections[:, 2] < MAX_DIAMETER)
+    return recording(read_log(path), calibration, noise)
+
+
+def recording(log, calibration=ParkCalibration(), noise=ParkNoise()):
+    """The recording of a `ParkLog`; parameters as in `load`."""
+    odometry = log.odometry * [1.0, 1.0, calibration.steer_scale] + [calibration.delay, 0.0, calibration.steer_offset]
+    controls = ControlLog(*commands(odometry, log.scan_t, noise))
+    r, bearing, diameter = log.detections.T
+    good = (r < MAX_RANGE) & (diameter < MAX_DIAMETER)
+    y = np.column_stack([r + calibration.per_diameter * diameter, bearing + calibration.bearing])[good]
     offsets = np.concatenate([[0], np.cumsum(good)])[log.offsets]
-    y = log.detections[good, :2] + [0.0, MISALIGNED]
     raw = RawLog(1, offsets, np.full(len(y), -1), y)
     notes = [f"{(~good).sum()} detections beyond {MAX_RANGE:g} m or thicker than {MAX_DIAMETER:g} m left out"]
-    return Recording("Victoria Park", log.scan_t - log.scan_t[0], {1: ControlLog(u, U)}, {1: raw}, notes=notes)
+    start, end = log.scan_t[[0, -1]]
+    fixes = log.gps[(log.gps[:, 0] >= start) & (log.gps[:, 0] <= end)] - [start, 0.0, 0.0]
+    return Recording("Victoria Park", log.scan_t - start, {1: controls}, {1: raw}, notes=notes, fixes={1: fixes})
 
 
-def controls(odometry, times, vehicle=Vehicle()):  # noqa: B008 - a frozen value
+def commands(odometry, times, noise=ParkNoise(), vehicle=Vehicle()):  # noqa: B008 - frozen values
     """One control of the vehicle for each frame: the same way and the same turn as all commands in between.
 
     Parameters
@@ -125,13 +171,14 @@ def controls(odometry, times, vehicle=Vehicle()):  # noqa: B008 - a frozen value
         Time, s; wheel speed, m/s; steering, rad. Before the first row the truck stands still.
     times : ndarray, shape (F,)
         Of the frames, s.
+    noise : ParkNoise
     vehicle : Vehicle
 
     Returns
     -------
-    u : ndarray, shape (F, 2)
-        [v, steer]; the first one is zero.
-    U : ndarray, shape (F, 2, 2)
+    u : ndarray, shape (F, 3)
+        [v, steer, slip]; the first one is zero.
+    U : ndarray, shape (F, 3, 3)
         Covariances.
     """
     t = odometry[:, 0]
@@ -142,9 +189,10 @@ def controls(odometry, times, vehicle=Vehicle()):  # noqa: B008 - a frozen value
     moves = np.abs(way) > STANDING
     dt = np.diff(times, prepend=times[0] - 1.0)
     tan = np.where(moves, turn * vehicle.wheelbase / np.where(moves, way, 1.0), 0.0)
-    u = np.column_stack([way / dt * (1 - tan * vehicle.track / vehicle.wheelbase), np.arctan(tan)])
-    u[~moves] = 0.0
-    U = np.zeros((len(times), 2, 2))
-    U[:, 0, 0] = np.where(moves, (SPEED_STD + SPEED_GROWTH * np.abs(u[:, 0])) ** 2, 0.0)
-    U[:, 1, 1] = np.where(moves, STEER_STD**2, 0.0)
+    v = way / dt * (1 - tan * vehicle.track / vehicle.wheelbase)
+    u = np.column_stack([v, np.arctan(tan), np.zeros_like(v)]) * moves[:, None]
+    std = np.column_stack(
+        [noise.speed + noise.speed_growth * np.abs(v), np.full((len(v), 2), [noise.steer, noise.slip])]
+    )
+    U = (std * moves[:, None])[:, :, None] ** 2 * np.eye(3)
     return u, U

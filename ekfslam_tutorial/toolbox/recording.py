@@ -138,6 +138,9 @@ class Recording:
     by_event : bool
         True: there is a frame whenever some sensor measured, and one without measurements in it did not look then.
         False: every sensor looks in every frame.
+    fixes : dict of int to ndarray, shape (g, 3) or (g, 4)
+        By robot id: time, s, and position as a satellite receiver gives it, to compare with. The estimator does not see
+        them, and they are no truth.
     """
 
     name: str
@@ -149,6 +152,7 @@ class Recording:
     notes: list = field(default_factory=list)
     met: dict = field(default_factory=dict)
     by_event: bool = False
+    fixes: dict = field(default_factory=dict)
 
     def __post_init__(self):
         self.t = numbers("times t", self.t, 1)
@@ -168,6 +172,7 @@ class Recording:
         ):
             self._check_frames(kind, logs)
         self._check_frames("truth of robot", self.truth)
+        self.fixes = {i: _fixes(i, table) for i, table in self.fixes.items()}
         if self.landmarks is not None:
             self.landmarks = _landmarks(*_pair(self.landmarks))
         self.notes = [str(note) for note in self.notes]
@@ -269,6 +274,7 @@ def _to_arrays(rec):
     for i, log in rec.met.items():
         arrays |= _raw_arrays(f"sensor{i}_met", log)
     arrays |= {f"robot{i}_truth": x for i, x in rec.truth.items()}
+    arrays |= {f"robot{i}_fixes": table for i, table in rec.fixes.items()}
     if rec.landmarks is not None:
         arrays |= {"landmark_ids": rec.landmarks.ids, "landmark_points": rec.landmarks.points}
     return arrays | {"arrays": np.array(sorted(arrays))}  # a damaged name is noticed, too
@@ -300,6 +306,7 @@ def _from_arrays(a):
         notes=a["notes"].tolist(),
         met={i: _raw_log(a, i, f"sensor{i}_met") for i in met},
         by_event=bool(a.get("by_event", False)),
+        fixes={i: a[f"robot{i}_fixes"] for i in robots if f"robot{i}_fixes" in a},
     )
 
 
@@ -322,6 +329,13 @@ def _truth(robot, x):
     if np.isinf(x).any():
         raise ValueError(f"truth of robot {robot} must be finite, or NaN where it is not known")
     return x
+
+
+def _fixes(robot, table):
+    table = numbers(f"fixes of robot {robot}", table, 2)
+    if table.shape[1] not in (3, 4):
+        raise ValueError(f"fixes of robot {robot} must have a time and 2 or 3 coordinates, got shape {table.shape}")
+    return table
 
 
 def _pair(landmarks):

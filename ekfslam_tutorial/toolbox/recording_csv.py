@@ -6,6 +6,7 @@ recording.json               format, name, notes, by_event (see `Recording`), an
 frames.csv                   t: seconds since the start; one row for each frame, frame numbers count from 0
 robot-N-controls.csv         frame, u1 ... and, if the covariances are recorded, their upper triangles U11 U12 ...
 robot-N-truth.csv            frame, x, y, theta or x, y, z, a, b, c, d (quaternion, scalar first); nan where unknown
+robot-N-fixes.csv            t, x, y and, in space, z: positions by a satellite receiver, seconds since the start
 sensor-N.csv                 frame, id, y1 ... and, if recorded, R11 R12 ...; one row for each measurement, by frame
 sensor-N-robots.csv          the same for measurements of other robots; the ids are those of robots
 landmarks.csv                id, x, y and, in space, z
@@ -37,6 +38,8 @@ def save_csv(rec, folder):
         tables[f"robot-{i}-controls.csv"] = _joined([("frame", frames)], "u", log.u, "U", log.U)
     for i, x in rec.truth.items():
         tables[f"robot-{i}-truth.csv"] = (["frame", *POSES[x.shape[1]]], [frames, *x.T])
+    for i, fixes in rec.fixes.items():
+        tables[f"robot-{i}-fixes.csv"] = (["t", *"xyz"[: fixes.shape[1] - 1]], list(fixes.T))
     for ending, logs in (("", rec.raw), ("-robots", rec.met)):
         for i, log in logs.items():
             frame = np.repeat(frames, np.diff(log.offsets))
@@ -62,7 +65,7 @@ def load_csv(folder):
     read = lambda name: _Table(folder / name, head.get("rows", {}).get(name))
     t = read("frames.csv").columns("t", ["t"])[:, 0]
 
-    robots, truth, raw, met, landmarks = {}, {}, {}, {}, None
+    robots, truth, raw, met, fixes, landmarks = {}, {}, {}, {}, {}, None
     for i, name in _numbered(folder, r"robot-(\d+)-controls\.csv"):
         table = read(name)
         table.frames(len(t), each_once=True)
@@ -71,6 +74,9 @@ def load_csv(folder):
         table = read(name)
         table.frames(len(t), each_once=True)
         truth[i] = table.columns("pose", table.one_of(POSES.values(), skip=1), allow_nan=True)
+    for i, name in _numbered(folder, r"robot-(\d+)-fixes\.csv"):
+        table = read(name)
+        fixes[i] = table.columns("fixes", ["t", *table.one_of(["xy", "xyz"], skip=1)])
     for pattern, logs in ((r"sensor-(\d+)\.csv", raw), (r"sensor-(\d+)-robots\.csv", met)):
         for i, name in _numbered(folder, pattern):
             table = read(name)
@@ -80,9 +86,8 @@ def load_csv(folder):
     if (folder / "landmarks.csv").exists():
         table = read("landmarks.csv")
         landmarks = SimLmk(table.integers("id"), table.columns("points", table.one_of(["xy", "xyz"], skip=1)))
-    return Recording(
-        head["name"], t, robots, raw, truth, landmarks, head.get("notes", []), met, head.get("by_event", False)
-    )
+    notes, by_event = head.get("notes", []), head.get("by_event", False)
+    return Recording(head["name"], t, robots, raw, truth, landmarks, notes, met, by_event, fixes)
 
 
 class _Table:

@@ -1,10 +1,13 @@
 """Loaders of Victoria Park and Lost in the Woods, on files made here; damaged files are named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.io import savemat
 
 from ekfslam_tutorial.datasets import lost_in_the_woods, victoria_park
+from ekfslam_tutorial.datasets.victoria_park import ParkCalibration
 from ekfslam_tutorial.models.motion import Vehicle
 
 
@@ -53,21 +56,46 @@ def park(folder, **changes):
     return a
 
 
+NOTHING = ParkCalibration(bearing=0.0, per_diameter=0.0, steer_scale=1.0, steer_offset=0.0, delay=0.0)
+
+
 def test_the_park(tmp_path):
     a = park(tmp_path)
-    rec, log = victoria_park.load(tmp_path), victoria_park.read_log(tmp_path)
+    rec, log = victoria_park.load(tmp_path, NOTHING), victoria_park.read_log(tmp_path)
     assert len(rec) == 40 and (rec.raw[1].ids == -1).all()
-    assert len(rec.raw[1].y) == (a["det_range"] < victoria_park.MAX_RANGE).sum()
-    np.testing.assert_allclose(rec.raw[1].y[:, 1], victoria_park.MISALIGNED, atol=1e-12)  # straight ahead, but for it
+    kept = a["det_range"] < victoria_park.MAX_RANGE
+    np.testing.assert_allclose(rec.raw[1].y, np.column_stack([a["det_range"], np.zeros(len(kept))])[kept], atol=1e-12)
     coarse, car = np.zeros(3), Vehicle()
     for u in rec.robots[1].u[1:]:
         coarse = car.move(coarse, u, 0.2)[0]
     fine, t = np.zeros(3), log.odometry[:, 0]
     for k in range(len(t)):
         dt = min(t[k] + 0.025, log.scan_t[-1]) - t[k]
-        fine = car.move(fine, log.odometry[k, 1:], dt)[0] if dt > 0 else fine
+        fine = car.move(fine, [*log.odometry[k, 1:], 0.0], dt)[0] if dt > 0 else fine
     assert coarse[2] == pytest.approx(fine[2], abs=1e-9)  # the turn is the same; the way bends a little in between
     np.testing.assert_allclose(coarse[:2], fine[:2], atol=0.01)
+
+
+def test_what_is_calibrated_in_the_park(tmp_path):
+    a = park(tmp_path)
+    plain = victoria_park.load(tmp_path, NOTHING)
+    turned = victoria_park.load(tmp_path, replace(NOTHING, bearing=0.1, per_diameter=-0.5))
+    np.testing.assert_allclose(turned.raw[1].y - plain.raw[1].y, [[-0.2, 0.1]] * len(plain.raw[1].y), atol=1e-12)
+    steered = victoria_park.load(tmp_path, replace(NOTHING, steer_scale=2.0, steer_offset=0.1))
+    k = 20
+    # each command holds until the next one, 25 ms later
+    steering = np.interp(50 + 200 * (k - 0.5), a["odo_t_ms"] + 12.5, a["steering"])
+    assert plain.robots[1].u[k, 1] == pytest.approx(steering, abs=1e-3)
+    assert steered.robots[1].u[k, 1] == pytest.approx(2 * steering + 0.1, abs=2e-3)
+    late = victoria_park.load(tmp_path, replace(NOTHING, delay=0.2))
+    np.testing.assert_allclose(late.robots[1].u[3:], plain.robots[1].u[2:-1], atol=1e-9)
+
+
+def test_gps_is_kept_in_the_time_of_the_recording(tmp_path):
+    t = np.array([0, 150, 7000, 9000])
+    park(tmp_path, gps_t_ms=t, gps_x=0.1 * t, gps_y=-0.1 * t)
+    rec = victoria_park.load(tmp_path)
+    np.testing.assert_allclose(rec.fixes[1], [[0.1, 15.0, -15.0], [6.95, 700.0, -700.0]])
 
 
 def test_a_standing_truck_has_no_noise(tmp_path):

@@ -28,6 +28,7 @@ def small(R=True, U=True):
         notes=["line one", 'quotes " and ümlauts'],
         met={6: [SimObs(6, np.array([4] * n), rng.normal(size=(n, 2)), spd(n, 2) if R else None) for n in (1, 0, 2)]},
         by_event=R,
+        fixes={4: rng.normal(size=(2, 3)), 1: rng.normal(size=(4, 4))} if R else {},
     )
 
 
@@ -38,6 +39,8 @@ def assert_same(a, b):
         assert np.array_equal(a.robots[i].u, b.robots[i].u) and same(a.robots[i].U, b.robots[i].U)
     for i in a.truth:
         assert a.truth[i].tobytes() == b.truth[i].tobytes()
+    assert sorted(a.fixes) == sorted(b.fixes)
+    assert all(np.array_equal(a.fixes[i], b.fixes[i]) for i in a.fixes)
     assert list(a.met) == list(b.met) and a.by_event == b.by_event
     for c, d in [(a.raw[i], b.raw[i]) for i in a.raw] + [(a.met[i], b.met[i]) for i in a.met]:
         assert np.array_equal(c.offsets, d.offsets) and np.array_equal(c.ids, d.ids)
@@ -106,6 +109,11 @@ BROKEN = [
     (dict(t=[0.0, 2.0, 1.0]), "not fall, but frame 2 does"),
     (dict(t=[-1.0, 2.0, 3.0]), "not fall, but frame 0 does"),
     (dict(t=[0.0, 1.0]), "controls of robot 1: 3 frames, but the recording has 2 times t"),
+    (
+        dict(fixes={1: np.zeros((3, 2))}),
+        "fixes of robot 1 must have a time and 2 or 3 coordinates",
+    ),
+    (dict(fixes={1: [[0.0, NAN, 1.0]]}), "fixes of robot 1 must be finite"),
     (dict(robots={1: np.zeros((3, 2, 1))}), "controls u must have 2 axes"),
     (dict(robots={1: [[1, 2], [3], [4, 5]]}), "controls u must be numbers, in rows of equal length"),
     (dict(robots={1: [[1.0], [np.inf], [2.0]]}), "controls u must be finite"),

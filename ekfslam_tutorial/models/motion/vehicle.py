@@ -11,7 +11,7 @@ from .unicycle import arc
 
 @dataclass(frozen=True)
 class Vehicle:
-    """Robot state [x, y, theta] of a point on the car; control u = [v, steer], wheel speed (m/s), steering (rad).
+    """Robot state [x, y, theta] of a point on the car; control u = [v, steer, slip]: speed of a wheel, m/s, and angles.
 
     The middle of the rear axle drives a circular arc. Its speed differs from that of the measured wheel, which is
     `track` metres to the left of it and drives a smaller or larger circle:
@@ -19,8 +19,11 @@ class Vehicle:
         v_c = v / (1 - tan(steer) track / wheelbase),   w = v_c tan(steer) / wheelbase.
 
     The state is the pose of a point m = [ahead, left] of the axle, where the laser is. Its step in its own frame is
-    [dx, dy] + (R(w dt) - I) m, w dt, with the step [dx, dy, w dt] of the axle. J. E. Guivant, E. M. Nebot, IEEE Trans.
-    Robotics and Automation 17(3):242-257, 2001, section II; their equations of motion are this arc for small dt.
+    R(slip) [dx, dy] + (R(w dt) - I) m, w dt, with the step [dx, dy, w dt] of the axle. J. E. Guivant, E. M. Nebot, IEEE
+    Trans. Robotics and Automation 17(3):242-257, 2001, section II; their equations of motion are this arc for small dt.
+
+    Their car never slips sideways, and no noise in v and steer can say that it does. `slip` is the angle between where
+    the axle points and where it goes. Nobody commands or measures it: it is zero, with a standard deviation.
 
     Parameters
     ----------
@@ -39,7 +42,7 @@ class Vehicle:
 
     frame: ClassVar = Frame2
     size: ClassVar[int] = 3
-    control_fields: ClassVar = {"v": 1, "steer_deg": 1}
+    control_fields: ClassVar = {"v": 1, "steer_deg": 1, "slip_deg": 1}
     state_fields: ClassVar = {}
 
     def __post_init__(self):
@@ -56,7 +59,7 @@ class Vehicle:
         Parameters
         ----------
         x : ndarray, shape (..., 3)
-        u : ndarray, shape (..., 2)
+        u : ndarray, shape (..., 3)
             The wheels cannot stand across: the steering must stay below 90 degrees, and below the angle
             arctan(wheelbase / track) at which the measured wheel stands still.
         dt : float
@@ -65,13 +68,16 @@ class Vehicle:
         -------
         x2 : ndarray, shape (..., 3)
         X_x : ndarray, shape (..., 3, 3)
-        X_u : ndarray, shape (..., 3, 2)
+        X_u : ndarray, shape (..., 3, 3)
         """
-        axle, A_u = self.axle(u)
+        u = np.asarray(u, float)
+        axle, A_u = self.axle(u[..., :2])
         step, S_a = arc(axle, dt)
-        here, H_s = self._at_mount(step)
+        slid, D_s, D_slip = _slid(step, u[..., 2])
+        here, H_d = self._at_mount(slid)
         F, X_x, X_h = Frame2(x).compose(Frame2(here))
-        return F.x, X_x, X_h @ H_s @ S_a @ A_u
+        X_d = X_h @ H_d
+        return F.x, X_x, np.concatenate([X_d @ D_s @ S_a @ A_u, X_d @ D_slip], -1)
 
     def axle(self, u):
         """Speed and turn rate of the middle of the rear axle.
@@ -107,3 +113,15 @@ class Vehicle:
         turned = (R @ m[:, None])[..., 0]
         J[..., 0, 2], J[..., 1, 2] = -turned[..., 1], turned[..., 0]
         return np.concatenate([step[..., :2] + turned - m, step[..., 2:]], -1), J
+
+
+def _slid(step, slip):
+    """A step (..., 3) that goes in a direction turned by the angle `slip`; the derivatives by both."""
+    D_s = np.zeros((*step.shape[:-1], 3, 3))
+    c, s = np.cos(slip), np.sin(slip)
+    D_s[..., 0, 0], D_s[..., 0, 1] = c, -s
+    D_s[..., 1, 0], D_s[..., 1, 1] = s, c
+    D_s[..., 2, 2] = 1.0
+    slid = (D_s @ step[..., None])[..., 0]
+    D_slip = np.stack([-slid[..., 1], slid[..., 0], np.zeros_like(slip)], -1)
+    return slid, D_s, D_slip[..., None]
