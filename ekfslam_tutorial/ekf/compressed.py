@@ -20,6 +20,7 @@ import numpy as np
 from scipy.linalg.lapack import dpstrf  # pyright: ignore[reportAttributeAccessIssue]
 
 from .filter import cross
+from .html import map_html
 from .stochastic_map import Map, symmetric
 
 
@@ -49,6 +50,14 @@ class CompressedMap:
 
     def __repr__(self):
         return f"Compressed{self._far!r}".replace("states in use", f"states in use, {len(self._hand)} at hand")
+
+    def _repr_html_(self):
+        return map_html(self)
+
+    @property
+    def ranges(self):
+        """Ranges of the states in use, in the order of the map: a list of slices."""
+        return self._far.ranges
 
     @property
     def capacity(self):
@@ -133,24 +142,26 @@ class CompressedMap:
         self._now += 1
         for r, _ in blocks:
             if r is not None:
-                self._fetch(r)
+                self.here(r)
                 self._used_at[r] = self._now
 
     def rows(self, r):
         """Covariance of the state in range r with all that is at hand, shape (k, ·) or (K, k, ·)."""
-        self._fetch(r)
         return self._near.rows(self.here(r))
 
     def here(self, r):
-        """Where the state in range r stands in what `rows` returns."""
-        if not isinstance(r, slice):
-            return self._at[r]
-        here = self._here.get((r.start, r.stop))
-        if here is None:
+        """Where the state in range r, or those of K ranges, stand in what `rows` returns. They are at hand then."""
+        here = self._here.get((r.start, r.stop)) if isinstance(r, slice) else self._at[r]
+        if here is None or not isinstance(here, slice) and here.min(initial=0) < 0:
+            i = np.arange(r.start, r.stop) if isinstance(r, slice) else r.ravel()
+            far = self._at[i] < 0
+            if far.any():
+                self._load(np.unique(i[far]))
             here = self._at[r]
-            if len(here) and (np.diff(here) == 1).all():
-                here = slice(int(here[0]), int(here[-1]) + 1)
-            self._here[r.start, r.stop] = here
+            if isinstance(r, slice):
+                if len(here) and (np.diff(here) == 1).all():
+                    here = slice(int(here[0]), int(here[-1]) + 1)
+                self._here[r.start, r.stop] = here
         return here
 
     def columns(self, HP, blocks):
@@ -208,9 +219,9 @@ class CompressedMap:
     def _begin(self, hand, P_aa, rows):
         """Only these states are at hand, given their indices, their covariance, and P[hand, :]."""
         self._make_room(len(hand))
-        k, Z = len(hand), np.eye(len(hand))
+        k = len(hand)
         self._near, self._here, self._moved = Map(), {}, False
-        self._near.insert(np.zeros(2 * k), np.block([[P_aa, Z], [Z, 0 * Z]]), np.zeros((2 * k, 0)))
+        self._near.insert(np.zeros(2 * k), _with_virtual(P_aa), np.zeros((2 * k, 0)))
         self._at[:], self._hand, self._v = -1, np.zeros(0, int), np.arange(k, 2 * k)
         self._Gt[:k, : self.n] = rows
         self._take(hand, 0)
@@ -234,13 +245,6 @@ class CompressedMap:
             Gt[: len(self._Gt), : self._Gt.shape[1]] = self._Gt
             self._Gt = Gt
 
-    def _fetch(self, r):
-        """Bring the states of a range, or of K ranges, to hand."""
-        if not isinstance(r, slice) or (r.start, r.stop) not in self._here:
-            i = np.arange(r.start, r.stop) if isinstance(r, slice) else r.ravel()
-            if self._at[i].min(initial=0) < 0:
-                self._load(np.unique(i[self._at[i] < 0]))
-
     def _load(self, i):
         """Bring far states to hand, each with a virtual state of its own."""
         if not self.used[i].all():
@@ -251,12 +255,9 @@ class CompressedMap:
         P_vm = near.rows(v[None])[0]
         P_im = G_i @ P_vm
         P_ii = self._far.block(i[None])[0] + P_im[:, v] @ G_i.T
-        Z = np.eye(k)
-        r = near.insert(
-            np.concatenate([G_i @ near.x[v], np.zeros(k)]),
-            np.block([[P_ii, Z], [Z, 0 * Z]]),
-            np.concatenate([P_im, np.zeros_like(P_im)]),
-        )
+        x, P_xm = np.zeros(2 * k), np.zeros((2 * k, near.n))
+        x[:k], P_xm[:k] = G_i @ near.x[v], P_im
+        r = near.insert(x, _with_virtual(P_ii), P_xm)
         self._Gt[n_v : n_v + k, : self.n] = self._far.rows(i[None])[0]
         self._v = np.concatenate([v, np.arange(r.start + k, r.stop)])
         self._take(i, r.start)
@@ -293,6 +294,16 @@ class CompressedMap:
         return hand, rows
 
 
+def _with_virtual(P_aa):
+    """Covariance of states and of as many new virtual ones: P_av = I, P_vv = 0."""
+    k = len(P_aa)
+    P = np.zeros((2 * k, 2 * k))
+    P[:k, :k] = P_aa
+    np.fill_diagonal(P[:k, k:], 1.0)
+    np.fill_diagonal(P[k:, :k], 1.0)
+    return P
+
+
 class Columns:
     """P H' of the states at hand, as `cross` returns it for a `CompressedMap`. As an array it is that of all states."""
 
@@ -309,8 +320,8 @@ class Columns:
 
     def __getitem__(self, r):
         """The rows of the state in range r."""
-        self._map.fetch([(r, None)])
-        return self.T.T[self._map.here(r)]
+        here = self._map.here(r)
+        return self.T.T[here]
 
     @property
     def shape(self):
