@@ -1,8 +1,11 @@
 """The stochastic map: one mean, one covariance, and who owns which part of them."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from .blas import Downdate
+from .html import map_html
 from .triangle import mirror, whole_rows
 
 GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
@@ -44,11 +47,15 @@ class Map:
         self.capacity = capacity
         self.n = self.n_used = 0
         self._lower = False  # only the lower triangle of P is up to date
+        self._starts = set()  # where the states in use begin
         self._store(np.zeros(0), np.zeros((0, 0), order="F"), np.zeros(0, bool))
 
     def __repr__(self):
         room = "" if self.capacity is None else f" of {self.capacity}"
         return f"Map({self.n_used}{room} states in use)"
+
+    def _repr_html_(self):
+        return map_html(self)
 
     def _store(self, x, P, used):
         """Take this storage: vectors of the capacity, and a column-major matrix."""
@@ -87,6 +94,12 @@ class Map:
     def used(self):
         """Which states are in use, shape (n,), bool."""
         return self._usedn
+
+    @property
+    def ranges(self):
+        """Ranges of the states in use, in the order of the map: a list of slices."""
+        starts = sorted(self._starts)
+        return [slice(a, a + int(self._used[a:b].sum())) for a, b in pairwise([*starts, self.n])]
 
     def add(self, x, P_xx, P_xm=None):
         """Put a state into the map.
@@ -214,6 +227,7 @@ class Map:
         """A new state whose covariance is zero as yet. Returns its range."""
         r = self._make_room(len(x))
         self._xn[r], self._usedn[r] = x, True
+        self._starts.add(r.start)
         self.n_used += len(x)
         return r
 
@@ -230,6 +244,7 @@ class Map:
         if not (0 <= r.start < r.stop <= self.n and self.used[r].all()):
             raise ValueError(f"range {r.start}:{r.stop} is not in use in this map of {self.n} states")
         self._x[r], self._P[r, :], self._P[:, r], self._used[r] = 0, 0, 0, False
+        self._starts -= set(range(r.start, r.stop))
         self.n_used -= r.stop - r.start
 
     def _make_room(self, k):

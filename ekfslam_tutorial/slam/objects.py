@@ -4,10 +4,13 @@ Each record knows its range `r` in the map. A range of `None` means that the sta
 itself, in `x`, and the filter leaves it alone.
 """
 
-from dataclasses import dataclass, field
+import html
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from ..ekf.html import table_html
 
 
 def _frame(map, obj, kind):
@@ -25,8 +28,32 @@ def _state(map, obj):
     return np.array(obj.x) if obj.r is None else map.state(obj.r)
 
 
+def _where(obj):
+    """Where the state of an object is, in words."""
+    if obj.r is None:
+        return "not in the map" if obj.x is None else "known"
+    return f"in the map at {obj.r.start}:{obj.r.stop}"
+
+
+class _Shown:
+    """What a notebook shows for an object: its line, and below it its attributes."""
+
+    def _repr_html_(self):
+        rows = [(f.name, _short(getattr(self, f.name))) for f in fields(self) if f.repr]  # pyright: ignore
+        return f"<b>{html.escape(repr(self))}</b>{table_html(('attribute', 'value'), rows)}"
+
+
+def _short(value):
+    """A value in few words."""
+    if isinstance(value, np.ndarray):
+        return np.array2string(value, precision=3, threshold=40)
+    if isinstance(value, slice):
+        return f"{value.start}:{value.stop}"
+    return value.__name__ if isinstance(value, type) else repr(value)
+
+
 @dataclass
-class Rob:
+class Rob(_Shown):
     """A robot.
 
     Attributes
@@ -67,6 +94,9 @@ class Rob:
     last: Any = field(default=None, repr=False)
     normal: Any = field(default=None, repr=False)
 
+    def __repr__(self):
+        return f"Rob({self.id} {self.name!r}, {type(self.motion).__name__}, {_where(self)}, sensors {self.sensors})"
+
     def state(self, map):
         """State vector: the map's estimate, or the known one."""
         return _state(map, self)
@@ -77,7 +107,7 @@ class Rob:
 
 
 @dataclass
-class Sen:
+class Sen(_Shown):
     """A sensor on a robot.
 
     Attributes
@@ -113,6 +143,9 @@ class Sen:
     normal: Any = field(default=None, repr=False)
     groups: Any = field(default=None, repr=False)
 
+    def __repr__(self):
+        return f"Sen({self.id} {self.name!r}, {type(self.model).__name__} on robot {self.robot}, frame {_where(self)})"
+
     def state(self, map):
         """Frame vector: the map's estimate, or the known one."""
         return _state(map, self)
@@ -123,7 +156,7 @@ class Sen:
 
 
 @dataclass
-class Lmk:
+class Lmk(_Shown):
     """A landmark.
 
     Attributes
@@ -155,6 +188,10 @@ class Lmk:
     n_match: int = 1
     n_inlier: int = 1
     first: Any = field(default=None, repr=False)
+
+    def __repr__(self):
+        counts = f"searched {self.n_search}, matched {self.n_match}, used {self.n_inlier}"
+        return f"Lmk({self.id}, {type(self.type).__name__}, {_where(self)}, {counts})"
 
     def state(self, map):
         """State vector: the map's estimate, or the known one."""
@@ -261,7 +298,12 @@ class Obs:
         return None if self.z is None else float(self.z @ np.linalg.solve(self.E + self.R, self.z))
 
     def __repr__(self):
-        return f"Obs(sen={self.sen}, lmk={self.lmk}, e={self.e}, matched={self.matched}, updated={self.updated})"
+        fate = "used" if self.updated else "refused" if self.matched else "not seen" if self.visible else "out of view"
+        return f"Obs(landmark {self.lmk} by sensor {self.sen}, expected {_short(self.e)}, {fate})"
+
+    def _repr_html_(self):
+        rows = [(name, _short(getattr(self, name))) for name in ("e", "E", "y", "R", "z", "Z", "md2")]
+        return f"<b>{html.escape(repr(self))}</b>{table_html(('attribute', 'value'), rows)}"
 
 
 @dataclass

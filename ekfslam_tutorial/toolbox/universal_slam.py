@@ -1,8 +1,10 @@
 """The main loop (the manual's universalSLAM): simulate or play back, estimate, hand over each frame."""
 
+import html
 from dataclasses import dataclass
 from typing import Any
 
+from ..ekf.html import map_html
 from ..slam import correct_known_lmks, correct_met_robots, init_new_lmks, move, reopen_gate
 from .agreement import can_start, started_by
 from .sources import Replay, Simulation
@@ -59,6 +61,20 @@ class Snapshot:
     sim_robs: Any
     sim_sens: Any
     sim_lmk: Any
+
+    def __repr__(self):
+        used = sum(o.updated for o in self.obs.values())
+        return (
+            f"Snapshot(frame {self.k}, {self.t:.2f} s: {len(self.robs)} robots, {len(self.sens)} sensors, "
+            f"{len(self.lmks)} landmarks, {used} observations used)"
+        )
+
+    def _repr_html_(self):
+        owners = {f"{kind} {o.id}": o.r for kind, group in self._groups() for o in group if o.r is not None}
+        return f"<b>{html.escape(repr(self))}</b><br>{map_html(self.map, owners)}"
+
+    def _groups(self):
+        return ("robot", self.robs), ("sensor", self.sens), ("landmark", self.lmks.values())
 
 
 class Run:
