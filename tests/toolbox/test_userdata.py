@@ -165,6 +165,8 @@ class HalfBlind:
 
     def project(self, p): ...
 
+    def retro(self, y, n): ...
+
 
 def test_own_classes_can_be_named_in_a_file():
     own = {"type": "half_blind", "std": 0.5, "tilt_deg": 90.0}
