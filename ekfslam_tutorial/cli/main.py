@@ -53,7 +53,7 @@ def parser():
     top = argparse.ArgumentParser(prog="ekfslam", description="EKF mapping and EKF-SLAM: course and toolbox.")
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for add in (_run, _data, _notebooks, _progress, _lecture, _nbgrader, _new, _evaluate, _doctor):
+    for add in (_run, _monte_carlo, _data, _notebooks, _progress, _lecture, _nbgrader, _new, _evaluate, _doctor):
         add(commands)
     return top
 
@@ -75,6 +75,25 @@ def _run(commands):
     run.add_argument("--movie", action="store_true", help="also write a movie of the run (MP4 with ffmpeg, else GIF)")
     run.add_argument("--live", action="store_true", help="show the figures while it runs")
     run.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
+
+
+def _monte_carlo(commands):
+    many = _command(
+        commands, "monte-carlo", "Run a scenario with many seeds: errors, NEES and their bands.", "monte_carlo"
+    )
+    many.add_argument("scenario", help="a TOML file, or the name of a scenario that comes with the package")
+    many.add_argument("--runs", type=int, required=True, metavar="N", help="how many runs")
+    many.add_argument(
+        "--workers", type=int, metavar="W", help="so many processes; as many as there are cores if not given"
+    )
+    many.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster of this scheduler: tcp://HOST:8786")
+    many.add_argument("--out", metavar="DIR", help="folder for the results; results/NAME-monte-carlo if not given")
+    many.add_argument("--resume", action="store_true", help="go on with the series in that folder")
+    many.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario: time.last=50"
+    )
+    many.add_argument("--seed", type=int, metavar="N", help="of the whole series, instead of the scenario's")
+    many.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
 
 
 def _data(commands):

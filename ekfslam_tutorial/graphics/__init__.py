@@ -6,6 +6,7 @@ What may not: estimation; a figure only reads what the filter has written.
 
 from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated, plot_ellipse, sigma_label
 from .map_fig import MapFig
+from .monte_carlo_picture import monte_carlo_picture
 from .movie import Movie, check_movie_path, grab, side_by_side, write_movie
 from .panels import consistency_panel, covariance_panel, error_panel, error_panels, film_strip
 from .picture import map_picture
@@ -50,6 +51,7 @@ __all__ = [
     "half_axes",
     "line",
     "map_picture",
+    "monte_carlo_picture",
     "nan_separated",
     "plot_ellipse",
     "points",
