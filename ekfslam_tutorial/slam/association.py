@@ -68,7 +68,7 @@ class KnownIds:
         """Match by id. Returns Matches; anything with an id may start a landmark, if that id is not in use."""
         ids = np.asarray(raw.ids).tolist()
         index = {id: i for i, id in reversed(list(enumerate(ids))) if id >= 0}
-        pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
+        pairs = {id: index[id] for o in obs if (id := o.lmk) in index}
         return Matches(pairs, [i for i in sorted(range(len(ids)), key=ids.__getitem__) if ids[i] >= 0])
 
     def birth_id(self, raw, i, lmks):

@@ -9,9 +9,10 @@ from ..ekf import transform
 from ..geometry.arrays import product
 from ..models.observation import seen_from, sight
 from .first_estimates import first_jacobians
+from .objects import Obs
 from .sightings import Sightings, merged
 
-MANY = 40
+MANY = 200
 """Of more landmarks than this, those in view are found first; Jacobians are for them only."""
 
 
@@ -89,24 +90,24 @@ def project_lmks(map, rob, sen, lmks):
     table = sightings(map, rob, sen, lmks)
     if table is None:
         return []
-    table.keep(map)
+    table.keep(map, range(len(lmks)))
     table.visible &= np.isfinite(table.E).all((-1, -2))
-    obs = {id(lmk): o for lmk, o in zip(table.lmks, table.rows(), strict=True)}
-    return [obs[id(lmk)] for lmk in lmks]
+    at = {id(lmk): k for k, lmk in enumerate(table.lmks)}
+    return [Obs(table, at[id(lmk)]) for lmk in lmks]
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def sightings(map, rob, sen, lmks, in_view=False):
     """Expected observations of landmarks in one table, the landmarks of a type together; None if there are none.
 
-    With `in_view` it has the visible ones only, of which all numbers are finite.
+    With `in_view` it may leave out landmarks that are not visible.
     """
     Rf, Sf = rob.frame(map), sen.frame(map)
     F, F_r, F_s = Rf.compose(Sf)
     parts = []
     for kind, members, rows in _groups(sen, lmks):
         some = lmks if len(members) == len(lmks) else [lmks[i] for i in members]
-        l = np.array([lmk.x for lmk in some]) if rows is None else map.x[rows]
+        l = np.array([lmk.x for lmk in some]) if rows is None else map.state(rows)
         if in_view and len(some) > MANY:
             at = np.flatnonzero(sen.model.visible(*sight(F, sen.model, kind, l)))
             some, l, rows = [some[i] for i in at.tolist()], l[at], None if rows is None else rows[at]
@@ -122,14 +123,9 @@ def sightings(map, rob, sen, lmks, in_view=False):
         if rob.first is not None:
             E_r, E_s, E_l = first_jacobians(rob, sen, Sf, some)
         visible = sen.model.visible(e, v)
-        part = Sightings(sen.id, some, e, v, visible, (frame_range(rob, Rf), sen.r, rows), E_r, E_s, E_l)
-        if in_view:
-            if not isfinite(np.vdot(E_l, E_l)):
-                visible &= np.isfinite(E_l.sum((-1, -2)))
-            if not visible.all():
-                part = part.take(np.flatnonzero(visible))
-        if part.lmks:
-            parts.append(part)
+        if not isfinite(np.vdot(E_l, E_l)):
+            visible &= np.isfinite(E_l.sum((-1, -2)))
+        parts.append(Sightings(sen.id, some, e, v, visible, (frame_range(rob, Rf), sen.r, rows), E_r, E_s, E_l))
     return merged(parts) if parts else None
 
 

@@ -1,5 +1,7 @@
 """What a sensor should see of many landmarks in one frame, and what it has measured: arrays, an `Obs` is one row."""
 
+from itertools import repeat
+
 import numpy as np
 
 from ..geometry.lazy import lazy
@@ -33,13 +35,9 @@ class Sightings:
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
         self.r = [lmk.r for lmk in lmks]
-        nothing, no = [None] * len(lmks), [False] * len(lmks)
-        self.y, self.R, self.z, self.index = nothing, nothing.copy(), nothing.copy(), nothing.copy()
-        self.measured, self.matched, self.updated = no, no.copy(), no.copy()
-
-    def rows(self):
-        """All of them as a list of Obs."""
-        return [Obs(self, k) for k in range(len(self.lmks))]
+        no = [False] * len(lmks)
+        self.measured, self.matched, self.updated, self.index = no, no.copy(), no.copy(), [None] * len(lmks)
+        self._found = (), {}
 
     def blocks(self, some=None):
         """The stack of blocks (range, Jacobian) of all of them, or of some, given by their indices."""
@@ -48,41 +46,59 @@ class Sightings:
             rows, J = None if rows is None else rows.take(some, 0), [each.take(some, 0) for each in J]
         return (r, J[0]), (s, J[1]), (rows, J[2])
 
-    def take(self, some):
-        """The same of some of the landmarks, given by their indices."""
-        (r, E_r), (s, E_s), (rows, E_l) = self.blocks(some)
-        e, v, visible = self.e.take(some, 0), self.v.take(some, 0), self.visible.take(some)
-        return Sightings(self.sen, [self.lmks[k] for k in some], e, v, visible, (r, s, rows), E_r, E_s, E_l)
-
-    def keep(self, map):
-        """Note the covariance of the states that each expectation depends on: E follows from it when asked for."""
-        blocks = [(r, J) for r, J in self.blocks() if r is not None]
-        K = len(self.lmks)
-        every = [r if isinstance(r, np.ndarray) else np.broadcast_to(np.arange(r.start, r.stop), (K, r.stop - r.start))
-                 for r, _ in blocks]  # fmt: skip
-        self._H = [J for _, J in blocks]
-        self._P = map.block(np.concatenate(every, -1)) if every else None
+    def keep(self, map, some):
+        """Note the covariance of the states that some of them depend on: E follows from it when asked for."""
+        every = len(some) == len(self.lmks)
+        blocks = [(r, J) for r, J in self.blocks(None if every else some) if r is not None]
+        rows, k = np.empty((len(some), sum(J.shape[-1] for _, J in blocks)), int), 0
+        for r, J in blocks:
+            rows[:, k : k + J.shape[-1]] = np.arange(r.start, r.stop) if isinstance(r, slice) else r
+            k += J.shape[-1]
+        self._kept = some, [J for _, J in blocks], map.block(rows)
 
     @lazy
     def E(self):
-        """Covariance of each expectation as it was when `keep` was called, H P H', shape (K, m, m)."""
-        if self._P is None:
-            return np.zeros((*self.e.shape, self.e.shape[-1]))
-        H = np.concatenate(self._H, -1)
-        return H @ self._P @ np.swapaxes(H, -1, -2)
+        """Covariance of the expectations, H P H', when `keep` was called, shape (K, m, m); NaN where it was not."""
+        E = np.full((*self.e.shape, self.e.shape[-1]), np.nan)
+        some, H, P = self._kept
+        H = np.concatenate(H, -1) if H else np.zeros((len(some), self.e.shape[-1], 0))
+        E[list(some)] = H @ P @ np.swapaxes(H, -1, -2)
+        return E
 
-    def match(self, pairs, wanted=None):
-        """Note the measurement of each landmark, from the pairs (landmark id, index) of an association.
+    def match(self, pairs, wanted):
+        """Note the measurements of the landmarks that are looked for.
 
         Parameters
         ----------
         pairs : dict of int to int
-        wanted : set of int, optional
-            Ids of the landmarks that are looked for; all, if not given.
+            Landmark id to index of its measurement, from an association.
+        wanted : list of int
+            Which landmarks are looked for.
+
+        Returns
+        -------
+        list of int
+            Which of them are found.
         """
-        self.measured = [wanted is None or lmk.id in wanted for lmk in self.lmks]
-        self.index = [pairs.get(lmk.id) if m else None for lmk, m in zip(self.lmks, self.measured, strict=True)]
-        self.matched = [i is not None for i in self.index]
+        for k in wanted:
+            self.measured[k], self.index[k] = True, pairs.get(self.lmks[k].id)
+            self.matched[k] = self.index[k] is not None
+        return [k for k in wanted if self.matched[k]]
+
+    def measure(self, found, y, z, R):
+        """Note what was measured of those that are found: y, z of shape (k, m), and R, one for all or one for each."""
+        self._found = found, {"y": y, "z": z, "R": repeat(R, len(found)) if R.ndim == 2 else R}
+
+    def _column(self, name):
+        """What `measure` has noted, None for those that were not found: written out when somebody asks for it."""
+        column, (found, noted) = [None] * len(self.lmks), self._found
+        for k, value in zip(found, noted[name], strict=True) if found else ():
+            column[k] = value
+        return column
+
+    y = lazy(lambda self: self._column("y"))
+    z = lazy(lambda self: self._column("z"))
+    R = lazy(lambda self: self._column("R"))
 
 
 def merged(parts):

@@ -84,4 +84,6 @@ class RangeBearing:
 
     def visible(self, y, p):
         """Whether points are in range and in the field of view."""
-        return (y[..., 0] <= self.max_range) & (np.abs(wrap(y[..., 1])) <= self.fov / 2) & (y[..., 0] > 0)
+        r = y[..., 0]
+        in_range = (r > 0) & (r <= self.max_range)
+        return in_range if self.fov >= 2 * np.pi else in_range & (np.abs(wrap(y[..., 1])) <= self.fov / 2)
