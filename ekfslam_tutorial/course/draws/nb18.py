@@ -119,14 +119,15 @@ def four_ways_figure(which):
     with np.errstate(invalid="ignore"):
         m, n, i = (np.nanmedian(v, axis=1) for v in (ate, nees, nis))
     return fig, (
-        f"{which.capitalize()}, medians over the robots. ATE: alone {m[0]:.2f} m, telling each other {m[1]:.2f} m, "
-        f"one filter with landmarks only {m[2]:.2f} m, with sightings {m[3]:.2f} m. "
-        f"NEES: {n[0]:.1f}, {n[1]:.1f}, {n[2]:.1f} and {n[3]:.1f}. NIS: {i[0]:.2f}, {i[1]:.2f}, {i[2]:.2f} and {i[3]:.2f}."
+        f"{which.capitalize()}, medians over the robots. ATE: alone {m[0]:.2f} m, telling {m[1]:.2f} m, "
+        f"one filter, landmarks only, {m[2]:.2f} m, with sightings {m[3]:.2f} m. "
+        f"NEES: {n[0]:.1f}, {n[1]:.1f}, {n[2]:.1f} and {n[3]:.1f}. "
+        f"NIS: {i[0]:.2f}, {i[1]:.2f}, {i[2]:.2f} and {i[3]:.2f}."
     )
 
 
 @explorable(
-    drop=Choice(0, {"nobody": 0, **{f"robot {r}": r for r in ROBOTS}}, label="leave out"),
+    drop=Choice(3, {"nobody": 0, **{f"robot {r}": r for r in ROBOTS}}, label="leave out"),
     met=Toggle(True, label="use the sightings of robots"),
     run=True,
     ranges={"ate": (0, 2)},
@@ -265,7 +266,7 @@ def one_sighting(rho, turn, way):
     for B, looks, name in ((P, MEASUREMENT, "before"), (after, UPDATED, "after")):
         at = [slice(i, i + 2) for i in (0, 3, 6)]
         blocks = np.array([B[s, s] for s in at])
-        plot_ellipse(ax, np.array([x[s] for s in at]), blocks, 2, **line(looks, linewidth=2.2), label=f"{name}, 2σ")
+        plot_ellipse(ax, np.array([x[s] for s in at]), blocks, 2, **line(looks, linewidth=2.2), label=f"{name}, {sigma_label(2)}")
     for i, color in ((0, BLACK), (3, BLUE), (6, PURPLE)):
         robot(ax, x[i : i + 3], facecolor=color, edgecolor=color, size=0.35)
         ax.annotate(f"robot {i // 3 + 1}", tuple(x[i : i + 2]), (8, 10), textcoords="offset points", fontsize=13)

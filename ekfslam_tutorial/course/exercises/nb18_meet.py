@@ -96,7 +96,7 @@ def _by(which, name, help):
             def h(v, poses=poses, direction=direction):
                 both = list(poses)
                 both[which] = v
-                return _smooth(*both, direction)
+                return _smooth(both[0], both[1], direction)
 
             expect.jacobian(J, h, poses[which], name, ROWS, COLUMNS)
 

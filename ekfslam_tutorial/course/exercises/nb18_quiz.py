@@ -15,8 +15,7 @@ self_test = Quiz(
 self_test.ask(
     "zero",
     "c",
-    "which column of the Jacobians is zero?  a: heading of the robot that looks  b: x of the robot that is seen  c: "
-    "heading of the robot that is seen",
+    "a sees b: which column of the Jacobians is zero?  a: heading of a  b: x of b  c: heading of b",
     "Turn a robot on the spot. Who notices it in range and bearing?",
     {
         "a": "Turn the robot that looks: all that it sees moves to the other side.",
@@ -26,8 +25,7 @@ self_test.ask(
 self_test.ask(
     "third",
     "b",
-    "robot 1 sees robot 2. Robot 3 moves in the map  a: never  b: if it is correlated with one of them  c: always as "
-    "much as robot 2",
+    "robot 1 sees robot 2; robot 3 moves in the map  a: never  b: if correlated with them  c: as much as robot 2",
     "K = P H' Z^-1: when are the rows of robot 3 zero?",
     {
         "a": "Robots that have seen the same landmarks are correlated: K has rows for robot 3.",
