@@ -266,7 +266,9 @@ def one_sighting(rho, turn, way):
     for B, looks, name in ((P, MEASUREMENT, "before"), (after, UPDATED, "after")):
         at = [slice(i, i + 2) for i in (0, 3, 6)]
         blocks = np.array([B[s, s] for s in at])
-        plot_ellipse(ax, np.array([x[s] for s in at]), blocks, 2, **line(looks, linewidth=2.2), label=f"{name}, {sigma_label(2)}")
+        plot_ellipse(
+            ax, np.array([x[s] for s in at]), blocks, 2, **line(looks, linewidth=2.2), label=f"{name}, {sigma_label(2)}"
+        )
     for i, color in ((0, BLACK), (3, BLUE), (6, PURPLE)):
         robot(ax, x[i : i + 3], facecolor=color, edgecolor=color, size=0.35)
         ax.annotate(f"robot {i // 3 + 1}", tuple(x[i : i + 2]), (8, 10), textcoords="offset points", fontsize=13)
