@@ -4,7 +4,8 @@ Lives here: readers of the files that others publish, what is known to be wrong 
 May not: estimate, draw, or download without being asked.
 """
 
-from .registry import DATASETS, LOADERS, check, load_recording, prepare, report
+from .listing import DATASETS, check, report
+from .registry import LOADERS, load_recording, prepare
 from .sources import data_folders
 
 __all__ = ["DATASETS", "LOADERS", "check", "data_folders", "load_recording", "prepare", "report"]

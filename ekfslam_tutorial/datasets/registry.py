@@ -1,150 +1,9 @@
-"""Which data sets there are, which of them are here, whether they are whole, and which recording a scenario means."""
-
-import hashlib
-from dataclasses import dataclass
-from pathlib import Path
+"""Which recording a scenario means."""
 
 from ..toolbox.rendezvous import find_starts
 from ..toolbox.tables import arguments, at, look_up
-from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park
-from .mrclam_log import ROBOTS, read_set
+from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park, victoria_park_twin
 from .sources import ENVIRONMENT, data_folders, find_file
-
-
-@dataclass(frozen=True)
-class DataSet:
-    """A data set of others, as its publisher hands it out. It is not part of this package: there is no licence to.
-
-    Parameters
-    ----------
-    name : str
-        As in the scenario's `[data] name`.
-    title, home, citation : str
-        What it is, where its publisher offers it, what to cite.
-    parts : tuple of str
-        The names of its zips, without `.zip`.
-    sha256 : dict of str to str
-        Checksums of the zips that this package was tested with.
-    """
-
-    name: str
-    title: str
-    home: str
-    citation: str
-    parts: tuple
-    sha256: dict
-
-
-MRCLAM = DataSet(
-    name="mrclam",
-    title="UTIAS Multi-Robot Cooperative Localization and Mapping (MRCLAM), nine sets",
-    home="https://asrl.utias.utoronto.ca/datasets/mrclam/",
-    citation=(
-        "K. Y. K. Leung, Y. Halpern, T. D. Barfoot, H. H. T. Liu, The UTIAS Multi-Robot Cooperative Localization and "
-        "Mapping Dataset, Int. J. Robotics Research 30(8):969-974, 2011"
-    ),
-    parts=tuple(f"MRCLAM_Dataset{n}" for n in range(1, 10)),
-    sha256={
-        "MRCLAM_Dataset7": "ef56f5c40930268cd8cd48699772030ffcf4bcecc9a2b73d4f1cee0638319bd3",
-        "MRCLAM_Dataset9": "ec93e249b0abcd26790989ebe5e5a797625ab5630a5edd32a9d71f66f43bf938",
-    },
-)
-DATASETS = (MRCLAM,)
-
-
-@dataclass(frozen=True)
-class Status:
-    """What is known about one part of a data set.
-
-    Parameters
-    ----------
-    part : str
-    path : Path or None
-        Where it is; None if it was not found.
-    ok : bool or None
-        Whether it could be read as a whole; None if that was not tried.
-    message : str
-        The same in words.
-    """
-
-    part: str
-    path: Path | None
-    ok: bool | None
-    message: str
-
-
-def check(dataset=MRCLAM, verify=True):
-    """Look for all parts of a data set and, if asked, read each of them to the end.
-
-    Parameters
-    ----------
-    dataset : DataSet
-    verify : bool
-        About a second for each part that is here.
-
-    Returns
-    -------
-    list of Status
-        In the order of `dataset.parts`.
-    """
-    return [_check_part(dataset, part, verify) for part in dataset.parts]
-
-
-def _check_part(dataset, part, verify):
-    source = mrclam.find_set(int(part[-1]))
-    if source is None:
-        return Status(part, None, None, "not found")
-    if not verify:
-        return Status(part, source.path, None, "found")
-    try:
-        log = read_set(source, ROBOTS)
-    except (OSError, ValueError) as error:
-        return Status(part, source.path, False, f"damaged: {error}")
-    sightings = sum(len(robot.landmarks) + len(robot.robots) for robot in log.robots.values())
-    what = f"whole: {sightings} sightings by {len(log.robots)} robots"
-    return Status(part, source.path, True, f"{what}; {_checksum(dataset, part, source)}")
-
-
-def _checksum(dataset, part, source):
-    known = dataset.sha256.get(part)
-    if not source.path.is_file():
-        return "unpacked, so there is no checksum to compare"
-    if known is None:
-        return "no checksum is known to compare with"
-    same = hashlib.sha256(source.path.read_bytes()).hexdigest() == known
-    return "the file this was tested with" if same else "another edition than the file this was tested with"
-
-
-def report(verify=True):
-    """What `ekfslam data` prints.
-
-    Returns
-    -------
-    text : str
-    ok : bool
-        False if something that is here is damaged.
-    """
-    folders = data_folders()
-    where = ", ".join(map(str, folders)) or f"no folder: set {ENVIRONMENT} to the folder with your data sets"
-    lines, ok = [f"looking in {where}", ""], True
-    for dataset in DATASETS:
-        statuses = check(dataset, verify)
-        ok &= all(s.ok is not False for s in statuses)
-        width = max(len(s.part) for s in statuses)
-        lines += [f"{dataset.name}: {dataset.title}"]
-        lines += [f"  {s.part:<{width}}  {s.message}{f'  ({s.path})' if s.path else ''}" for s in statuses]
-        if any(s.path is None for s in statuses):
-            lines += [
-                f"  To get what is missing: {dataset.home}",
-                f"  Put the zips, packed or unpacked, into the folder that {ENVIRONMENT} names.",
-                "  They come without a licence text: use them, do not pass them on.",
-            ]
-        lines += [f"  Please cite: {dataset.citation}.", ""]
-    lines += ["mrclam_twin: simulated logs in the same files, made when asked for; nothing to download."]
-    return "\n".join(lines), ok
-
-
-# --- from a scenario to its recording --------------------------------------------------------------------------------
 
 
 def _mrclam(set: int = 9, robots: tuple = (3,), path: str | None = None):
@@ -154,8 +13,8 @@ def _mrclam(set: int = 9, robots: tuple = (3,), path: str | None = None):
     if path is not None or mrclam.find_set(set) is not None:
         return mrclam.load(set, robots, path)
     twin = mrclam_twin.load(robots)
-    where = f"in {', '.join(map(str, data_folders()))}" if data_folders() else f"({ENVIRONMENT} is not set)"
-    twin.notes.insert(0, f"MRCLAM set {set} is not found {where}: the simulated twin runs instead. See `ekfslam data`.")
+    missing = f"MRCLAM set {set} is not found {_nowhere()}"
+    twin.notes.insert(0, f"{missing}: the simulated twin runs instead. See `ekfslam data`.")
     return twin
 
 
@@ -174,7 +33,22 @@ def _lost_in_the_woods(path: str | None = None, max_range: float = lost_in_the_w
 
 
 def _victoria_park(path: str | None = None):
-    return victoria_park.load(path)
+    """Victoria Park; when it is not here and no path was given, the simulated twin, which says so."""
+    if path is not None or find_file(victoria_park.FILE) is not None:
+        return victoria_park.load(path)
+    twin = victoria_park_twin.load()
+    twin.notes.insert(
+        0, f"Victoria Park is not found {_nowhere()}: the simulated twin runs instead. See `ekfslam data`."
+    )
+    return twin
+
+
+def _victoria_park_twin(seed: int = 1, duration: float = 240.0):
+    return victoria_park_twin.load(seed, duration)
+
+
+def _nowhere():
+    return f"in {', '.join(map(str, data_folders()))}" if data_folders() else f"({ENVIRONMENT} is not set)"
 
 
 LOADERS = {
@@ -183,6 +57,7 @@ LOADERS = {
     "lecture": _lecture,
     "lost_in_the_woods": _lost_in_the_woods,
     "victoria_park": _victoria_park,
+    "victoria_park_twin": _victoria_park_twin,
 }
 
 

@@ -63,6 +63,7 @@ class ParkNoise:
     slip: float = np.radians(4.0)
 
 
+CALIBRATION, NOISE = ParkCalibration(), ParkNoise()
 STANDING = 1e-3
 """A truck that drives less than this between two scans, m, stands still."""
 
@@ -129,7 +130,7 @@ def read_log(path=None):
     )
 
 
-def load(path=None, calibration=ParkCalibration(), noise=ParkNoise()):
+def load(path=None, calibration=CALIBRATION, noise=NOISE):
     """The log as a recording: a frame for each laser scan, robot 1 a `models.Vehicle`, sensor 1 its laser.
 
     Parameters
@@ -147,7 +148,7 @@ def load(path=None, calibration=ParkCalibration(), noise=ParkNoise()):
     return recording(read_log(path), calibration, noise)
 
 
-def recording(log, calibration=ParkCalibration(), noise=ParkNoise()):
+def recording(log, calibration=CALIBRATION, noise=NOISE):
     """The recording of a `ParkLog`; parameters as in `load`."""
     odometry = log.odometry * [1.0, 1.0, calibration.steer_scale] + [calibration.delay, 0.0, calibration.steer_offset]
     controls = ControlLog(*commands(odometry, log.scan_t, noise))
@@ -162,7 +163,7 @@ def recording(log, calibration=ParkCalibration(), noise=ParkNoise()):
     return Recording("Victoria Park", log.scan_t - start, {1: controls}, {1: raw}, notes=notes, fixes={1: fixes})
 
 
-def commands(odometry, times, noise=ParkNoise(), vehicle=Vehicle()):  # noqa: B008 - frozen values
+def commands(odometry, times, noise=NOISE, vehicle=Vehicle()):  # noqa: B008 - a frozen value
     """One control of the vehicle for each frame: the same way and the same turn as all commands in between.
 
     Parameters

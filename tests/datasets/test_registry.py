@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.datasets import check, load_recording, mrclam_twin, prepare, report
+from ekfslam_tutorial.datasets import DATASETS, check, load_recording, mrclam_twin, prepare, report
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.toolbox import Data, UserData
 
@@ -80,6 +80,33 @@ def test_report(data, monkeypatch, tmp_path):
     assert "set EKFSLAM_DATA to the folder with your data sets" in report()[0]
 
 
+def test_single_files_are_listed_too(data):
+    np.savez(data / "victoria_park_detections.npz", nothing=np.zeros(3))
+    park = next(d for d in DATASETS if d.name == "victoria_park")
+    (state,) = check(park)
+    assert state.ok is False and "is not the file of Victoria Park" in state.message
+    text, ok = report()
+    assert not ok
+    for words in ("victoria_park_detections.npz  damaged", "dataset2.mat  not found", "T. D. Barfoot", "J. E. Guivant"):
+        assert words in text
+
+
+def test_the_real_files_of_park_and_woods_are_those_this_was_tested_with(data_dir):
+    states = [s for d in DATASETS if d.name != "mrclam" for s in check(d) if s.path]
+    if not states:
+        pytest.skip("neither Victoria Park nor Lost in the Woods is below EKFSLAM_DATA")
+    for s in states:
+        assert s.ok and "the file this was tested with" in s.message
+
+
+@pytest.mark.parametrize(("name", "title"), [("victoria_park", "Victoria Park"), ("lost_in_the_woods", "the Woods")])
+def test_park_and_woods_have_twins_too(data, name, title):
+    notes = load_recording(Data(name=name)).notes
+    assert "simulated twin" in notes[0] and title in notes[0]
+    with pytest.raises(FileNotFoundError):
+        load_recording(Data(name=name, params={"path": str(data)}))
+
+
 def test_missing_logs_are_replaced_by_the_twin_which_says_so(data):
     recording = load_recording(Data(name="mrclam", params={"set": 3, "robots": [2]}))
     assert recording.notes[0].startswith(f"MRCLAM set 3 is not found in {data}: the simulated twin runs instead")
@@ -101,7 +128,8 @@ def test_a_path_that_was_given_is_never_replaced(data):
         (
             "mrclm",
             {},
-            "unknown data set 'mrclm'; known: mrclam, mrclam_twin, lecture, lost_in_the_woods, victoria_park; "
+            "unknown data set 'mrclm'; known: mrclam, mrclam_twin, lecture, lost_in_the_woods, victoria_park, "
+            "victoria_park_twin; "
             "did you mean 'mrclam'",
         ),
         (

@@ -1,0 +1,197 @@
+"""Which data sets of others there are, which of them are here, and whether they are whole: `ekfslam data`."""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import lost_in_the_woods, mrclam, victoria_park
+from .mrclam_log import ROBOTS, read_set
+from .sources import ENVIRONMENT, Source, data_folders, find_file
+
+
+def _mrclam_whole(path):
+    log = read_set(Source(path), ROBOTS)
+    sightings = sum(len(robot.landmarks) + len(robot.robots) for robot in log.robots.values())
+    return f"{sightings} sightings by {len(log.robots)} robots"
+
+
+def _woods_whole(path):
+    rec = lost_in_the_woods.load(path)
+    return f"{len(rec)} frames, {len(rec.raw[1].y)} sightings"
+
+
+def _park_whole(path):
+    log = victoria_park.read_log(path)
+    return f"{len(log.scan_t)} scans, {len(log.detections)} detections"
+
+
+@dataclass(frozen=True)
+class DataSet:
+    """A data set of others, as its publisher hands it out. It is not part of this package: there is no licence to.
+
+    Parameters
+    ----------
+    name : str
+        As in the scenario's `[data] name`.
+    title, home, citation : str
+        What it is, where its publisher offers it, what to cite.
+    parts : tuple of str
+        The names of its zips, without `.zip`, or of its files.
+    sha256 : dict of str to str
+        Checksums of the zips or files that this package was tested with.
+    find : callable
+        Part -> where it is, a Path, or None.
+    whole : callable
+        Path -> what is in it, in words; it reads the part to its end, and raises OSError or ValueError if it cannot.
+    put : str
+        How the files are to be put there.
+    """
+
+    name: str
+    title: str
+    home: str
+    citation: str
+    parts: tuple
+    sha256: dict
+    find: Callable
+    whole: Callable
+    put: str = "Put the files"
+
+
+def _find_mrclam(part):
+    source = mrclam.find_set(int(part[-1]))
+    return None if source is None else source.path
+
+
+MRCLAM = DataSet(
+    name="mrclam",
+    title="UTIAS Multi-Robot Cooperative Localization and Mapping (MRCLAM), nine sets",
+    home="https://asrl.utias.utoronto.ca/datasets/mrclam/",
+    citation=(
+        "K. Y. K. Leung, Y. Halpern, T. D. Barfoot, H. H. T. Liu, The UTIAS Multi-Robot Cooperative Localization and "
+        "Mapping Dataset, Int. J. Robotics Research 30(8):969-974, 2011"
+    ),
+    parts=tuple(f"MRCLAM_Dataset{n}" for n in range(1, 10)),
+    sha256={
+        "MRCLAM_Dataset7": "ef56f5c40930268cd8cd48699772030ffcf4bcecc9a2b73d4f1cee0638319bd3",
+        "MRCLAM_Dataset9": "ec93e249b0abcd26790989ebe5e5a797625ab5630a5edd32a9d71f66f43bf938",
+    },
+    find=_find_mrclam,
+    whole=_mrclam_whole,
+    put="Put the zips, packed or unpacked,",
+)
+PARK = DataSet(
+    name="victoria_park",
+    title="Victoria Park, ACFR, University of Sydney: a truck among trees",
+    home="http://www-personal.acfr.usyd.edu.au/nebot/victoria_park.htm",
+    citation=(
+        "J. E. Guivant, E. M. Nebot, Optimization of the simultaneous localization and map-building algorithm for "
+        "real-time implementation, IEEE Trans. Robotics and Automation 17(3):242-257, 2001"
+    ),
+    parts=(victoria_park.FILE,),
+    sha256={victoria_park.FILE: "3816a3eb3aef1133823a3791d4361ef72891c3bd26cd3c037528950decc9a347"},
+    find=find_file,
+    whole=_park_whole,
+)
+WOODS = DataSet(
+    name="lost_in_the_woods",
+    title="Lost in the Woods, course AER1513, University of Toronto: a robot among tubes",
+    home="https://github.com/utiasASRL/aer1513",
+    citation="T. D. Barfoot, Lost in the Woods Dataset, AER1513: State Estimation for Aerospace Vehicles",
+    parts=(lost_in_the_woods.FILE,),
+    sha256={lost_in_the_woods.FILE: "bbaeae95687376f115c9a8bf637097c65ce275f3bc66cc2cd8cd2755608682d9"},
+    find=find_file,
+    whole=_woods_whole,
+)
+DATASETS = (MRCLAM, PARK, WOODS)
+
+
+@dataclass(frozen=True)
+class Status:
+    """What is known about one part of a data set.
+
+    Parameters
+    ----------
+    part : str
+    path : Path or None
+        Where it is; None if it was not found.
+    ok : bool or None
+        Whether it could be read as a whole; None if that was not tried.
+    message : str
+        The same in words.
+    """
+
+    part: str
+    path: Path | None
+    ok: bool | None
+    message: str
+
+
+def check(dataset=MRCLAM, verify=True):
+    """Look for all parts of a data set and, if asked, read each of them to the end.
+
+    Parameters
+    ----------
+    dataset : DataSet
+    verify : bool
+        About a second for each part that is here.
+
+    Returns
+    -------
+    list of Status
+        In the order of `dataset.parts`.
+    """
+    return [_check_part(dataset, part, verify) for part in dataset.parts]
+
+
+def _check_part(dataset, part, verify):
+    path = dataset.find(part)
+    if path is None:
+        return Status(part, None, None, "not found")
+    if not verify:
+        return Status(part, path, None, "found")
+    try:
+        what = dataset.whole(path)
+    except (OSError, ValueError) as error:
+        return Status(part, path, False, f"damaged: {error}")
+    return Status(part, path, True, f"whole: {what}; {_checksum(dataset, part, path)}")
+
+
+def _checksum(dataset, part, path):
+    known = dataset.sha256.get(part)
+    if not path.is_file():
+        return "unpacked, so there is no checksum to compare"
+    if known is None:
+        return "no checksum is known to compare with"
+    same = hashlib.sha256(path.read_bytes()).hexdigest() == known
+    return "the file this was tested with" if same else "another edition than the file this was tested with"
+
+
+def report(verify=True):
+    """What `ekfslam data` prints.
+
+    Returns
+    -------
+    text : str
+    ok : bool
+        False if something that is here is damaged.
+    """
+    folders = data_folders()
+    where = ", ".join(map(str, folders)) or f"no folder: set {ENVIRONMENT} to the folder with your data sets"
+    lines, ok = [f"looking in {where}", ""], True
+    for dataset in DATASETS:
+        statuses = check(dataset, verify)
+        ok &= all(s.ok is not False for s in statuses)
+        width = max(len(s.part) for s in statuses)
+        lines += [f"{dataset.name}: {dataset.title}"]
+        lines += [f"  {s.part:<{width}}  {s.message}{f'  ({s.path})' if s.path else ''}" for s in statuses]
+        if any(s.path is None for s in statuses):
+            lines += [
+                f"  To get what is missing: {dataset.home}",
+                f"  {dataset.put} into the folder that {ENVIRONMENT} names.",
+                "  They come without a licence text: use them, do not pass them on.",
+            ]
+        lines += [f"  Please cite: {dataset.citation}.", ""]
+    lines += ["mrclam_twin, victoria_park_twin: simulated logs, made when asked for; nothing to download."]
+    return "\n".join(lines), ok
