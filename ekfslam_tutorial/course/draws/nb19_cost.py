@@ -71,9 +71,10 @@ def _milli(n_seconds):
 def _caption(m, n_lmks, here):
     last = {name: curve(name, m)[1][-1] for name in (*LOOKS, "limit")}
     words = (
-        f"{SIZES[-1]} landmarks in the map, {m} seen in a step: full matrices {_time(last['textbook'])}, only the "
-        f"blocks {_time(last['blocks'])}, joint {_time(last['joint'])}, compressed {_time(last['compressed'])}; the machine "
-        f"({stored()['machine']}) would allow {_time(last['limit'])} for all of P."
+        f"{SIZES[-1]} landmarks in the map, {m} seen in a step: full matrices {_time(last['textbook'])}, "
+        f"only the blocks {_time(last['blocks'])}, joint {_time(last['joint'])}, "
+        f"compressed {_time(last['compressed'])}; "
+        f"the machine ({stored()['machine']}) would allow {_time(last['limit'])} for all of P."
     )
     if here:
         told = ", ".join(f"{name} {_time(1e-6 * us)}" for name, us in here.items())
