@@ -15,7 +15,7 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test test-browser notebooks bench bench-quick contents site lint format lock audit sbom clean
+.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures site lint format lock audit sbom clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
@@ -40,6 +40,9 @@ notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs
 
 contents: env  ## write the tables of contents anew: README, docs/notebooks.md, notebook 00, small pictures
 	@$(VENV) -m ekfslam_tutorial.course.contents
+
+pictures: env  ## draw the moving pictures of the README anew
+	@$(VENV) tools/readme_pictures.py
 
 site: env  ## build the course site in build/site (no network is needed, neither here nor to read it)
 	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d build/trees . build/site
