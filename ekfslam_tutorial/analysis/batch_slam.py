@@ -17,6 +17,7 @@ from ..models.observation import observe, retro_project
 from ..models.sensors import RangeBearing
 from ..simulation import Streams, draw
 from ..slam import KnownIds
+from ..slam.first_estimates import transport
 from ..toolbox.structures import create_sim_structures, create_slam_structures
 from ..toolbox.universal_slam import Run
 
@@ -88,7 +89,7 @@ def batch_slam(data, seeds):
     return Run(_frames(data, _Worlds(data, seeds, n_frames), tim.first, n_frames), n_frames)
 
 
-ONLY = {"first_estimates": False, "joint": False, "reopen_after": None, "n_inits": None, "init_margin": 0.0}
+ONLY = {"joint": False, "reopen_after": None, "n_inits": None, "init_margin": 0.0}
 ONLY |= {"max_lmks": None, "capacity": None, "min_match_ratio": 0.0, "min_inlier_ratio": 0.0}
 """Options that batched runs have no other values of."""
 
@@ -194,6 +195,7 @@ class _Slam:
         self.seen = np.zeros((len(batch.x), len(worlds.ids)), bool)
         self.births = np.argsort(worlds.ids, kind="stable")
         self._normalize()
+        self.first = self.x.copy() if data.options.first_estimates else None
 
     @property
     def x(self):
@@ -205,9 +207,13 @@ class _Slam:
 
     def move(self, u, dt):
         """Motion of all robots by their controls, shape (R, nu)."""
-        x, X_x, X_u = self.motion.move(self.x[:, ROB], u, dt)
+        before = self.x[:, ROB]
+        x, X_x, X_u = self.motion.move(before, u, dt)
+        X_x = X_x if self.first is None else X_x @ transport(self.first[:, ROB], before)
         self.batch.predict(ROB, x, X_x, X_u, self.U)
         self._normalize()
+        if self.first is not None:
+            self.first[:, ROB] = self.x[:, ROB]
 
     def correct(self, y, found):
         """Landmark after landmark, the most uncertain expectation of each run first."""
@@ -221,10 +227,10 @@ class _Slam:
 
     def _turns(self, found):
         """When each landmark has its turn, shape (R, N): 0, 1, ...; -1 for those that are not corrected."""
-        l = self.x[:, 3:].reshape(*found.shape, 2)
+        every = lambda x: (Frame2(x[:, None, ROB]), x[:, 3:].reshape(*found.shape, 2))
         with np.errstate(divide="ignore", invalid="ignore"):
-            Rf = Frame2(self.x[:, None, ROB])
-            e, E_r, _, E_l = observe(Rf, self.Sf, self.sensor, POINT, l)
+            e, E_r, E_l = self._observe(every, self.x)
+            Rf, l = every(self.x)
             v = self.Sf.to_frame(Rf.to_frame(l)[0])[0]
             E = self._expectation(E_r, E_l)
             visible = self.seen & self.sensor.visible(e, v) & np.isfinite(E).all((-1, -2))
@@ -235,6 +241,17 @@ class _Slam:
             use &= rank < self.opt.n_updates
         order = np.argsort(np.where(use, rank, found.shape[1]), 1, kind="stable")
         return np.where(use, np.argsort(order, 1), -1)
+
+    def _observe(self, pick, x):
+        """Expectations at the states x, shape (R, n), and their Jacobians there, or at the first estimates.
+
+        `pick` takes robot frames and landmarks out of such states.
+        """
+        at = lambda Rf, l: observe(Rf, self.Sf, self.sensor, POINT, l)
+        e, E_r, _, E_l = at(*pick(x))
+        if self.first is not None:
+            _, E_r, _, E_l = at(*pick(self.first))
+        return e, E_r, E_l
 
     def _expectation(self, E_r, E_l):
         """Covariances H P H' of all expectations, shape (R, N, 2, 2)."""
@@ -250,8 +267,7 @@ class _Slam:
         """One landmark of each run: i (R,), measured as y (R, 2), expected and linearised at the estimate x."""
         rows = 3 + 2 * i[:, None] + np.arange(2)
         with np.errstate(divide="ignore", invalid="ignore"):
-            Rf, l = Frame2(x[:, ROB]), np.take_along_axis(x, rows, 1)
-            e, E_r, _, E_l = observe(Rf, self.Sf, self.sensor, POINT, l)
+            e, E_r, E_l = self._observe(lambda x: (Frame2(x[:, ROB]), np.take_along_axis(x, rows, 1)), x)
             z = self.sensor.residual(y, e)
         E_r, E_l = (np.where(active[:, None, None], J, 0.0) for J in (E_r, E_l))
         z = np.where(active[:, None], z, 0.0)
@@ -271,5 +287,9 @@ class _Slam:
             Rf = Frame2(self.x[runs, ROB])
             l, L_r, _, L_y, _ = retro_project(Rf, self.Sf, self.sensor, POINT, y[runs, i], np.zeros((len(runs), 0)))
             Q = L_y @ self.sensor.R @ np.swapaxes(L_y, -1, -2)
-            self.batch.augment(slice(3 + 2 * i, 5 + 2 * i), runs, l, ((ROB, L_r),), Q)
+            r = slice(3 + 2 * i, 5 + 2 * i)
+            if self.first is not None:
+                L_r = L_r @ transport(self.first[runs, ROB], Rf.x)
+                self.first[runs, r] = l
+            self.batch.augment(r, runs, l, ((ROB, L_r),), Q)
             self.seen[runs, i] = True

@@ -60,8 +60,8 @@ def begin(map, rob, lmks):
             lmk.first = lmk.state(map)
 
 
-def transport(rob, x):
-    """From errors about the first estimate of the pose to errors about the present one, x, along N.
+def transport(first, x):
+    """From errors about the first estimate of a pose to errors about the present one, x, along N.
 
         T [J p1, 1] = [J p, 1]:    T = [[I, J (p - p1)], [0, 1]]
 
@@ -70,16 +70,15 @@ def transport(rob, x):
 
     Parameters
     ----------
-    rob : Rob
-    x : ndarray, shape (3,)
+    first, x : ndarray, shape (..., 3)
 
     Returns
     -------
-    ndarray, shape (3, 3)
+    ndarray, shape (..., 3, 3)
     """
-    T = np.eye(3)
-    if rob.first is not None:
-        T[0, 2], T[1, 2] = rob.first[1] - x[1], x[0] - rob.first[0]
+    T = np.zeros((*x.shape, 3))
+    T[...] = np.eye(3)
+    T[..., 0, 2], T[..., 1, 2] = first[..., 1] - x[..., 1], x[..., 0] - first[..., 0]
     return T
 
 

@@ -47,7 +47,7 @@ def move(map, rob, dt):
             [rob.motion.frame(x[: rob.motion.frame.size]).normalized()[0].x, x[rob.motion.frame.size :]]
         )
     else:
-        predict(map, rob.r, x, X_x if rob.first is None else X_x @ transport(rob, before), X_u, rob.U)
+        predict(map, rob.r, x, X_x if rob.first is None else X_x @ transport(rob.first, before), X_u, rob.U)
         normalize(map, rob)
     if rob.first is not None:
         rob.first = rob.state(map)
@@ -238,7 +238,7 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
     if opt.first_estimates:
         check_first_estimates(rob.motion.frame, [kind])
-        L_r = L_r @ transport(rob, Rf.x)
+        L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
     r = augment(map, l, blocks, L_y @ R @ L_y.T + L_n @ N @ L_n.T)
     return Lmk(id, kind, r=r, slot=_free_slot(lmks), n=n, N=N, first=l if opt.first_estimates else None)
