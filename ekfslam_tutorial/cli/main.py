@@ -23,12 +23,11 @@ def main(arguments=None):
     int
         Exit code: 0 done, 1 a problem was found, 2 wrong input, 130 stopped by Ctrl-C.
     """
-    for library in ("OPENBLAS", "MKL", "OMP"):  # small matrices: one thread is faster than two
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     options = parser().parse_args(arguments)
     command = importlib.import_module(f".{options.module}", __package__)
     try:
-        return command.main(options)
+        with threads(getattr(options, "threads", 1)):
+            return command.main(options)
     except BrokenPipeError:  # the reader of our output has gone, as in `ekfslam data | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
@@ -42,6 +41,19 @@ def main(arguments=None):
         return 130
 
 
+def threads(n):
+    """Linear algebra (BLAS) runs on so many threads inside: for small matrices one is faster than two."""
+    from threadpoolctl import threadpool_limits  # it looks for the libraries that are loaded: those of the command
+
+    return threadpool_limits(n, user_api="blas")
+
+
+def _positive(text):
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"must be a number of threads, 1 or more, got {text!r}")
+    return int(text)
+
+
 def _sentence(error):
     if isinstance(error, OSError) and error.strerror:
         return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
@@ -50,7 +62,11 @@ def _sentence(error):
 
 def parser():
     """The argument parser with all commands."""
-    top = argparse.ArgumentParser(prog="ekfslam", description="EKF mapping and EKF-SLAM: course and toolbox.")
+    top = argparse.ArgumentParser(
+        prog="ekfslam",
+        description="EKF mapping and EKF-SLAM: course and toolbox.",
+        epilog="Linear algebra (BLAS) is limited to one thread; see `run --threads`.",
+    )
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
     for add in (_run, _monte_carlo, _data, _notebooks, _progress, _lecture, _nbgrader, _new, _evaluate, _doctor):
@@ -75,6 +91,9 @@ def _run(commands):
     run.add_argument("--movie", action="store_true", help="also write a movie of the run (MP4 with ffmpeg, else GIF)")
     run.add_argument("--live", action="store_true", help="show the figures while it runs")
     run.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
+    run.add_argument(
+        "--threads", type=_positive, default=1, metavar="N", help="of the linear algebra (BLAS); default 1"
+    )
 
 
 def _monte_carlo(commands):

@@ -31,6 +31,7 @@ def main(options):
         views.check_display()
     movie = views.movie_path(out) if options.movie else None
 
+    print(f"linear algebra on {options.threads} thread{'s' * (options.threads > 1)} (--threads)", file=sys.stderr)
     history, recorder = History(), Recorder()
     run = universal_slam(data, recording)
     watchers: list = [history, recorder] if options.record else [history]
