@@ -13,8 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 from ekfslam_tutorial.cli import doctor, main, views
+from ekfslam_tutorial.cli import run as run_command
 from ekfslam_tutorial.cli.files import file_name, find_scenario, replacing, scenarios, shipped
 from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
@@ -37,6 +39,34 @@ def result(folder):
 def rows(path):
     with open(path, newline="") as file:
         return list(csv.DictReader(file))
+
+
+# --- threads of the linear algebra ------------------------------------------------------------------------------------
+
+
+def blas_threads():
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+@pytest.mark.parametrize(("words", "n"), [([], 1), (["--threads", "2"], 2)])
+def test_a_run_limits_its_linear_algebra_says_so_and_leaves_no_limit(words, n, tmp_path, capsys, monkeypatch):
+    during, before, environment = [], blas_threads(), dict(os.environ)
+
+    def watched(*arguments, **named):
+        during.append(blas_threads())
+        return universal_slam(*arguments, **named)
+
+    monkeypatch.setattr(run_command, "universal_slam", watched)
+    assert ekfslam("run", "range_bearing_2d", "--out", tmp_path, "--set", "time.last=3", *words) == 0
+    assert during == [{n}] and blas_threads() == before and dict(os.environ) == environment
+    assert f"linear algebra on {n} thread" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("n", ["0", "-1", "two"])
+def test_a_number_of_threads_is_a_number(n, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        ekfslam("run", "range_bearing_2d", f"--threads={n}")
+    assert stopped.value.code == 2 and f"1 or more, got '{n}'" in capsys.readouterr().err
 
 
 # --- run -------------------------------------------------------------------------------------------------------------
