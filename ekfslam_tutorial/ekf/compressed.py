@@ -131,11 +131,19 @@ class CompressedMap:
         i = np.arange(r.start, r.stop) if isinstance(r, slice) else r
         here = self._at[i]
         if here.min(initial=0) >= 0:
-            return self._near.block(np.atleast_2d(here)).reshape(*here.shape, -1)
+            return self._near.block(np.atleast_2d(here)).reshape(*here.shape, here.shape[-1])
         T, far = self._by_those_at_hand(i), here < 0
         P_0 = np.where(far[..., :, None] & far[..., None, :], self._far.block(r), 0.0)
         P = P_0 + T @ self._near.P @ np.swapaxes(T, -1, -2)
         return 0.5 * (P + np.swapaxes(P, -1, -2))
+
+    def variances(self, r):
+        """As `Map.variances`, but those of the far states may be larger than they are: as they were last put back.
+
+        What has happened since then has only made them smaller: far states do not move.
+        """
+        here, far = self._at[r], self._far.variances(r)
+        return np.where(here >= 0, self._near.variances(here), far)
 
     def fetch(self, blocks):
         """Bring the states that some blocks depend on to hand."""

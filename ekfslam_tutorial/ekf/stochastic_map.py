@@ -152,6 +152,10 @@ class Map:
             mirror(B)
         return B
 
+    def variances(self, r):
+        """Variances of the states in range r, or of K states given by their rows (K, k): a copy of that shape."""
+        return self._Pn.diagonal()[r].copy()
+
     def rows(self, r):
         """Covariance of the state in range r with the whole map, P[r, :]. Not to be written to.
 

@@ -125,7 +125,8 @@ class SenFig:
             Z = np.array([self._Z(obs) for obs in some], dtype=float).reshape(-1, m, m)
             p = self.space.points(e, ids)
             put(self.expected[state], p)
-            put(self.ellipse[state], nan_separated(self.space.ellipses(e, Z, self.k, ids)))
+            sure = np.isfinite(Z).all((-1, -2))  # far from every measurement it is not computed
+            put(self.ellipse[state], nan_separated(self.space.ellipses(e[sure], Z[sure], self.k, ids[sure])))
             where |= dict(zip(ids.tolist(), p, strict=True))
         matched = [obs for obs in seen if obs.y is not None and obs.matched]
         ids = np.array([obs.lmk for obs in matched], dtype=int)

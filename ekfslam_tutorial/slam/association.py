@@ -77,6 +77,15 @@ class KnownIds:
         return None if id in lmks else id
 
 
+def expectations(obs):
+    """Expectations (K, m) and their covariances (K, m, m) of K observations, most often of one table."""
+    table = getattr(obs[0], "table", None)
+    if table is not None and all(o.table is table for o in obs):
+        rows = [o.k for o in obs]
+        return table.e[rows], table.E[rows]
+    return np.stack([o.e for o in obs]), np.stack([o.E for o in obs])
+
+
 def distances(obs, raw, sensor):
     """Squared Mahalanobis distance of each measurement to each expectation, each pair on its own.
 
@@ -92,7 +101,7 @@ def distances(obs, raw, sensor):
     """
     if not obs or not len(raw.y):
         return np.empty((len(raw.y), len(obs)))
-    e, E = np.stack([o.e for o in obs]), np.stack([o.E for o in obs])
+    e, E = expectations(obs)
     y = np.asarray(raw.y, float)[:, None, :]
     R = sensor.R if raw.R is None else np.asarray(raw.R)[:, None]
     z = sensor.residual(np.broadcast_to(y, (len(y), *e.shape)), e[None])
@@ -123,28 +132,32 @@ class NearestNeighbour:
 
     def __call__(self, map, obs, raw, sensor):
         """Match by distance. Returns Matches."""
-        seen = [o for o in obs if o.visible]
-        dof = np.shape(raw.y)[-1]
-        pairs = self._mutual(distances(seen, raw, sensor), seen, gate(self.confidence, dof))
-        return Matches(pairs, far(obs, raw, sensor, gate(self.new_confidence, dof)))
+        D, dof = distances(obs, raw, sensor), np.shape(raw.y)[-1]
+        visible = [j for j, o in enumerate(obs) if o.visible]
+        pairs = self._mutual(D[:, visible], [obs[j] for j in visible], gate(self.confidence, dof))
+        return Matches(pairs, far(D, gate(self.new_confidence, dof)))
+
+    def reach(self, dof):
+        """Squared distance from which on a pair does not matter."""
+        return gate(max(self.confidence, self.new_confidence), dof)
 
     @staticmethod
     def _mutual(D, obs, threshold):
         if not D.size:
             return {}
         nearest_lmk, nearest_y = D.argmin(1), D.argmin(0)
-        mutual = (i for i, j in enumerate(nearest_lmk) if nearest_y[j] == i and D[i, j] <= threshold)
-        return {obs[nearest_lmk[i]].lmk: i for i in mutual}
+        i = np.arange(len(D))
+        mutual = np.flatnonzero((nearest_y[nearest_lmk] == i) & (D[i, nearest_lmk] <= threshold))
+        return {obs[j].lmk: i for i, j in zip(mutual.tolist(), nearest_lmk[mutual].tolist(), strict=True)}
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i."""
         return fresh_id(lmks)
 
 
-def far(obs, raw, sensor, threshold):
+def far(D, threshold):
     """Indices of the measurements that are further than the threshold from every expectation, visible or not."""
-    D = distances([o for o in obs if np.isfinite(o.e).all() and np.isfinite(o.E).all()], raw, sensor)
-    return [int(i) for i in np.flatnonzero(D.min(1, initial=np.inf) > threshold)]
+    return np.flatnonzero(~(D <= threshold).any(1)).tolist()  # NaN, of an expectation that is not finite, is not near
 
 
 @dataclass(frozen=True)
@@ -174,14 +187,16 @@ class Jcbb:
 
     def __call__(self, map, obs, raw, sensor):
         """Match jointly. Returns Matches."""
-        seen = [o for o in obs if o.visible]
-        dof = np.shape(raw.y)[-1]
-        D = distances(seen, raw, sensor)
+        D, dof = distances(obs, raw, sensor), np.shape(raw.y)[-1]
+        visible = [j for j, o in enumerate(obs) if o.visible]
+        new, D, seen = far(D, gate(self.new_confidence, dof)), D[:, visible], [obs[j] for j in visible]
         candidates = [np.flatnonzero(row <= gate(self.confidence, dof)) for row in D]
         candidates = [js[np.argsort(row[js])] for js, row in zip(candidates, D, strict=True)]
         best = _Search(self, map, seen, raw, sensor, candidates).best
         pairs = {seen[j].lmk: i for i, j in enumerate(best) if j is not None}
-        return Matches(pairs, far(obs, raw, sensor, gate(self.new_confidence, dof)))
+        return Matches(pairs, new)
+
+    reach = NearestNeighbour.reach
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i."""

@@ -12,6 +12,7 @@ import numpy as np
 from ..ekf import correct, covariance, cross, innovation
 from .objects import Event, Obs
 from .projection import normalize, sightings
+from .reach import in_reach
 from .upkeep import delete_bad, most_uncertain, tidy
 
 
@@ -25,11 +26,12 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt):
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
     in_view = np.flatnonzero(table.visible).tolist()
-    table.keep(map, in_view if by_id else range(len(table.lmks)))
+    near = in_view if by_id else _candidates(map, table, raw, sen, opt)
+    table.keep(map, near)
     seen = [Obs(table, k) for k in in_view]
     obs.update({(sen.id, table.lmks[k].id): o for k, o in zip(in_view, seen, strict=True)})
 
-    expected = seen if by_id else [Obs(table, k) for k in range(len(table.lmks))]
+    expected = seen if by_id else [Obs(table, k) for k in near]
     matches = opt.association(map, expected, raw, sen.model)
     wanted = in_view if opt.n_updates is None else [o.k for o in most_uncertain(seen, opt.n_updates)]
     found = table.match(matches.pairs, wanted)
@@ -37,6 +39,13 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt):
         _correct(map, rob, sen, table, found, raw, opt)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
     return events, matches.new
+
+
+def _candidates(map, table, raw, sen, opt):
+    """The landmarks that an association has to look at: those that can be within its gate, if it says what that is."""
+    if opt.n_updates is not None or not hasattr(opt.association, "reach"):
+        return range(len(table.lmks))
+    return in_reach(map, table, raw, sen.model, opt.association.reach(len(sen.model.R))).tolist()
 
 
 def _correct(map, rob, sen, table, found, raw, opt):
