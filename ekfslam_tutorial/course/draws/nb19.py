@@ -1,0 +1,266 @@
+"""Drawings of notebook 19: a truck in Victoria Park, trees that nobody tells apart, GPS beside the path."""
+
+from functools import cache
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ...graphics import DEAD_RECKONING, ESTIMATE, MEASUREMENT, REJECTED, UPDATED, line, plot_ellipse, points
+from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
+from ..controls import Choice, Int, Toggle
+from ..widgets import explorable
+from . import nb19_runs as runs
+from .nb19_runs import SHORT, here, park, recording, short
+from .parts import robot
+
+GATE, NEW = 9.21, 24.9  # squared distances: 99 % and 99.9996 % of chi-square with 2 degrees of freedom
+RATES = (3, 5, 10, 15, 20, 30)
+SHARE = 0.95
+METHODS = {"nn": "nearest neighbour", "jcbb": "joint compatibility"}
+
+
+def beside_gps(which, d):
+    """Distances of a run to the GPS fixes in its time, and their root mean square without the worst 5 %, m."""
+    fixes = recording(which).fixes[1]
+    fixes = fixes[(fixes[:, 0] >= d.t[0]) & (fixes[:, 0] <= d.t[-1])]
+    at = np.column_stack([np.interp(fixes[:, 0], d.t, d.path[:, i]) for i in (0, 1)])
+    far = np.hypot(*(at - fixes[:, 1:]).T)
+    best = np.sort(far)[: int(SHARE * len(far))]
+    return far, float(np.sqrt(np.mean(best**2)))
+
+
+# ---- the log --------------------------------------------------------------------------------------------------------
+
+
+def scan_figure(which):
+    """One scan as the truck sees it, and how many detections all scans have. Returns (fig, caption)."""
+    rec = recording(which)
+    raw, s = rec.raw[1], runs.scan(which)
+    fig, (ax, bars) = plt.subplots(1, 2, figsize=(12, 5.6), width_ratios=[1.35, 1], layout="constrained")
+    r, b = s["y"].T
+    angle = np.radians(np.linspace(-90, 90, 90))
+    for reach in (10, 20, 30, 40):
+        ax.plot(-reach * np.sin(angle), reach * np.cos(angle), color=GREY, linewidth=0.6)
+    ax.plot(-r * np.sin(b), r * np.cos(b), **points(MEASUREMENT, markersize=12), label="detection")
+    robot(ax, [0, 0, np.pi / 2], size=2.5)
+    ax.set(xlabel="to the right (m)", ylabel="ahead (m)", aspect="equal", title=f"{which}: scan at {s['t']:.0f} s")
+    ax.legend(loc="upper right")
+    n = np.diff(raw.offsets)
+    bars.hist(n, np.arange(n.max() + 2) - 0.5, color=SKY_BLUE, edgecolor="w")
+    bars.set(xlabel="detections in a scan (-)", ylabel="scans (-)")
+    return fig, (
+        f"{which.capitalize()}: {len(rec)} scans in {rec.t[-1]:.0f} s with {len(raw.ids)} detections, {n.mean():.1f} "
+        f"in a scan, none of them with a name. GPS: {len(rec.fixes[1])} fixes, the longest gap "
+        f"{np.diff(rec.fixes[1][:, 0]).max():.0f} s."
+    )
+
+
+def dead_reckoning(which, drive, car):
+    """The path (F, 2) by the student's `drive(x, u, dt, car)` alone."""
+    rec = recording(which)
+    x = np.array([-68.3, -40.6, np.radians(36.6)])
+    path = [x[:2]]
+    for u, dt in zip(rec.robots[1].u[1:, :2], np.diff(rec.t), strict=True):
+        x = np.asarray(drive(x, u, dt, car)[0], float)
+        path.append(x[:2])
+    return np.array(path)
+
+
+def dead_reckoning_figure(which, paths):
+    """Paths by the controls alone, {name: path}, and GPS. Returns (fig, caption)."""
+    rec = recording(which)
+    fig, ax = plt.subplots(figsize=(10, 6.6), layout="constrained")
+    ax.plot(*rec.fixes[1][:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+    looks = (("-", BLUE), ("--", VERMILLION), (":", GREEN))
+    words = []
+    for (name, path), (dash, color) in zip(paths.items(), looks, strict=False):
+        ax.plot(*path.T, linestyle=dash, color=color, linewidth=1.6, label=name)
+        at = [np.column_stack([np.interp(rec.fixes[1][:, 0], rec.t, path[:, i]) for i in (0, 1)])]
+        far = np.hypot(*(at[0] - rec.fixes[1][:, 1:]).T)
+        words.append(f"{name} {np.median(far):.0f} m")
+    ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal", title=which)
+    ax.set_adjustable("datalim")
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    return fig, f"{which.capitalize()}, by the controls alone: median distance to GPS {', '.join(words)}."
+
+
+# ---- association ----------------------------------------------------------------------------------------------------
+
+
+def gates_figure(which, sort_scan):
+    """One scan in the measurement space: expected trees with their gates, and what becomes of the detections."""
+    s = runs.scan(which)
+    j = np.asarray(sort_scan(s["D"], GATE, NEW)).astype(int)
+    fig, ax = plt.subplots(figsize=(11, 6.2), layout="constrained")
+    turn = np.array([[0, np.degrees(1)], [1, 0]])  # bearing in degrees across, range up
+    e = s["e"] @ turn.T
+    for k, (looks, name) in {
+        np.sqrt(GATE): (line(ESTIMATE), "expected tree, gate 99 %"),
+        np.sqrt(NEW): (line(DEAD_RECKONING), "gate of new trees, 99.9996 %"),
+    }.items():
+        plot_ellipse(ax, e, turn @ s["Z"] @ turn.T, k, **{**looks, "linewidth": 1.4}, label=name)
+    y = s["y"] @ turn.T
+    for kind, looks, name in (
+        (j >= 0, {**UPDATED, "fillstyle": "none", "markersize": 9}, "used"),
+        (j == -1, {**MEASUREMENT, "markersize": 13}, "starts a tree"),
+        (j == -2, {**REJECTED, "markersize": 10}, "not used"),
+    ):
+        ax.plot(*y[kind].T, **{**points(looks), "markeredgewidth": 2}, label=f"{name}: {kind.sum()}", zorder=6)
+    ax.invert_xaxis()
+    ax.set(xlabel="bearing (deg), left is left", ylabel="range (m)", title=f"{which}, scan at {s['t']:.0f} s")
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    return fig, (
+        f"{which.capitalize()}, scan at {s['t']:.0f} s: {s['trees']} trees in the map, {len(e)} of them should "
+        f"be in view; of {len(y)} detections {(j >= 0).sum()} are used, {(j == -1).sum()} start a tree, "
+        f"{(j == -2).sum()} are not used."
+    )
+
+
+def rates_figure(which):
+    """The error over the rate of scans, for two ways to associate. Returns (fig, caption)."""
+    rec = recording(which)
+    dt = float(np.median(np.diff(rec.t)))
+    errors = {m: [beside_gps(which, short(which, m, every=k))[1] for k in RATES] for m in METHODS}
+    fig, ax = plt.subplots(figsize=(9.6, 5.4), layout="constrained")
+    for (m, name), (color, mark, dash) in zip(METHODS.items(), ((ORANGE, "s", "--"), (BLUE, "o", "-")), strict=True):
+        ax.plot(np.array(RATES) * dt, errors[m], color=color, marker=mark, linestyle=dash, markersize=9, label=name)
+    ax.set(yscale="log", xlabel="time from scan to scan (s)", ylabel="error beside GPS (m)", title=which)
+    ax.set_yticks([1, 3, 10, 30], ["1", "3", "10", "30"])
+    ax.minorticks_off()
+    ax.legend()
+    words = [f"{name} {', '.join(f'{e:.1f}' for e in errors[m])} m" for m, name in METHODS.items()]
+    return fig, (
+        f"{which.capitalize()}, {rec.t[SHORT[which] - 1]:.0f} s, one scan each "
+        f"{', '.join(f'{k * dt:.1f}' for k in RATES)} s: error beside GPS with {' and with '.join(words)}."
+    )
+
+
+@explorable(
+    every=Choice(20, list(RATES), label="use one scan in"),
+    name=Choice("nn", {text: key for key, text in METHODS.items()}, label="association"),
+    run=True,
+    ranges={"error": (0, 500), "trees": (1, 400)},
+)
+def fewer_scans(every, name):
+    """The same minutes with fewer scans: path, trees, GPS."""
+    which = here()
+    d = short(which, name, every=every)
+    far, error = beside_gps(which, d)
+    fig, ax = plt.subplots(figsize=(9.6, 6.4), layout="constrained")
+    fixes = recording(which).fixes[1]
+    ax.plot(*fixes[fixes[:, 0] <= d.t[-1], 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+    ax.plot(*d.path.T, **line(ESTIMATE), label="EKF-SLAM")
+    ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees")
+    ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal", title=f"{which}, {METHODS[name]}")
+    ax.set_adjustable("datalim")
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    return fig, {
+        "error": error,
+        "trees": len(d.trees),
+        "caption": f"{which.capitalize()}, {METHODS[name]}, one scan in {every}: {len(d.trees)} trees in the map, "
+        f"{100 * d.used / d.seen:.0f} % of the detections used, error beside GPS {error:.1f} m.",
+    }
+
+
+# ---- upkeep ---------------------------------------------------------------------------------------------------------
+
+
+def upkeep_figure(which):
+    """How many trees the map has over time, with and without deletion. Returns (fig, caption)."""
+    kept, cleaned = short(which, min_match_ratio=0.0), short(which)
+    fig, (ax, bars) = plt.subplots(1, 2, figsize=(12.5, 5.2), layout="constrained")
+    ax.plot(kept.t, kept.n_trees, color=VERMILLION, linestyle="--", linewidth=2, label="nobody is deleted")
+    ax.plot(cleaned.t, cleaned.n_trees, color=BLUE, linewidth=2, label="deleted if found in less than 30 %")
+    ax.set(xlabel="time (s)", ylabel="trees in the map (-)", ylim=(0, None), title=which)
+    ax.legend(loc="upper left")
+    edges = [0.5, 1.5, 4.5, 9.5, 19.5, 49.5, 1e9]
+    for d, shift, color, hatch in ((kept, -0.2, VERMILLION, "//"), (cleaned, 0.2, BLUE, "")):
+        count = np.histogram(d.finds, edges)[0]
+        bars.bar(np.arange(len(count)) + shift, count, 0.4, color=color, hatch=hatch, edgecolor="w")
+    bars.set_xticks(range(6), ["1", "2-4", "5-9", "10-19", "20-49", "50 +"])
+    bars.set(xlabel="detections of a tree (-)", ylabel="trees at the end (-)")
+    errors = [beside_gps(which, d)[1] for d in (kept, cleaned)]
+    return fig, (
+        f"{which.capitalize()}, {kept.t[-1]:.0f} s: without deletion {kept.n_trees[-1]} trees, "
+        f"{np.sum(kept.finds < 5)} of them detected less than 5 times; with deletion {cleaned.n_trees[-1]} trees. "
+        f"Error beside GPS {errors[0]:.2f} m and {errors[1]:.2f} m."
+    )
+
+
+# ---- the whole park -------------------------------------------------------------------------------------------------
+
+
+def park_figure(which, far, error):
+    """Path, trees and GPS of the whole log, and how far the two are from each other. Returns (fig, caption)."""
+    d, fixes = park(which), recording(which).fixes[1]
+    fig, (ax, low) = plt.subplots(2, 1, figsize=(10.5, 9), height_ratios=[3, 1], layout="constrained")
+    ax.plot(*fixes[:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+    ax.plot(*d.path.T, **line(ESTIMATE), linewidth=1.4, label="EKF-SLAM")
+    ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees of the map")
+    low_x, high_x = np.percentile(d.path, [0, 100], axis=0) + [[-45], [45]]
+    ax.set(xlim=(low_x[0], high_x[0]), ylim=(low_x[1], high_x[1]))
+    ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal", title=f"{which}: {d.t[-1]:.0f} s")
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    inside = fixes[(fixes[:, 0] >= d.t[0]) & (fixes[:, 0] <= d.t[-1]), 0]
+    low.plot(inside, far, **points(MEASUREMENT, markersize=4), label="distance to GPS")
+    low.plot(d.t, 3 * d.std, color=BLACK, linestyle="--", label="3σ of the filter")
+    low.set(yscale="log", ylim=(0.05, 200), xlabel="time (s)", ylabel="distance (m)")
+    low.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    way = np.linalg.norm(np.diff(d.path, axis=0), axis=1).sum()
+    return fig, (
+        f"{which.capitalize()}: {way / 1000:.1f} km, {d.seen} detections, {100 * d.used / d.seen:.0f} % of them used, "
+        f"{d.born} trees started, {d.n_trees[-1]} in the map at the end. Distance to GPS: median {np.median(far):.2f} m, "
+        f"root mean square without the worst 5 % {error:.2f} m, largest {np.max(far):.0f} m."
+    )
+
+
+@cache
+def _frames(which):
+    film = park(which).film
+    return film.frames() if film is not None else []
+
+
+@explorable(
+    percent=Int(100, 2, 100, label="time", play=200, tip="Per cent of the log; arrow keys move it"),
+    gps=Toggle(True, label="GPS"),
+    ranges={"trees": (1, 600)},
+)
+def overlay(percent, gps):
+    """The park from the first scan to the last: path and trees, with GPS over them."""
+    which = here()
+    frames, d = _frames(which), park(which)
+    now = frames[max(len(frames) * percent // 100 - 1, 0)]
+    k = int(np.searchsorted(d.t, now.t, side="right"))
+    fig, ax = plt.subplots(figsize=(9.6, 6.6))
+    fixes = recording(which).fixes[1]
+    if gps:
+        ax.plot(*fixes[fixes[:, 0] <= now.t, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+    ax.plot(*d.path[:k].T, **line(ESTIMATE), linewidth=1.3, label="EKF-SLAM")
+    trees = np.array([p for p, _ in now.lmks.values()]).reshape(-1, 2)
+    ax.plot(*trees.T, **points(ESTIMATE, markersize=4), label="trees")
+    robot(ax, now.robots[1][0], size=8, facecolor=BLACK, edgecolor=BLACK)
+    edge = np.percentile(d.path, [0, 100], axis=0) + [[-45], [45]]
+    ax.set(xlim=edge[:, 0], ylim=edge[:, 1], aspect="equal", xlabel="east (m)", ylabel="north (m)")
+    ax.set_title(f"{which}, {now.t:.0f} s")
+    ax.legend(loc="upper left", fontsize=12)
+    return fig, {"trees": len(trees), "caption": f"{which.capitalize()} after {now.t:.0f} s: {len(trees)} trees."}
+
+
+def wrong_mount_figure(which, ahead):
+    """The same minutes with the laser in its place and elsewhere. Returns (fig, caption)."""
+    fig, axes = plt.subplots(1, 2, figsize=(12.5, 5.6), layout="constrained", sharex=True, sharey=True)
+    fixes, words = recording(which).fixes[1], []
+    for ax, a, name in (
+        (axes[0], None, "laser in its place"),
+        (axes[1], ahead, f"laser {ahead:g} m ahead of the axle"),
+    ):
+        d = short(which, ahead=a)
+        error = beside_gps(which, d)[1]
+        ax.plot(*fixes[fixes[:, 0] <= d.t[-1], 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+        ax.plot(*d.path.T, **line(ESTIMATE), label="EKF-SLAM")
+        ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees")
+        ax.set(xlabel="east (m)", aspect="equal", title=f"{name}: {error:.1f} m")
+        words.append(f"{name}: {d.n_trees[-1]} trees, error beside GPS {error:.1f} m")
+    axes[0].set_ylabel("north (m)")
+    axes[0].legend(loc="upper left", fontsize=11)
+    return fig, f"{which.capitalize()}, {short(which).t[-1]:.0f} s. {'; '.join(words)}."
