@@ -5,6 +5,7 @@ from __future__ import annotations
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import to_rgb
+from scipy.stats import chi2
 
 from ...analysis.consistency import anees_band, chi2_band
 from ...graphics import (
@@ -269,12 +270,13 @@ def smoother(lag, shown):
         a.set_yticks([2, 1, 0], list(rows))
         a.set(title=title, xlim=(0, 1.2 * max(values)))
         a.grid(False)
-    bands[0].axvline(dof, color=BLACK, linestyle="--", linewidth=1.2)
-    bands[0].set_xlabel(f"dashed: honest mean, {dof}", fontsize=11)
+    middle = float(chi2.median(dof))
+    bands[0].axvline(middle, color=BLACK, linestyle="--", linewidth=1.2)
+    bands[0].set_xlabel(f"dashed: honest median, {middle:.1f}", fontsize=11)
     states = 3 * min(lag, log.frames) + 2 * len(log.points)
     caption = (
         f"Lag {lag}: up to {states} unknowns in each step. Median NEES {nees[1]:.1f} (EKF {nees[0]:.1f}, batch "
-        f"{nees[2]:.1f}, honest mean {dof}). RMSE of the path {path[1]:.2f} m (EKF {path[0]:.2f} m, batch "
+        f"{nees[2]:.1f}, honest {middle:.1f}). RMSE of the path {path[1]:.2f} m (EKF {path[0]:.2f} m, batch "
         f"{path[2]:.2f} m)."
     )
     return fig, {"nees": nees[1], "path_m": path[1], "caption": caption}
@@ -295,10 +297,10 @@ def cost_figure():
     ax.set_xticks(N, [str(n) for n in N])
     ax.minorticks_off()
     ax.legend(loc="upper left")
-    last, first = kept[-1], kept[0]
-    growth = {name: last[name] / first[name] for name in last}
+    last, growth = kept[-1], {name: kept[-1][name] / kept[0][name] for name in kept[0]}
+    factor = "smoother: factor of A"
     return fig, (
-        f"From {N[0]} to {N[-1]} landmarks, two rounds: P grows {growth['filter: P']:.0f} times, the factor of A "
-        f"{growth['smoother: factor of A']:.0f} times. With {N[-1]} landmarks P has {last['filter: P'] / 1000:.0f} "
-        f"thousand numbers, the factor of A about {last['smoother: factor of A'] / 1000:.0f} thousand."
+        f"From {N[0]} to {N[-1]} landmarks, two rounds: P grows {growth['filter: P']:.0f} times, the factor of A about "
+        f"{round(growth[factor], -1):.0f} times. With {N[-1]} landmarks P has {last['filter: P'] / 1000:.0f} thousand "
+        f"numbers, the factor of A about {round(last[factor] / 1000, -1):.0f} thousand."
     )
