@@ -1,7 +1,7 @@
 """How good an estimate is, and whether it knows it.
 
-Lives here: errors against a known truth, alignment of maps, and statistics of consistency.
-May not: estimate, read files, draw.
+Lives here: errors against a known truth, alignment of maps, statistics of consistency, and the many runs they need.
+May not: draw, or know a model of its own.
 """
 
 from ..geometry import align

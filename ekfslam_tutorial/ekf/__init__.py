@@ -4,11 +4,13 @@ Lives here: a mean, a covariance, ranges in them, and matrices.
 May not: know what a range stands for. No frames, sensors, robots or landmarks here.
 """
 
+from .batch import Batch
 from .compressed import CompressedMap
 from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform
 from .stochastic_map import Map, MapFull
 
 __all__ = [
+    "Batch",
     "CompressedMap",
     "Innovation",
     "Map",
