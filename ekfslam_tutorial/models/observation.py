@@ -1,7 +1,7 @@
 """The observation chain, written once for 2D and 3D, every sensor and every point landmark.
 
 Direct model (manual, section 5.1): landmark -> sensor frame in the world -> measurement space.
-Inverse model (manual, section 5.2): measurement and prior -> sensor frame -> robot frame -> landmark.
+Inverse model (manual, section 5.2): measurement and prior -> sensor frame in the world -> landmark.
 """
 
 from ..geometry.arrays import product
@@ -125,11 +125,11 @@ def retro_project(Rf, Sf, sensor, lmk, y, n):
     check_fit(sensor, lmk, "from_ray" if sensor.bearing_only else "from_point")
     v, V_y = sensor.retro(y)
     ls, LS_v, LS_n = lmk.from_ray(v, n) if sensor.bearing_only else lmk.from_point(v)
-    lr, LR_s, LR_ls = lmk.from_frame(Sf, ls)
-    l, L_r, L_lr = lmk.from_frame(Rf, lr)
+    F, F_r, F_s = Rf.compose(Sf)
+    l, L_f, L_ls = lmk.from_frame(F, ls)
 
-    L_ls = L_lr @ LR_ls
-    return l, L_r, L_lr @ LR_s, L_ls @ LS_v @ V_y, L_ls @ LS_n
+    LS_y = product(LS_v, V_y)
+    return l, product(L_f, F_r), product(L_f, F_s), product(L_ls, LS_y), product(L_ls, LS_n)
 
 
 def observe_parameters(Rf, Sf, sensor, lmk, l):
@@ -161,10 +161,9 @@ def retro_project_parameters(Rf, Sf, sensor, lmk, y, n):
     """
     v, V_k, V_c = sensor.retro_parameters(y)
     ls, LS_v, _ = lmk.from_ray(v, n) if sensor.bearing_only else lmk.from_point(v)
-    lr, _, LR_ls = lmk.from_frame(Sf, ls)
-    l, _, L_lr = lmk.from_frame(Rf, lr)
+    l, _, L_ls = lmk.from_frame(Rf.compose(Sf)[0], ls)
 
-    L_v = L_lr @ LR_ls @ LS_v
+    L_v = L_ls @ LS_v
     return l, L_v @ V_k, L_v @ V_c
 
 

@@ -16,13 +16,13 @@ from .reach import in_reach
 from .upkeep import delete_bad, most_uncertain, tidy
 
 
-def correct_jointly(map, rob, sen, lmks, obs, raw, opt):
-    """`correct_known_lmks` with `Options(joint=True)`: parameters and results are the same.
+def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
+    """`correct_known_lmks` with `Options(joint=True)`: parameters and results are the same, and the frames of both.
 
     `obs` gets the observations of the visible landmarks only.
     """
     by_id = getattr(opt.association, "by_id", False)  # if not, a measurement near one out of view starts no other
-    table = sightings(map, rob, sen, list(lmks.values()), in_view=by_id)
+    table = sightings(map, rob, sen, list(lmks.values()), Rf, Sf, in_view=by_id)
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
     in_view = np.flatnonzero(table.visible).tolist()
@@ -36,7 +36,8 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt):
     wanted = in_view if opt.n_updates is None else [o.k for o in most_uncertain(seen, opt.n_updates)]
     found = table.match(matches.pairs, wanted)
     if found:
-        _correct(map, rob, sen, table, found, raw, opt)
+        camera = Rf.from_frame(Sf.t)[0] if opt.reparametrize else None
+        _correct(map, rob, sen, table, found, raw, opt, camera)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
     return events, matches.new
 
@@ -48,7 +49,7 @@ def _candidates(map, table, raw, sen, opt):
     return in_reach(map, table, raw, sen.model, opt.association.reach(len(sen.model.R))).tolist()
 
 
-def _correct(map, rob, sen, table, found, raw, opt):
+def _correct(map, rob, sen, table, found, raw, opt, camera):
     """Gate each landmark that was found on its own; correct with all that pass at once."""
     every = len(found) == len(table.lmks)
     blocks, e = table.blocks(None if every else found), table.e if every else table.e.take(found, 0)
@@ -66,13 +67,14 @@ def _correct(map, rob, sen, table, found, raw, opt):
             PHt = cross(map, blocks) if found else PHt
             E = covariance(PHt, blocks) if found else E
     if found:
-        camera = rob.frame(map).from_frame(sen.frame(map).t)[0] if opt.reparametrize else None
         correct(map, PHt, innovation(z, E, R))
         normalize(map, rob)
-        normalize(map, sen)
+        if sen.r is not None:
+            normalize(map, sen)
         for k in found:
             table.updated[k] = True
-            tidy(map, table.lmks[k], camera, opt)
+            if hasattr(table.lmks[k].type, "ahead"):
+                tidy(map, table.lmks[k], camera, opt)
 
 
 def _distances(z, Z):

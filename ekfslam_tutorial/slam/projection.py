@@ -49,7 +49,7 @@ def normalize(map, obj):
         The frame.
     """
     F = obj.frame(map)
-    if obj.r is not None and not F.is_normal:
+    if not F.is_normal and obj.r is not None:
         N, N_f = F.normalized()
         o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
         transform(map, o, N.x[F.dim :], N_f[F.dim :, F.dim :])
@@ -87,7 +87,7 @@ def project_lmks(map, rob, sen, lmks):
         In the order of `lmks`: expectation e, its covariance E = H P H', Jacobian blocks, visibility.
     """
     lmks = list(lmks)
-    table = sightings(map, rob, sen, lmks)
+    table = sightings(map, rob, sen, lmks, rob.frame(map), sen.frame(map))
     if table is None:
         return []
     table.keep(map, range(len(lmks)))
@@ -97,15 +97,14 @@ def project_lmks(map, rob, sen, lmks):
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def sightings(map, rob, sen, lmks, in_view=False):
+def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
     """Expected observations of landmarks in one table, the landmarks of a type together; None if there are none.
 
-    With `in_view` it may leave out landmarks that are not visible.
+    Rf and Sf are the frames of the robot and the sensor. With `in_view` landmarks may be left out that are not visible.
     """
-    Rf, Sf = rob.frame(map), sen.frame(map)
     F, F_r, F_s = Rf.compose(Sf)
     parts = []
-    for kind, members, rows in _groups(sen, lmks):
+    for (kind, _), (members, rows) in _groups(sen, lmks).items():
         some = lmks if len(members) == len(lmks) else [lmks[i] for i in members]
         l = np.array([lmk.x for lmk in some]) if rows is None else map.state(rows)
         if in_view and len(some) > MANY:
@@ -136,28 +135,43 @@ class Groups(NamedTuple):
     ----------
     kinds, ranges : list
         Type and range of each landmark: as long as they stay the same, so do the groups.
-    groups : list of (LmkType, list of int, ndarray of int of shape (K, k) or None)
-        Type; which landmarks; where they are in the map.
+    rows : dict of (LmkType, bool) to (list of int, ndarray of int of shape (K, k) or None)
+        By type, and whether they are known: which landmarks, and where they are in the map.
     """
 
     kinds: list
     ranges: list
-    groups: list
+    rows: dict
 
 
 def _groups(sen, lmks):
-    """Groups of these landmarks; those of the last time, if nothing has come, gone or changed its type."""
+    """Groups of these landmarks; those of the last time, to which only what is new has to be added."""
     kinds, ranges = [lmk.type for lmk in lmks], [lmk.r for lmk in lmks]
-    if sen.groups is None or sen.groups.ranges != ranges or sen.groups.kinds != kinds:
-        members, seen = {}, {}
-        for i, key in enumerate(zip(kinds, (r is None for r in ranges), strict=True)):
-            group = seen.get((id(key[0]), key[1]))  # most are of one and the same object: no need to compare
-            if group is None:
-                group = seen[id(key[0]), key[1]] = members.setdefault(key, [])
-            group.append(i)
-        sen.groups = Groups(kinds, ranges, [(kind, each, None if known else _rows([ranges[i] for i in each]))
-                                            for (kind, known), each in members.items()])  # fmt: skip
-    return sen.groups.groups
+    old = sen.groups or Groups([], [], {})
+    n = len(old.kinds)
+    if kinds[:n] != old.kinds or ranges[:n] != old.ranges:
+        old, n = Groups([], [], {}), 0
+    if n < len(kinds):
+        sen.groups = old = Groups(kinds, ranges, old.rows | _grown(old.rows, kinds, ranges, n))
+    return old.rows
+
+
+def _grown(rows, kinds, ranges, n):
+    """The groups that landmarks from index n on belong to, with them."""
+    new, seen = {}, {}
+    for i in range(n, len(kinds)):
+        key = kinds[i], ranges[i] is None
+        group = seen.get((id(key[0]), key[1]))  # most are of one and the same object: no need to compare
+        if group is None:
+            group = seen[id(key[0]), key[1]] = new.setdefault(key, [])
+        group.append(i)
+    for (kind, known), members in new.items():
+        at = None if known else _rows([ranges[i] for i in members])
+        if (kind, known) in rows:
+            before, at_before = rows[kind, known]
+            members, at = before + members, None if at is None else np.concatenate([at_before, at])
+        new[kind, known] = members, at
+    return new
 
 
 def _rows(ranges):

@@ -5,7 +5,6 @@ from itertools import repeat
 import numpy as np
 
 from ..geometry.lazy import lazy
-from .objects import Obs
 
 
 class Sightings:

@@ -11,13 +11,12 @@ import numpy as np
 
 from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict
 from ..ekf.stochastic_map import check_covariance
-from ..models.landmarks import EucPnt
 from ..models.observation import observe, retro_project
 from .first_estimates import begin, check_first_estimates, transport
 from .joint import correct_jointly
 from .objects import Event, Lmk
 from .projection import frame_range, normal_frame, normalize, project_lmks
-from .upkeep import delete_bad, most_uncertain, tidy
+from .upkeep import EUCLIDEAN, delete_bad, most_uncertain, tidy
 
 # --- motion ----------------------------------------------------------------------------------------------------------
 
@@ -54,8 +53,8 @@ def move(map, rob, dt):
 
 
 def _check_control(rob, dt):
-    m = sum(rob.motion.control_fields.values())
-    if np.shape(rob.u) != (m,) or not isfinite(sum(rob.u)):
+    m, u = sum(rob.motion.control_fields.values()), np.asarray(rob.u)
+    if u.shape != (m,) or (not isfinite(u.dot(u)) and not np.isfinite(u).all()):
         fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
     if not 0 <= dt < np.inf:
@@ -98,14 +97,13 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
         If a measurement is not finite or has the wrong shape.
     """
     _check_raw(raw, sen)
-    normal_frame(map, rob)
-    normal_frame(map, sen)
+    Rf, Sf = normal_frame(map, rob), normal_frame(map, sen)
     if opt.first_estimates:
         begin(map, rob, lmks)
     for key in [key for key in obs if key[0] == sen.id]:
         del obs[key]
     if opt.joint:
-        return correct_jointly(map, rob, sen, lmks, obs, raw, opt)
+        return correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
     expected = project_lmks(map, rob, sen, sorted(lmks.values(), key=attrgetter("slot")))
     obs.update({(sen.id, o.lmk): o for o in expected})
     seen = [o for o in expected if o.visible]
@@ -155,7 +153,7 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
 
 
 def _check_raw(raw, sen):
-    m, ids = len(sen.model.R), np.asarray(raw.ids)
+    m, ids, y = len(sen.model.R), np.asarray(raw.ids), np.asarray(raw.y)
     if ids.size and ids.dtype.kind not in "iu":
         raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()}")
     if raw.R is not None and np.shape(raw.R) != (len(ids), m, m):
@@ -164,15 +162,14 @@ def _check_raw(raw, sen):
         )
     for id, R in zip(ids, () if raw.R is None else raw.R, strict=False):
         check_covariance(R, m, f"sensor {sen.id}: the noise covariance of landmark {id}")
-    if np.shape(raw.y) != (len(raw.ids), m):
+    if y.shape != (len(ids), m):
         raise ValueError(
-            f"sensor {sen.id}: measurements must have shape {(len(raw.ids), m)}, one row per id, got {np.shape(raw.y)}"
+            f"sensor {sen.id}: measurements must have shape {(len(ids), m)}, one row per id, got {y.shape}"
         )
-    if not isfinite(np.sum(raw.y)):
-        bad = int(np.flatnonzero(~np.isfinite(raw.y).all(-1))[0])
+    if not isfinite(np.vdot(y, y)) and not np.isfinite(y).all():
+        bad = int(np.flatnonzero(~np.isfinite(y).all(-1))[0])
         raise ValueError(
-            f"sensor {sen.id}: measurement {bad} of landmark {int(raw.ids[bad])} must be finite, "
-            f"got {np.asarray(raw.y)[bad].tolist()}"
+            f"sensor {sen.id}: measurement {bad} of landmark {int(ids[bad])} must be finite, got {y[bad].tolist()}"
         )
 
 
@@ -196,12 +193,15 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     list of Event
         initialisation, or refused where the map had no room: the run can go on.
     """
-    events = []
+    events, inside = [], None
     for i in new:
         if n_max is not None and len(events) >= n_max:
             break
         id = opt.association.birth_id(raw, i, lmks)
-        if id is None or not _well_inside(sen.model, raw.y[i], opt.init_margin):
+        if id is None:
+            continue
+        inside = _well_inside(sen.model, raw.y, opt.init_margin) if inside is None else inside
+        if not inside[i]:
             continue
         try:
             lmk = add_landmark(map, rob, sen, lmks, id, raw.y[i], None if raw.R is None else raw.R[i], opt)
@@ -230,7 +230,7 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     """
     if opt.max_lmks is not None and len(lmks) >= opt.max_lmks:
         raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
-    kind = sen.lmk_type or opt.lmk_type or EucPnt(sen.frame_type.dim)
+    kind = sen.lmk_type or opt.lmk_type or EUCLIDEAN[sen.frame_type.dim]
     Rf, Sf = rob.frame(map), sen.frame(map)
     n, N = (opt.n, opt.N) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
     R = sen.model.R if R is None else R
@@ -240,23 +240,23 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
         check_first_estimates(rob.motion.frame, [kind])
         L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
-    r = augment(map, l, blocks, L_y @ R @ L_y.T + L_n @ N @ L_n.T)
+    r = augment(map, l, blocks, L_y.dot(R).dot(L_y.T) + L_n.dot(N).dot(L_n.T))
     return Lmk(id, kind, r=r, slot=_free_slot(lmks), n=n, N=N, first=l if opt.first_estimates else None)
 
 
 def _free_slot(lmks):
     """The first index that no landmark has."""
-    taken = {lmk.slot for lmk in lmks.values()}
-    return next(i for i in range(len(taken) + 1) if i not in taken)
+    return min(set(range(len(lmks) + 1)).difference(map(attrgetter("slot"), lmks.values())))
 
 
 def _well_inside(sensor, y, margin):
-    """Whether a measurement would still be visible if each of its numbers were off by the margin.
+    """Which measurements would still be visible if each of their numbers were off by the margin.
 
     The margin is in the unit of the first number, pixels for a camera; a depth in metres is left alone.
     """
-    units = getattr(sensor, "units", None) or ("",) * len(y)
-    each = np.diag([float(unit == units[0]) for unit in units])
-    off = margin * np.concatenate([np.zeros((1, len(y))), each, -each])
-    v, _ = sensor.retro(y + off)
-    return bool(np.all(sensor.visible(y + off, v)))
+    y = np.asarray(y, float)[None]
+    if margin:
+        units = getattr(sensor, "units", None) or ("",) * y.shape[-1]
+        off = margin * np.diag([float(unit == units[0]) for unit in units])[:, None]
+        y = np.concatenate([y, y + off, y - off])
+    return sensor.visible(y, sensor.retro(y)[0]).all(0)

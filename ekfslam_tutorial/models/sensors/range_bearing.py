@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import wrap
+from ...geometry.arrays import cos_sin, matrix, numbers, vector
 from .checks import angle, positive
 
 
@@ -72,9 +73,9 @@ class RangeBearing:
     def retro(self, y):
         """[range, bearing] to a point in the sensor frame: r [cos beta, sin beta]. Returns v, V_y."""
         y = np.asarray(y, float)
-        r, c, s = y[..., :1], np.cos(y[..., 1:]), np.sin(y[..., 1:])
-        u, n = np.concatenate([c, s], -1), np.concatenate([-s, c], -1)
-        return r * u, np.stack([u, r * n], -1)
+        (r, b), lead = numbers(y), y.shape[:-1]
+        c, s = cos_sin(b)
+        return vector(lead, r * c, r * s), matrix(lead, [c, -r * s], [s, r * c])
 
     def residual(self, y, e):
         """Innovation y - e with the bearing wrapped into (-pi, pi]."""
