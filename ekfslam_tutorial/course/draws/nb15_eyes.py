@@ -31,7 +31,7 @@ class Mounting:
 
 
 @cache
-def mounting(turn=0.9, std=2.0, seed=1, frames=60, calibrate=True):
+def mounting(turn=0.9, std=2.0, seed=1, frames=40, calibrate=True):
     """A robot with a depth camera whose mounting is off by some degrees; it drives at 0.8 m/s.
 
     Parameters
@@ -48,7 +48,8 @@ def mounting(turn=0.9, std=2.0, seed=1, frames=60, calibrate=True):
     data = nb14.scenario(robots=1, depth=True, calibrate=True, frames=frames)
     robot = replace(data.robots[0], control=dict(dx=[0.08, 0, 0], da_deg=[0, 0, turn]))
     eye = replace(data.sensors[0], orientation_std_deg=std)
-    data = replace(data, seed=seed, robots=[robot], sensors=[eye])
+    options = replace(data.options, n_updates=6, max_lmks=30)
+    data = replace(data, seed=seed, robots=[robot], sensors=[eye], options=options)
     recorder, log, truth = Recorder(), [], Frame3(MOUNT)
     for now in universal_slam(data):
         recorder.add(now)
@@ -111,8 +112,11 @@ def depth_sigmas(baseline, frames=1, step=0.0, pixel_std=1.0):
     for k in range(frames):
         F = Frame3(np.array([k * step, 0, 0, 1, 0, 0, 0]))
         for i, each in enumerate(eyes):
-            if k or i:  # the first picture has made the landmark
-                H = observe(F, each, camera, lmk, l)[3]
-                PHt = P @ T(H)
-                P = P - PHt @ np.linalg.solve(H @ PHt + camera.R, T(PHt))
+            p = each.to_frame(F.to_frame(points)[0])[0]
+            s = np.flatnonzero(p[:, 2] > 0.5)  # the robot may have passed the others
+            s = s[camera.visible(camera.project(p[s])[0], p[s])]
+            if len(s) and (k or i):  # the first picture has made the landmarks
+                H = observe(F, each, camera, lmk, l[s])[3]
+                PHt = P[s] @ T(H)
+                P[s] -= PHt @ np.linalg.solve(H @ PHt + camera.R, T(PHt))
     return np.sqrt(P[:, 5, 5]) / rho[:, 0]
