@@ -8,20 +8,20 @@ Whatever a prediction or a correction does to the states at hand, it does to the
 covariance with the states a that were at hand when this began. So the far states are a linear function of *virtual*
 states v, as many as a:
 
-    b = b_0 + G v,    G = P_ba,    with v = 0, P_vv = 0, P_av = I at the beginning.
+    b = b_0 + G v,    G = P_ba L^-T,    with v = 0, P_vv = 0, P_av = L at the beginning, where P_aa = L L'.
 
 Then P_ba = G P_va and P_bb = P_bb0 + G P_vv G' at any time, and v goes through the filter like a state at hand, in one
-small ordinary `Map` of a and v: its P_av and P_vv become the matrices phi and -psi of the paper, its mean the vector
-theta. A far state that is needed comes to hand by the same formulas, with a virtual state of its own. When too much is
-at hand, all is put back at once: one product of large matrices, which is what computers do fastest.
+small ordinary `Map` of a and v: its P_av and P_vv are the matrices phi and -psi of the paper, its mean the vector
+theta. A far state that is needed comes to hand by the same formulas, with a virtual state of its own (`virtual`). When
+too much is at hand, all is put back at once: one product of large matrices, which is what computers do fastest.
 """
 
 import numpy as np
-from scipy.linalg.lapack import dpstrf  # pyright: ignore[reportAttributeAccessIssue]
 
 from .filter import cross
 from .html import map_html
 from .stochastic_map import Map, symmetric
+from .virtual import VirtualStates, cholesky
 
 
 class CompressedMap:
@@ -45,14 +45,31 @@ class CompressedMap:
         self._far, self.active = Map(capacity), active
         self._at = np.zeros(0, int)  # where each state of the map is at hand; -1 for the far ones
         self._used_at = np.zeros(0, int)  # when it was used last
-        self._Gt, self._v, self._now, self.layout = np.zeros((0, 0)), np.zeros(0, int), 0, 0
-        self._begin(np.zeros(0, int), np.zeros((0, 0)), np.zeros((0, 0)))
+        self._now = self.layout = 0
+        self._begin()
 
     def __repr__(self):
         return f"Compressed{self._far!r}".replace("states in use", f"states in use, {len(self._hand)} at hand")
 
     def _repr_html_(self):
         return map_html(self)
+
+    def __getstate__(self):
+        """For copies and files. All is put back for it: the estimate stays the same, but for rounding."""
+        self.P  # noqa: B018
+        return {
+            "far": self._far.__getstate__(),
+            "active": self.active,
+            "used_at": self._used_at.copy(),
+            "now": self._now,
+        }
+
+    def __setstate__(self, state):
+        self.__init__(active=state["active"])
+        self._far.__setstate__(state["far"])
+        self._used_at, self._now = np.array(state["used_at"]), state["now"]
+        self._at = np.full(len(self._used_at), -1)
+        self._begin()
 
     @property
     def ranges(self):
@@ -90,16 +107,17 @@ class CompressedMap:
         """Covariance of all states, shape (n, n). A view, too, good until the next operation on the map."""
         if len(self._hand):
             self._put_back()
-            self._begin(np.zeros(0, int), np.zeros((0, 0)), np.zeros((0, self.n)))
+            self._begin()
         return self._far.P
 
     def flush(self):
         """Put all that is at hand back into the large covariance; what was used last stays at hand."""
         if not len(self._hand):
             return
-        keep = self._used_last()[np.argsort(self._hand)]
-        hand, rows = self._put_back()
-        self._begin(hand[keep], rows[np.ix_(keep, hand[keep])], rows[keep])
+        keep = np.sort(self._hand[self._used_last()])
+        self._put_back()
+        self._begin()
+        self._load(keep)
 
     def _used_last(self):
         """Which of the states at hand were used last: a quarter of `active`, and what was used together with it."""
@@ -164,7 +182,7 @@ class CompressedMap:
             i = np.arange(r.start, r.stop) if isinstance(r, slice) else r.ravel()
             far = self._at[i] < 0
             if far.any():
-                self._load(np.unique(i[far]))
+                self._load(np.array(sorted(set(i[far].tolist()))))
             here = self._at[r]
             if isinstance(r, slice):
                 if len(here) and (np.diff(here) == 1).all():
@@ -218,21 +236,18 @@ class CompressedMap:
         for here in self._at[r].tolist():
             if here >= 0:
                 self._near.remove(slice(here, here + 1))
-        self._at[r], self._Gt[:, r] = -1, 0.0
+        self._at[r] = -1
+        self._virtual.forget(r)
         self._hand = self._hand[self._at[self._hand] >= 0]
         self._here, self.layout = {}, self.layout + 1
 
     # --- between the far states and those at hand --------------------------------------------------------------------
 
-    def _begin(self, hand, P_aa, rows):
-        """Only these states are at hand, given their indices, their covariance, and P[hand, :]."""
-        self._make_room(len(hand))
-        k = len(hand)
-        self._near, self._here, self._moved = Map(), {}, False
-        self._near.insert(np.zeros(2 * k), _with_virtual(P_aa), np.zeros((2 * k, 0)))
-        self._at[:], self._hand, self._v = -1, np.zeros(0, int), np.arange(k, 2 * k)
-        self._Gt[:k, : self.n] = rows
-        self._take(hand, 0)
+    def _begin(self):
+        """Nothing is at hand."""
+        self._near, self._virtual, self._v = Map(), VirtualStates(self.n), np.zeros(0, int)
+        self._at[:], self._hand, self._here, self._moved = -1, np.zeros(0, int), {}, False
+        self.layout += 1
 
     def _take(self, indices, start):
         """Note that these states are at hand now, from this place on."""
@@ -241,32 +256,30 @@ class CompressedMap:
         self._hand = np.concatenate([self._hand, indices])
         self.layout += 1
 
-    def _make_room(self, k=0):
-        """Let the arrays reach over the whole map, and G over k virtual states more."""
-        n, size = self.n, len(self._at)
-        if n > size:
+    def _make_room(self):
+        """Let the arrays reach over the whole map."""
+        n = self.n
+        if n > len(self._at):
             self._at = np.concatenate([self._at, np.full(n, -1)])
             self._used_at = np.concatenate([self._used_at, np.zeros(n, int)])
-        rows = len(self._v) + k
-        if rows > len(self._Gt) or n > self._Gt.shape[1]:
-            Gt = np.zeros((max(2 * rows, len(self._Gt)), len(self._at)))
-            Gt[: len(self._Gt), : self._Gt.shape[1]] = self._Gt
-            self._Gt = Gt
+        self._virtual.reach(n)
 
     def _load(self, i):
-        """Bring far states to hand, each with a virtual state of its own."""
+        """Bring far states to hand, and with them virtual states."""
         if not self.used[i].all():
             raise ValueError(f"states {i.tolist()} are not in use in this map of {self.n} states")
-        k, n_v, near, v = len(i), len(self._v), self._near, self._v
-        self._make_room(k)
-        G_i = self._Gt[:n_v, i].T
-        P_vm = near.rows(v[None])[0]
-        P_im = G_i @ P_vm
-        P_ii = self._far.block(i[None])[0] + P_im[:, v] @ G_i.T
-        x, P_xm = np.zeros(2 * k), np.zeros((2 * k, near.n))
-        x[:k], P_xm[:k] = G_i @ near.x[v], P_im
-        r = near.insert(x, _with_virtual(P_ii), P_xm)
-        self._Gt[n_v : n_v + k, : self.n] = self._far.rows(i[None])[0]
+        near, v, P_i = self._near, self._v, self._far.rows(i[None])[0]
+        P_ii = P_i[:, i]
+        G_i = self._virtual.take(i, P_i, P_ii)
+        old, new = G_i[:, : len(v)], G_i[:, len(v) :]
+        k, m = len(i), len(i) + new.shape[1]
+        x, P_xm, P_xx = np.zeros(m), np.zeros((m, near.n)), np.zeros((m, m))
+        x[:k] = old.dot(near.x[v])
+        P_xm[:k] = old.dot(near.rows(v))
+        P_xx[:k, :k] = P_ii + P_xm[:k, v].dot(old.T)
+        P_xx[:k, k:], P_xx[k:, :k] = new, new.T
+        P_xm[:k, v] += old
+        r = near.insert(x, P_xx, P_xm)
         self._v = np.concatenate([v, np.arange(r.start + k, r.stop)])
         self._take(i, r.start)
 
@@ -275,41 +288,27 @@ class CompressedMap:
         here = self._at[i.ravel()]
         T, near, far = np.zeros((i.size, self._near.n)), np.flatnonzero(here >= 0), np.flatnonzero(here < 0)
         T[near, here[near]] = 1.0
-        T[np.ix_(far, self._v)] = self._Gt[: len(self._v), i.ravel()[far]].T
+        T[np.ix_(far, self._v)] = self._virtual.of(i.ravel()[far])
         return T.reshape(*i.shape, -1)
 
     def _settle(self):
         """Bring the means of all states up to date: b = b_0 + G v."""
         if self._moved:
-            dx, self._moved = self._near.x[self._v] @ self._Gt[: len(self._v), : self.n], False
+            dx, self._moved = self._virtual.times(self._near.x[self._v], self.n), False
             dx[self._hand] = self._near.x[self._at[self._hand]]
             self._far.shift(dx)
             self._near.x[:] = 0.0
 
     def _put_back(self):
-        """Bring the large covariance up to date. Returns the states at hand, in order, and their rows of it."""
+        """Bring the large covariance up to date."""
         self._settle()
         hand, v, P = np.sort(self._hand), self._v, self._near.P
-        here, Gt = self._at[hand], self._Gt[: len(v), : self.n]
+        here, Gt = self._at[hand], self._virtual.all(self.n)
         rows = P[np.ix_(here, v)] @ Gt
         rows[:, hand] = P[np.ix_(here, here)]
         if len(v):
-            L, order, rank, _ = dpstrf(-P[np.ix_(v, v)], lower=1)  # as many columns as there is information
-            C = np.zeros((len(v), rank))
-            C[order - 1] = np.tril(L)[:, :rank]
-            self._far.subtract(C.T @ Gt)
+            self._far.subtract(cholesky(-P[np.ix_(v, v)])[0].T @ Gt)
         self._far.overwrite(hand, rows)
-        return hand, rows
-
-
-def _with_virtual(P_aa):
-    """Covariance of states and of as many new virtual ones: P_av = I, P_vv = 0."""
-    k = len(P_aa)
-    P = np.zeros((2 * k, 2 * k))
-    P[:k, :k] = P_aa
-    np.fill_diagonal(P[:k, k:], 1.0)
-    np.fill_diagonal(P[k:, :k], 1.0)
-    return P
 
 
 class Columns:
