@@ -1,5 +1,7 @@
 """The pictures of each robot: which ones are written, and what is in their panels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -34,6 +36,23 @@ def test_each_robot_has_its_pictures(run, tmp_path):
     assert set(names) == wanted == {path.name for path in tmp_path.iterdir()}
 
 
+def test_a_recording_with_gps_shows_it_and_what_frames_cost(run, tmp_path):
+    data, history = run
+    track = history.track(1)
+    fixes = np.column_stack([track.t, track.x[:, :2] + 0.3])
+    names = views.write_figures(tmp_path, history, data, {1: fixes}, [1e-3] * 20)
+    assert "cost.png" in names and (tmp_path / "cost.png").stat().st_size > 5000
+    plain = views.write_figures(tmp_path, history, data)
+    assert set(plain) == set(names) - {"cost.png"}
+
+
+def test_without_truth_only_nis_is_shown(run):
+    _, history = run
+    track = replace(history.track(1), truth=np.full_like(history.track(1).truth, np.nan))
+    fig = robot_views._consistency(track, history.nis(1))
+    assert [ax.get_ylabel() for ax in fig.axes] == ["NIS (-)"] and "not known" in fig.get_suptitle()
+
+
 def test_errors_are_those_of_the_track_in_metres_and_degrees(run):
     _, history = run
     track = history.track(2)
@@ -54,4 +73,13 @@ def test_nis_is_kept_with_its_time_and_averaged_in_groups(run):
     assert history.summary()["nis_mean"] == pytest.approx(mean)
     many = np.column_stack([np.arange(4001.0), np.arange(4001.0), np.full(4001, 2.0)])
     t, value, dof, n = robot_views._averaged(many)
-    assert n == 3 and len(t) == 1333 and value[:2].tolist() == [1.0, 4.0] and set(dof) == {2.0}
+    assert set(n[:-1]) == {3} and n.sum() == 4001 and value[:2].tolist() == [1.0, 4.0] and set(dof) == {2.0}
+    assert len(t) == 1334 and n[-1] == 2
+
+
+def test_groups_of_nis_end_at_gaps_in_time():
+    t = np.concatenate([np.arange(2000.0), 5000.0 + np.arange(2500.0)])
+    nis = np.column_stack([t, np.where(t < 4000, 1.0, 7.0), np.full(4500, 2.0)])
+    t, value, _, n = robot_views._averaged(nis)
+    assert set(value) == {1.0, 7.0} and n.sum() == 4500 and n.max() == 3
+    assert not ((t > 2000) & (t < 5000)).any()

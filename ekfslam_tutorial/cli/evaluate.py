@@ -13,6 +13,7 @@ COLUMNS = {
     "heading_rmse_deg": "heading deg",
     "landmark_rmse_aligned_m": "map m",
     "dead_reckoning_ate_m": "dead reckoning m",
+    "gps_rmse_best95_m": "best 95 % of GPS m",
     "nees_mean": "NEES",
     "nis_mean": "NIS",
     "wall_s": "time s",

@@ -6,14 +6,21 @@ import json
 import numpy as np
 
 from .. import __version__
+from ..analysis.fixes import fix_figures
 from .files import replacing
 from .tum import write_tum
 
+SPOKEN = {
+    "ate_rmse_m": "ATE {:.3g} m",
+    "landmark_rmse_m": "landmark RMSE {:.3g} m",
+    "gps_rmse_best95_m": "{:.3g} m RMSE to the best 95 % of GPS",
+}
+"""Figures that are said in one line, where they are known."""
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
 
 
-def summary(data, history, recording, seconds, n_frames, interrupted):
+def summary(data, history, recording, seconds, n_frames, interrupted, costs=()):
     """The figures of a run for result.json; None stands for what cannot be known.
 
     Parameters
@@ -26,13 +33,19 @@ def summary(data, history, recording, seconds, n_frames, interrupted):
     n_frames : int
         How many frames there were to be.
     interrupted : bool
+    costs : sequence of float
+        Processor time of each frame, s.
     """
     figures = history.summary()
     figures["n_landmarks"] = len(history.last.lmks)
+    if recording and recording.fixes:
+        robots = figures.pop("robots")
+        figures |= fix_figures((history.track(id) for id in history.robots), recording.fixes) | {"robots": robots}
     head = {"scenario": data.name, "seed": data.seed, "version": __version__}
     head |= {"recording": recording.name if recording else None}
     head |= {"complete": not interrupted, "frames_wanted": n_frames}
     tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
+    tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
     tail["notes"] = recording.notes if recording else []
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
 
@@ -40,16 +53,19 @@ def summary(data, history, recording, seconds, n_frames, interrupted):
 def sentence(figures):
     """The figures of a run in one line."""
     words = [f"{figures['frames']} frames", f"{figures['n_landmarks']} landmarks"]
-    for key, text in (("ate_rmse_m", "ATE {:.3g} m"), ("landmark_rmse_m", "landmark RMSE {:.3g} m")):
-        if figures[key] is not None:
+    for key, text in SPOKEN.items():
+        if figures.get(key) is not None:
             words.append(text.format(figures[key]))
     if figures["n_landmarks_refused"]:
         words.append(f"{figures['n_landmarks_refused']} landmarks not started: the map was full")
     return f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s"
 
 
-def write(out, figures, history, data):
-    """Write all files; each appears whole or not at all. Returns their names."""
+def write(out, figures, history, data, recording=None, costs=None):
+    """Write all files; each appears whole or not at all. Returns their names.
+
+    `costs` are the seconds that each frame took.
+    """
     from . import views
 
     with replacing(out / "result.json") as part:
@@ -57,13 +73,15 @@ def write(out, figures, history, data):
     _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
     _write_csv(out / "map.csv", *landmarks(history))
     names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
-    return [*names, *views.write_figures(out, history, data)]
+    return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs)]
 
 
-def write_recording(out, recorder, name):
+def write_recording(out, recorder, name, fixes=None):
     """Write recording.npz, which plays the run again."""
+    played = recorder.recording(name)
+    played.fixes = fixes or {}
     with replacing(out / "recording.npz") as part:
-        recorder.recording(name).save(part)
+        played.save(part)
     return ["recording.npz"]
 
 

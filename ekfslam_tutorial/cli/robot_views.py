@@ -5,6 +5,7 @@ import numpy as np
 
 from ..analysis.consistency import md2
 from ..graphics import consistency_panel, error_panel, map_picture
+from ..graphics.panels import GAP
 from .files import replacing
 
 AXES = {
@@ -15,7 +16,7 @@ MOST_POINTS = 1500
 """NIS of a long run is averaged, so that no picture has more points than can be told apart."""
 
 
-def write_robot_figures(out, history, tracks, lmks, data):
+def write_robot_figures(out, history, tracks, lmks, data, fixes):
     """Write map-N.png, errors-N.png and consistency-N.png for each robot; return their names.
 
     Parameters
@@ -27,25 +28,28 @@ def write_robot_figures(out, history, tracks, lmks, data):
     lmks : dict
         Arguments of `map_picture` for the landmarks: mean, cov, ids, true_points, true_ids.
     data : UserData
+    fixes : dict of int to ndarray, shape (g, d)
+        Positions by a satellite receiver, where there are any.
     """
     names = []
     for id, track in tracks.items():
         if len(tracks) > 1:
-            names.append(_save(_path(track, lmks, data), out / f"map-{id}.png"))
+            names.append(_save(_path(track, lmks, data, fixes.get(id)), out / f"map-{id}.png"))
         if track.known.sum() > 1:
             names.append(_save(_errors(track, data.figure.k), out / f"errors-{id}.png"))
         nis = history.nis(id)
-        if len(nis) > 1 or track.known.sum() > 1:
+        if len(nis) > 1 or np.isfinite(track.errors()[0]).any():
             names.append(_save(_consistency(track, nis), out / f"consistency-{id}.png"))
     return names
 
 
-def _path(track, lmks, data):
+def _path(track, lmks, data, fixes):
     dim = track.frame.dim
     axes, _ = map_picture(
         track.x[:, :dim],
         **lmks,
         true_path=track.truth[:, :dim] if track.known.any() else None,
+        fixes=fixes,
         k=data.figure.k,
         title=f"{data.name}: robot {track.id}",
     )
@@ -67,29 +71,35 @@ def _errors(track, k):
 
 
 def _consistency(track, nis):
-    """NEES of the pose above, NIS of the innovations that were used below; each with its 95 % band."""
-    fig, (above, below) = plt.subplots(2, 1, figsize=(9, 6.5), sharex=True, layout="constrained")
+    """NEES of the pose, where the truth is known, and below it NIS of the innovations used; each with its 95 % band."""
     e, P = track.errors()
     t, value = track.t[track.known], md2(e, P)
+    rows = int(np.isfinite(value).any()) + int(len(nis) > 0)
+    fig, panels = plt.subplots(rows, 1, figsize=(9, 0.5 + 3 * rows), sharex=True, squeeze=False, layout="constrained")
     if np.isfinite(value).any():
-        consistency_panel(t, value, track.frame.dof, name="NEES of the pose", ax=above)
-    else:
-        above.text(0.5, 0.5, "the true pose is not known", ha="center", va="center", transform=above.transAxes)
-        above.set_axis_off()
+        consistency_panel(t, value, track.frame.dof, name="NEES of the pose", ax=panels[0, 0])
     if len(nis):
         t, value, dof, n = _averaged(nis)
-        name = "NIS" if n == 1 else f"NIS, mean of {n} at a time"
-        consistency_panel(t, value, dof, runs=n, name=name, ax=below)
-        below.set_ylabel("NIS (-)")
-    fig.suptitle(f"robot {track.id}")
+        name = "NIS" if n.max() == 1 else f"NIS, mean of {n.max()} at a time"
+        consistency_panel(t, value, dof, runs=n, name=name, ax=panels[-1, 0])
+        panels[-1, 0].set_ylabel("NIS (-)")
+    fig.suptitle(f"robot {track.id}" if track.known.any() else f"robot {track.id}, whose true pose is not known")
     return fig
 
 
 def _averaged(nis):
-    """NIS (K, 3) of [t, value, dof] as t, value and dof of groups of n that follow each other."""
-    n = -(-len(nis) // MOST_POINTS)
-    groups = nis[: len(nis) // n * n].reshape(-1, n, 3).mean(axis=1)
-    t, value, dof = groups.T
+    """NIS (K, 3) of [t, value, dof] as t, value and dof of groups that follow each other, and their sizes.
+
+    No group reaches across a gap in time; the last one before it may be smaller.
+    """
+    most = -(-len(nis) // MOST_POINTS)
+    t = nis[:, 0]
+    step = np.diff(t)
+    usual = np.median(step[step > 0]) if (step > 0).any() else 0.0
+    starts = np.concatenate([[0], np.flatnonzero(step > GAP * max(usual, 1e-12)) + 1, [len(t)]])
+    edges = np.concatenate([np.arange(a, b, most) for a, b in zip(starts[:-1], starts[1:], strict=True)])
+    n = np.diff(edges, append=len(t))
+    t, value, dof = (np.add.reduceat(nis, edges) / n[:, None]).T
     return t, value, dof, n
 
 

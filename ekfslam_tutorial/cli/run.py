@@ -39,15 +39,15 @@ def main(options):
         if options.live:
             watchers.append(windows.enter_context(views.Live(data.figure)))
         with views.Film(movie, data.figure) if movie else nullcontext() as film:
-            seconds, interrupted = consume(run, watchers + ([film] if movie else []))
+            seconds, costs, interrupted = consume(run, watchers + ([film] if movie else []))
         if history.last is None:
             print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
             return 130
 
-        summary = results.summary(data, history, recording, seconds, len(run), interrupted)
-        written = results.write(out, summary, history, data)
+        summary = results.summary(data, history, recording, seconds, len(run), interrupted, costs)
+        written = results.write(out, summary, history, data, recording, costs if recording else None)
         if options.record:
-            written += results.write_recording(out, recorder, data.name)
+            written += results.write_recording(out, recorder, data.name, recording and recording.fixes)
         if movie:
             written.append(movie.name)
         print(results.sentence(summary))
@@ -87,24 +87,27 @@ def consume(run, watchers):
     -------
     seconds : float
         Spent on the run itself, without the watchers.
+    costs : list of float
+        The same for each frame, but of this thread's processor: other programs do not count.
     interrupted : bool
         By Ctrl-C; then the frames so far are complete.
     """
-    seconds, frames = 0.0, iter(run)
+    seconds, costs, frames = 0.0, [], iter(run)
     with stopped_by_ctrl_c() as stop, tqdm(total=len(run), unit=" frames", dynamic_ncols=True) as bar:
         while not stop.is_set():
-            start = time.perf_counter()
+            start, used = time.perf_counter(), time.thread_time()
             snapshot = next(frames, None)
             seconds += time.perf_counter() - start
             if snapshot is None:
                 break
+            costs.append(time.thread_time() - used)
             for watcher in watchers:
                 watcher.add(snapshot)
             bar.update()
         interrupted = stop.is_set() and bar.n < len(run)
     if interrupted:
         print(f"ekfslam run: stopped after {bar.n} of {len(run)} frames; these are written", file=sys.stderr)
-    return seconds, interrupted
+    return seconds, costs, interrupted
 
 
 @contextmanager

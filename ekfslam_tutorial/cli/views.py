@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.backends.registry import BackendFilter, backend_registry
 
-from ..graphics import MapFig, Movie, SenFig, check_movie_path, grab, map_picture, side_by_side, use_style
+from ..graphics import MapFig, Movie, SenFig, check_movie_path, cost_panel, grab, map_picture, side_by_side, use_style
 from .files import replacing
 from .robot_views import write_robot_figures
 
@@ -15,18 +15,33 @@ FEW = 2
 """The dead reckoning of more robots than this would hide everything else."""
 
 
-def write_figures(out, history, data):
-    """Write map.png, sensor-N.png and the pictures of each robot; return their names."""
+def write_figures(out, history, data, fixes=None, costs=None):
+    """Write map.png, sensor-N.png and the pictures of each robot; return their names.
+
+    With `fixes`, positions by a satellite receiver by robot id, these are in the maps; with `costs`, the seconds that
+    each frame took, there is a cost.png.
+    """
     use_style(dpi=100)
+    fixes = fixes or {}
     align = history.alignment()[0] if history.gauge == "free" else None
     tracks = {id: history.track(id) for id in history.robots}
     if align is not None:
         tracks = {id: _laid(track.moved(align)) for id, track in tracks.items()}
+        fixes = {}  # they are in the frame of the map, not of the truth
+    fixes = {id: table[table[:, 0] <= history.last.t, 1:] for id, table in fixes.items()}
     lmks = _landmarks(history.last, align)
     with plt.rc_context({"figure.max_open_warning": 0}):
-        names = [_map(out, history.last, tracks, lmks, data, align)]
+        names = [_map(out, history.last, tracks, lmks, data, align, fixes)]
         names += [_sensor(out, history.last, sen.id, data.figure) for sen in data.sensors]
-        return names + write_robot_figures(out, history, tracks, lmks, data)
+        names += write_robot_figures(out, history, tracks, lmks, data, fixes)
+        return names + ([_costs(out, history, costs)] if costs is not None and len(costs) > 1 else [])
+
+
+def _costs(out, history, costs):
+    """What each frame has cost, and the size of the map."""
+    t = next(history.track(id).t for id in history.robots)
+    ax = cost_panel(t[-len(costs) :], np.array(costs), np.array(history.n_landmarks[-len(costs) :]))
+    return _save(ax.figure, out / "cost.png")
 
 
 def _landmarks(s, align):
@@ -47,7 +62,7 @@ def _landmarks(s, align):
     }
 
 
-def _map(out, s, tracks, lmks, data, align):
+def _map(out, s, tracks, lmks, data, align, fixes):
     """The whole run in one picture: laid on the truth, if the map has a frame of its own."""
     dim = s.robs[0].motion.frame.dim
     named = {f"robot {id}": track for id, track in tracks.items()}
@@ -57,7 +72,8 @@ def _map(out, s, tracks, lmks, data, align):
         {name: track.x[:, :dim] for name, track in named.items()},
         **lmks,
         true_path={name: track.truth[:, :dim] for name, track in known.items()} or None,
-        dead_reckoning={name: track.dead[:, :dim] for name, track in named.items()} if few else None,
+        dead_reckoning={name: track.dead[:, :dim] for name, track in named.items()} if few and not fixes else None,
+        fixes={f"robot {id}": p for id, p in fixes.items()} or None,
         k=data.figure.k,
         title=f"{data.name}: {s.k - data.time.first + 1} frames" + ", map laid on the truth" * (align is not None),
     )

@@ -8,7 +8,7 @@ from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated,
 from .map_fig import MapFig
 from .monte_carlo_picture import monte_carlo_picture
 from .movie import Movie, check_movie_path, grab, side_by_side, write_movie
-from .panels import consistency_panel, covariance_panel, error_panel, error_panels, film_strip
+from .panels import consistency_panel, cost_panel, covariance_panel, error_panel, error_panels, film_strip
 from .picture import map_picture
 from .player import StateLog, write_player_html
 from .sen_fig import SenFig
@@ -41,6 +41,7 @@ __all__ = [
     "UPDATED",
     "check_movie_path",
     "consistency_panel",
+    "cost_panel",
     "covariance_panel",
     "ellipse_points",
     "ellipsoid_wires",

@@ -15,9 +15,11 @@ from matplotlib.axes import Axes
 
 from ..ekf import chi_square
 from .ellipses import sigma_label
-from .style import BLACK, BLUE, ESTIMATE, GREY, ORANGE, REJECTED, VERMILLION, line
+from .style import BLACK, BLUE, ESTIMATE, GREY, ORANGE, REJECTED, SKY_BLUE, VERMILLION, line
 
 Array = np.ndarray
+GAP = 10
+"""A step of time of more than so many usual ones is a gap."""
 
 
 def _axes(ax: Axes | None, figsize=(8.0, 4.0)) -> Axes:
@@ -102,7 +104,7 @@ def consistency_panel(
     t: Array,
     value: Array,
     dof: float | Array,
-    runs: int = 1,
+    runs: int | Array = 1,
     probability: float = 0.95,
     name: str = "NEES",
     ax: Axes | None = None,
@@ -132,7 +134,8 @@ def consistency_panel(
     t, value = np.asarray(t, dtype=float), np.asarray(value, dtype=float)
     dof = np.broadcast_to(np.asarray(dof, dtype=float), value.shape)
     tail = (1 - probability) / 2
-    low, high = (chi_square.quantile(p, np.maximum(dof, 1e-9) * runs) / runs for p in (tail, 1 - tail))
+    t, value, dof, n = gaps_opened(t, value, dof, np.broadcast_to(np.asarray(runs, dtype=float), value.shape))
+    low, high = (chi_square.quantile(p, np.maximum(dof, 1e-9) * n) / n for p in (tail, 1 - tail))
     known = np.isfinite(value)
     within = 100 * ((value >= low) & (value <= high))[known].mean() if known.any() else np.nan
     mean = value[known].mean() if known.any() else np.nan
@@ -143,14 +146,65 @@ def consistency_panel(
     above = value > high
     ax.plot(t[above], value[above], color=VERMILLION, marker="x", linestyle="none", label="over-confident")
     ax.axhline(mean, color=ORANGE, linestyle=":", linewidth=1.8, label=f"mean {mean:.3g}")
-    top = np.nanmax(np.concatenate([high, value[known]])) if known.any() else high.max()
-    if top > 20 * high.max():
+    top = np.nanmax(np.concatenate([high, value[known]])) if known.any() else np.nanmax(high)
+    if top > 20 * np.nanmax(high):
         ax.set_yscale("log")
     else:
         ax.set_ylim(0, 1.1 * top)
-    runs_text = f", mean of {runs} runs" if runs > 1 else ""
+    runs_text = f", mean of {runs} runs" if np.ndim(runs) == 0 and runs > 1 else ""
     ax.set(xlabel="t (s)", ylabel=f"{name}{runs_text} (-)", xlim=(t[0], t[-1]) if len(t) > 1 else None)
     _legend_above(ax)
+    return ax
+
+
+def gaps_opened(t: Array, *values: Array) -> list[Array]:
+    """Return times and values with a NaN in each gap of time, so that no line is drawn across it.
+
+    Parameters
+    ----------
+    t : (F,)
+        Rising. A gap is a step of more than `GAP` times the median step.
+    *values : (F,)
+    """
+    step = np.diff(t)
+    usual = np.median(step[step > 0]) if (step > 0).any() else 0.0
+    after = np.flatnonzero(step > GAP * usual) + 1
+    middle = np.insert(np.asarray(t, dtype=float), after, (t[after - 1] + t[after]) / 2)
+    return [middle, *(np.insert(np.asarray(v, dtype=float), after, np.nan) for v in values)]
+
+
+def cost_panel(t: Array, seconds: Array, sizes: Array, ax: Axes | None = None) -> Axes:
+    """Draw what each frame of a run has cost, and how large the map was.
+
+    Parameters
+    ----------
+    t : (F,)
+        Time of the frames, seconds.
+    seconds : (F,)
+        What the computer needed for each.
+    sizes : (F,)
+        Number of landmarks in the map after it.
+    ax : matplotlib Axes, optional
+        Where to draw; by default a new figure.
+    """
+    ax = _axes(ax)
+    t, ms = np.asarray(t, dtype=float), 1000 * np.asarray(seconds, dtype=float)
+    width = max(1, len(ms) // 100)
+    blocks = [slice(i, i + width) for i in range(0, len(ms), width)]
+    middle, median = (np.array([np.median(a[b]) for b in blocks]) for a in (t, ms))
+    top = 1.3 * np.quantile(ms, 0.99) if len(ms) else 1.0
+    ax.plot(t, np.minimum(ms, top), color=SKY_BLUE, marker=".", markersize=2, linestyle="none", label="each frame")
+    ax.plot(middle, median, **line(ESTIMATE), label="median")
+    ax.set(xlabel="t (s)", ylabel="time of a frame (ms)", ylim=(0, top))
+    ax.set_xlim(*(t[[0, -1]] if len(t) > 1 else (None, None)))
+    right = ax.twinx()
+    right.plot(t, sizes, color=VERMILLION, linestyle="--", linewidth=1.5, label="landmarks")
+    right.set(ylabel="landmarks (-)", ylim=(0, 1.15 * max(np.max(sizes, initial=0), 1)))
+    right.grid(False)
+    right.spines.right.set_visible(True)
+    handles, names = (a + b for a, b in zip(*(x.get_legend_handles_labels() for x in (ax, right)), strict=True))
+    names[0] += f" ({ms.sum() / 1000:.3g} s in all)"
+    ax.legend(handles, names, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0, ncols=3, frameon=False)
     return ax
 
 

@@ -12,10 +12,12 @@ from .artists import Labels, dim_of, draw_legend, new_line, put_path
 from .bodies import ground_grid, nice_step
 from .clip import box, clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated, sigma_label
-from .style import BLACK, DEAD_RECKONING, ESTIMATE, LIGHT_GREY, TRUTH, line, points
+from .style import BLACK, DEAD_RECKONING, ESTIMATE, LIGHT_GREY, MEASUREMENT, TRUTH, line, points
 from .views import View, fit_limits
 
 Array = np.ndarray
+MANY = 100
+"""More landmarks than this are small points without labels, which would hide the map."""
 
 
 def map_picture(
@@ -27,6 +29,7 @@ def map_picture(
     true_points: Array | None = None,
     true_ids=None,
     dead_reckoning: Array | Mapping[str, Array] | None = None,
+    fixes: Array | Mapping[str, Array] | None = None,
     k: float = 3,
     title: str = "",
     ax: Any = None,
@@ -43,6 +46,8 @@ def map_picture(
     ids : sequence of n, optional
         Their ids: labels, and the partners in `true_ids`.
     true_path, dead_reckoning : like `path`, optional
+    fixes : (g, d) array, or one for each robot by name, optional
+        Positions by a satellite receiver: points, no line. The picture need not have room for all of them.
     true_points, true_ids : (N, d), (N,), optional
         True landmarks and their ids.
     k : float
@@ -82,16 +87,26 @@ def map_picture(
     else:
         view.show(limits, {})
 
+    for i, p in enumerate(_by_name(fixes).values()):
+        seen = p[inside(p, box(limits))]
+        ax.plot(
+            *seen.T,
+            **points(MEASUREMENT, markersize=3.5, markeredgewidth=0.7),
+            zorder=4.5,
+            label="GPS" if not i else None,
+        )
     _plot_paths(ax, dead, DEAD_RECKONING, "dead reckoning", zorder=2)
     _plot_paths(ax, paths, ESTIMATE, "estimated path", zorder=4)
     _plot_paths(ax, truths, TRUTH, "true path", zorder=5)
     curves = (ellipse_points if d == 2 else ellipsoid_wires)(mean, cov, k)
     rows = clip_curves(curves, box(limits))
     ax.plot(*rows.T, **line(ESTIMATE, linewidth=1.1), zorder=3, label=sigma_label(k, d))
-    ax.plot(*mean.T, **points(ESTIMATE), zorder=6, label="estimated landmark")
+    small = {"markersize": 2.5} if len(mean) > MANY else {}
+    ax.plot(*mean.T, **points(ESTIMATE, **small), zorder=6, label="estimated landmark")
     if len(true_points):
         ax.plot(*true_points.T, **points(TRUTH, markeredgewidth=1.1), zorder=5, label="true landmark")
     shown = {id: p for id, p in zip(ids, mean, strict=True) if inside(p, box(limits))}
+    shown = shown if len(ids) <= MANY else {}
     Labels(ax, size=12 if len(ids) <= 40 else 10, color=BLACK, zorder=7).put(shown)
     handles, names = ax.get_legend_handles_labels()
     if view is None:

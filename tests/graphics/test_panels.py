@@ -7,6 +7,7 @@ from scipy.stats import chi2
 
 from ekfslam_tutorial.graphics import (
     consistency_panel,
+    cost_panel,
     covariance_panel,
     error_panel,
     error_panels,
@@ -64,6 +65,35 @@ def test_consistency_panel_with_changing_dof_and_gaps():
     above = next(line for line in ax.lines if line.get_label() == "over-confident")
     np.testing.assert_array_equal(above.get_xdata(), [1])
     assert "NIS: 67 % in the band" in legend(ax)
+
+
+def test_consistency_panel_is_not_joined_across_gaps():
+    """100 frames, 50 s of nothing, 100 frames: curve and band have a hole, the numbers stay as they are."""
+    t = np.concatenate([0.1 * np.arange(100), 60 + 0.1 * np.arange(100)])
+    ax = consistency_panel(t, np.full(200, 2.0), 2.0)
+    drawn = next(l for l in ax.lines if "in the band" in str(l.get_label()))
+    x, y = (np.asarray(a, float) for a in (drawn.get_xdata(), drawn.get_ydata()))
+    assert len(x) == 201 and np.isnan(y[100]) and np.isfinite(np.delete(y, 100)).all() and 10 < x[100] < 60
+    assert len(ax.collections[0].get_paths()) == 2
+    assert "NEES: 100 % in the band" in legend(ax)
+
+
+def test_consistency_panel_takes_means_of_different_numbers_of_values():
+    runs = np.array([1, 10, 100])
+    ax = consistency_panel(np.arange(3.0), np.full(3, 2.0), 2.0, runs=runs)
+    path = ax.collections[0].get_paths()[0].vertices
+    for t, n in enumerate(runs):
+        np.testing.assert_allclose(path[path[:, 0] == t, 1].max(), chi2.ppf(0.975, 2 * n) / n)
+    assert "mean of" not in ax.get_ylabel()
+
+
+def test_cost_panel_shows_times_and_the_size_of_the_map():
+    ax = cost_panel(np.arange(300.0), np.full(300, 2e-3), np.arange(300))
+    dots = next(l for l in ax.lines if "each frame" in str(l.get_label()))
+    np.testing.assert_allclose(np.asarray(dots.get_ydata(), float), 2.0)
+    assert "0.6 s in all" in legend(ax)[0] and ax.get_ylabel() == "time of a frame (ms)"
+    (right,) = [a for a in ax.figure.axes if a is not ax]
+    assert right.get_ylabel() == "landmarks (-)" and right.lines[0].get_ydata()[-1] == 299
 
 
 def test_covariance_panel_normalises_divides_and_names():
