@@ -19,6 +19,7 @@ def guard(predict, x, P, u, U):
     x_new, P_new = predict(x, P, u, U)
 
     def moved(x, u):
+        """Difference of the new means, the heading wrapped."""
         step = np.subtract(predict(x, P, u, U)[0], x_new)
         step[2] = wrap(step[2])
         return step
@@ -147,6 +148,7 @@ def parts(predict, x, P, u, U, at=None):
     x2, P2 = predict(x, P, u, U)
 
     def moved(a, u):
+        """Difference of the new means, the heading wrapped."""
         step = predict(a, P, u, U)[0] - x2
         step[2] = wrap(step[2])
         return step

@@ -121,7 +121,7 @@ def _(f, rng):
 # ---- wrong and right answers ---------------------------------------------------------------------------------------
 
 
-def variation(X_x=None, X_u=None, N=None, mean=None, map_too=True):
+def _variation(X_x=None, X_u=None, N=None, mean=None, map_too=True):
     """The right prediction with one part replaced: each argument gets (theta, r1, t, r2) and what is right."""
 
     def answer(x, P, u, U):
@@ -168,41 +168,41 @@ def _wrong(name, hint, answer):
 
 # fmt: off
 _wrong("as it was reported", "Both bugs are still there: sine and cosine, and one that the thread does not name. Ask "
-       "your guard.", variation(*_late(SWAPPED)))
+       "your guard.", _variation(*_late(SWAPPED)))
 _wrong("the repair of the thread", "Sine and cosine are right now. But x[2] has been changed before the Jacobians use "
-       "it: take the angle before the motion.", variation(*_late(RIGHT)))
+       "it: take the angle before the motion.", _variation(*_late(RIGHT)))
 _wrong("only X_u is still late", "X_x is right. X_u still uses the heading after the motion: one angle, taken before, "
-       "for both.", variation(None, _late(RIGHT)[1]))
+       "for both.", _variation(None, _late(RIGHT)[1]))
 _wrong("only X_x is still late", "X_u is right. X_x still uses the heading after the motion: one angle, taken before, "
-       "for both.", variation(_late(RIGHT)[0]))
+       "for both.", _variation(_late(RIGHT)[0]))
 _wrong("order repaired, sin and cos not", "The angle is right now. The column of the heading is the derivative: cos "
-       "becomes -sin, sin becomes cos.", variation(lambda F, th, r1, t, r2: _column(F, *SWAPPED(t, th + r1))))
+       "becomes -sin, sin becomes cos.", _variation(lambda F, th, r1, t, r2: _column(F, *SWAPPED(t, th + r1))))
 _wrong("signs of the column", "The derivative of cos is -sin, that of sin is +cos.",
-       variation(lambda F, th, r1, t, r2: _column(F, t * np.sin(th + r1), -t * np.cos(th + r1))))
+       _variation(lambda F, th, r1, t, r2: _column(F, t * np.sin(th + r1), -t * np.cos(th + r1))))
 _wrong("no minus", "The derivative of cos is -sin: the first entry has a minus.",
-       variation(lambda F, th, r1, t, r2: _column(F, t * np.sin(th + r1), t * np.cos(th + r1))))
+       _variation(lambda F, th, r1, t, r2: _column(F, t * np.sin(th + r1), t * np.cos(th + r1))))
 _wrong("r1 forgotten in X_x", "The robot has turned by r1 when it goes: the angle is theta + r1.",
-       variation(lambda F, th, r1, t, r2: _column(F, *RIGHT(t, th))))
+       _variation(lambda F, th, r1, t, r2: _column(F, *RIGHT(t, th))))
 _wrong("r1 forgotten", "The robot turns by r1 first, then it goes: the direction is theta + r1.",
-       variation(lambda F, th, r1, t, r2: _column(F, *RIGHT(t, th)),
+       _variation(lambda F, th, r1, t, r2: _column(F, *RIGHT(t, th)),
                  lambda G, th, r1, t, r2: np.array([[0, np.cos(th), 0], [0, np.sin(th), 0], [1, 0, 1]]),
                  mean=lambda th, r1, t, r2: [t * np.cos(th), t * np.sin(th), r1 + r2]))
 _wrong("both turns before going", "The way lies between the two turns: its direction is theta + r1, without r2.",
-       variation(mean=lambda th, r1, t, r2: [t * np.cos(th + r1 + r2), t * np.sin(th + r1 + r2), r1 + r2]))
-_wrong("transposed", "G P G', not G' P G.", variation(lambda F, *_: F.T))
+       _variation(mean=lambda th, r1, t, r2: [t * np.cos(th + r1 + r2), t * np.sin(th + r1 + r2), r1 + r2]))
+_wrong("transposed", "G P G', not G' P G.", _variation(lambda F, *_: F.T))
 _wrong("heading row zero", "The new heading is the old one plus r1 + r2: the last row is 0 0 1.",
-       variation(lambda F, *_: np.diag([1, 1, 0]) @ F))
+       _variation(lambda F, *_: np.diag([1, 1, 0]) @ F))
 _wrong("P_rm not moved", "P_rm = X_x P_rm, and its mirror image: the robot's rows and columns, not P_rr only.",
-       variation(map_too=False))
+       _variation(map_too=False))
 _wrong("noise as it is", "U is the covariance of r1, t and r2, not of x, y and theta: X_u U X_u'.",
-       variation(N=lambda G, U: U))
-_wrong("noise forgotten", "The control is uncertain: + X_u U X_u'.", variation(N=lambda G, U: 0 * U))
+       _variation(N=lambda G, U: U))
+_wrong("noise forgotten", "The control is uncertain: + X_u U X_u'.", _variation(N=lambda G, U: 0 * U))
 _wrong("first column of X_u forgotten", "r1 moves the position, too: its column is [-t sin, t cos, 1].",
-       variation(None, lambda G, *_: G * [[0, 1, 1], [0, 1, 1], [1, 1, 1]]))
+       _variation(None, lambda G, *_: G * [[0, 1, 1], [0, 1, 1], [1, 1, 1]]))
 _wrong("r2 forgotten in X_u", "Both turns change the heading: the last row of X_u is 1 0 1.",
-       variation(None, lambda G, *_: G * [[1, 1, 1], [1, 1, 1], [1, 1, 0]]))
-_wrong("U squared", "U is a covariance already.", variation(N=lambda G, U: G @ U @ U @ G.T))
-_wrong("X_u transposed", "X_u U X_u', not X_u' U X_u.", variation(N=lambda G, U: G.T @ U @ G))
+       _variation(None, lambda G, *_: G * [[1, 1, 1], [1, 1, 1], [1, 1, 0]]))
+_wrong("U squared", "U is a covariance already.", _variation(N=lambda G, U: G @ U @ U @ G.T))
+_wrong("X_u transposed", "X_u U X_u', not X_u' U X_u.", _variation(N=lambda G, U: G.T @ U @ G))
 _wrong("r1 and r2 swapped", "The first number of u is the turn before the way.",
        lambda x, P, u, U: turn_go_turn(x, P, u[::-1], U))
 _wrong("mean not moved", "The mean moves as well: return the new x.",

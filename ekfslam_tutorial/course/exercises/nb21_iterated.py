@@ -138,7 +138,7 @@ def _(f, rng):
 # ---- wrong and right answers ---------------------------------------------------------------------------------------
 
 
-def variation(shift=None, forget=False, cov="last", jacobian="new", wrapped=True, sign=1.0, noise=1.0):
+def _variation(shift=None, forget=False, cov="last", jacobian="new", wrapped=True, sign=1.0, noise=1.0):
     """The right answer with one thing broken."""
 
     def answer(x, P, y, R, observe, iterations):
@@ -165,25 +165,25 @@ def _wrong(name, hint, answer):
 # fmt: off
 _wrong("prior forgotten", "You start the second iteration at the result of the first, as if that were a new prior: the "
        "measurement is used twice. Start from x every time, and take H (x - at) into account.",
-       variation("none", forget=True))
+       _variation("none", forget=True))
 _wrong("prior forgotten, and P shrinks each time", "Each round uses the measurement again, with a smaller P: that is "
-       "counting it several times. Prior x, P in every round.", variation("none", forget=True, cov="each"))
+       "counting it several times. Prior x, P in every round.", _variation("none", forget=True, cov="each"))
 _wrong("P shrinks each time", "P is the prior's in every iteration. Only the last K and H make the new P.",
-       variation(cov="each"))
+       _variation(cov="each"))
 _wrong("H (x - at) forgotten", "e and H belong to the point `at`. Seen from there the prior x expects e + H (x - at): "
-       "the innovation is z - H (x - at).", variation("none"))
+       "the innovation is z - H (x - at).", _variation("none"))
 _wrong("H (x - at) with the other sign", "The prior expects e + H (x - at): subtract it from the measurement.",
-       variation(sign=-1.0))
-_wrong("always the first H", "Take H anew at each point: e, H = observe(at).", variation(jacobian="first"))
+       _variation(sign=-1.0))
+_wrong("always the first H", "Take H anew at each point: e, H = observe(at).", _variation(jacobian="first"))
 _wrong("covariance of the first iteration", "The P of the result comes from the last K and H, not from the first.",
-       variation(cov="first"))
+       _variation(cov="first"))
 _wrong("one iteration only", "Repeat: linearise again at the corrected state. Is `return` inside the loop?",
        lambda x, P, y, R, observe, iterations: iterated_correct(x, P, y, R, observe, 1))
 _wrong("one iteration too many", "iterations = 1 is the ordinary EKF.",
        lambda x, P, y, R, observe, iterations: iterated_correct(x, P, y, R, observe, iterations + 1))
 _wrong("bearing not wrapped", "y and e may differ by 2 pi near the seam: wrap the bearing of z.",
-       variation(wrapped=False))
-_wrong("R forgotten", "Z = H P H' + R.", variation(noise=1e-12))
+       _variation(wrapped=False))
+_wrong("R forgotten", "Z = H P H' + R.", _variation(noise=1e-12))
 _wrong("prior not corrected", "Return the corrected P as well: P - K H P.",
        lambda x, P, y, R, observe, iterations: (iterated_correct(x, P, y, R, observe, iterations)[0], np.array(P)))
 _wrong("P with a new Jacobian at the end", "Use the K and H of the last iteration for P, together.",
