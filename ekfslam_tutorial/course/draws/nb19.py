@@ -193,7 +193,7 @@ def upkeep_figure(which):
 def park_figure(which, far, error):
     """Path, trees and GPS of the whole log, and how far the two are from each other. Returns (fig, caption)."""
     d, fixes = park(which), recording(which).fixes[1]
-    fig, (ax, low) = plt.subplots(2, 1, figsize=(10.5, 9), height_ratios=[3, 1], layout="constrained")
+    fig, (ax, low) = plt.subplots(2, 1, figsize=(9.6, 7.6), height_ratios=[3, 1], layout="constrained")
     ax.plot(*fixes[:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
     ax.plot(*d.path.T, **line(ESTIMATE), linewidth=1.4, label="EKF-SLAM")
     ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees of the map")
@@ -209,8 +209,8 @@ def park_figure(which, far, error):
     way = np.linalg.norm(np.diff(d.path, axis=0), axis=1).sum()
     return fig, (
         f"{which.capitalize()}: {way / 1000:.1f} km, {d.seen} detections, {100 * d.used / d.seen:.0f} % of them used, "
-        f"{d.born} trees started, {d.n_trees[-1]} in the map at the end. Distance to GPS: median {np.median(far):.2f} m, "
-        f"root mean square without the worst 5 % {error:.2f} m, largest {np.max(far):.0f} m."
+        f"{d.born} trees started, {d.n_trees[-1]} in the map at the end. Distance to GPS: median "
+        f"{np.median(far):.2f} m, root mean square without the worst 5 % {error:.2f} m, largest {np.max(far):.0f} m."
     )
 
 

@@ -16,7 +16,7 @@ from ...toolbox import UserData, universal_slam
 
 TWIN, REAL = "simulated twin", "real log"
 SHORT = {REAL: 1200, TWIN: 600}  # scans of the experiments: four minutes, and two
-PICTURES = 80  # of the film
+PICTURES = 40  # of the film
 SCENARIO = {
     "name": "victoria_park",
     "robot": [{"id": 1, "motion": "vehicle", "position": [-68.3, -40.6], "orientation_deg": 36.6}],

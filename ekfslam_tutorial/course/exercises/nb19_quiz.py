@@ -36,8 +36,7 @@ self_test.ask(
 self_test.ask(
     "deletion",
     "a",
-    "a tree stands behind the truck for 500 scans. Its count of searches grows by  a: 0  b: 500  c: until it is "
-    "deleted",
+    "a tree is behind the truck for 500 scans. Its count of searches grows by  a: 0  b: 500  c: till it is deleted",
     "Was it looked for?",
     {
         "b": "Then every tree would be deleted as soon as the truck has passed it.",
@@ -47,8 +46,7 @@ self_test.ask(
 self_test.ask(
     "gps",
     "b",
-    "path and GPS are 3 m apart somewhere. The error is that of  a: the path  b: one of the two, GPS cannot tell  c: "
-    "GPS",
+    "path and GPS are 3 m apart. Whose error is it?  a: the path's  b: GPS alone cannot tell  c: that of GPS",
     "Trees stand beside a receiver, too.",
     {
         "a": "GPS under trees is off by metres, sometimes by a hundred.",
@@ -58,7 +56,7 @@ self_test.ask(
 self_test.ask(
     "cost",
     4,
-    "twice as many trees in the map: one correction with one tree takes how many times as long, in a large map?",
+    "a large map gets twice as large: a correction with one tree takes how many times as long?",
     "Which matrix does a correction read and write, and how many numbers does it have?",
     {
         2: "P has (3 + 2 n)^2 numbers, and all of them change.",
