@@ -161,7 +161,7 @@ def as_odometry_in_the_frame_of_the_robot(x, P, u, U):
 
 @wrong("21.1", "one iteration.*ordinary EKF")
 def damped(x, P, y, R, observe, iterations):
-    at = np.array(x, float)
+    at, K, H = np.array(x, float), np.zeros((len(x), 2)), np.zeros((2, len(x)))
     for _ in range(iterations):
         e, H = observe(at)
         z = np.array([y[0] - e[0], wrap(y[1] - e[1])])
