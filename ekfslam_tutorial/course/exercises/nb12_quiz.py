@@ -55,8 +55,7 @@ self_test.ask(
 self_test.ask(
     "calibrate",
     "b",
-    "all points near the middle of the image. Of the camera one learns  a: all  b: the centre and focal lengths, not d"
-    "  c: d, not the rest",
+    "all points near the middle of the image. One learns  a: k and d  b: k, but not d  c: d, but not k",
     "How far does d move a pixel near the middle? Look at the arrows.",
     {
         "a": "U_d grows with the third power of the radius: in the middle it is nearly zero.",
