@@ -47,7 +47,7 @@ class History:
 
     def add(self, s):
         """Keep one frame. Call it for every snapshot `s`, in order, before the next one is drawn."""
-        if self.last is None:
+        if not self.n_landmarks:
             self._starts = self._same_frame(s)
         self.last = s
         for rob in s.robs:
@@ -62,6 +62,15 @@ class History:
         self.n_refused += sum(e.kind == "innovation" and not e.flag for e in s.events)
         self.n_recoveries += sum(e.kind == "recovery" for e in s.events)
         self.n_landmarks.append(len(s.lmks))
+
+    def state(self):
+        """All that has been kept, as plain values, for a file."""
+        return {name: value for name, value in vars(self).items() if name not in ("last", "_frames")}
+
+    def restore(self, state, frames):
+        """Take up what another history had kept; `frames` are the frame types by robot id."""
+        vars(self).update(state)
+        self._frames = {id: frames[id] for id in self._rows}
 
     def watch(self, run):
         """Pass the snapshots of a run on, adding each."""

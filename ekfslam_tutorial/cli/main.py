@@ -92,6 +92,12 @@ def _run(commands):
     run.add_argument("--live", action="store_true", help="show the figures while it runs")
     run.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
     run.add_argument(
+        "--checkpoint", type=int, metavar="N", help="keep the run every N frames, to be resumed after a crash"
+    )
+    run.add_argument(
+        "--resume", action="store_true", help="go on from the last checkpoint in the folder, to the same end"
+    )
+    run.add_argument(
         "--threads", type=_positive, default=1, metavar="N", help="of the linear algebra (BLAS); default 1"
     )
 

@@ -14,9 +14,13 @@ from tqdm import tqdm
 
 from .. import datasets
 from ..analysis import History
+from ..analysis.checkpoint import Checkpoint, resume
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from . import results, views
 from .files import file_name, find_scenario, writable_folder
+
+KEPT, EVERY = "checkpoint.npz", 200
+"""Where a run is kept on the way; every how many frames, where the user does not say."""
 
 
 def main(options):
@@ -33,13 +37,22 @@ def main(options):
 
     print(f"linear algebra on {options.threads} thread{'s' * (options.threads > 1)} (--threads)", file=sys.stderr)
     history, recorder = History(), Recorder()
-    run = universal_slam(data, recording)
+    state = taken_up(options, out, data, recording, history)
+    run = universal_slam(data, recording, resume=state)
     watchers: list = [history, recorder] if options.record else [history]
+    keeper = None
+    if options.resume or options.checkpoint is not None:
+        every = EVERY if options.checkpoint is None else options.checkpoint
+        keeper = Checkpoint(out / KEPT, data, recording, history, every, len(run))
+        watchers.append(keeper)
     with ExitStack() as windows:  # they close last: everything is written while they are still open
         if options.live:
             watchers.append(windows.enter_context(views.Live(data.figure)))
         with views.Film(movie, data.figure) if movie else nullcontext() as film:
-            seconds, costs, interrupted = consume(run, watchers + ([film] if movie else []))
+            first = state["frames"] if state else 0
+            seconds, costs, interrupted = consume(run, watchers + ([film] if movie else []), first)
+        if keeper and interrupted and history.last is not None:
+            keeper.save(history.last)
         if history.last is None:
             print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
             return 130
@@ -50,6 +63,8 @@ def main(options):
             written += results.write_recording(out, recorder, data.name, recording and recording.fixes)
         if movie:
             written.append(movie.name)
+        if keeper and not interrupted:
+            keeper.path.unlink(missing_ok=True)  # the whole result is there
         print(results.sentence(summary))
         print(f"written to {out}: {', '.join(written)}", flush=True)
     return 130 if interrupted else 0
@@ -80,8 +95,22 @@ def source(options, data):
     return datasets.prepare(data)
 
 
-def consume(run, watchers):
-    """Draw all snapshots and show them to the watchers.
+def taken_up(options, out, data, recording, history):
+    """The state to go on from, if the user wants to go on and something was kept."""
+    if (options.resume or options.checkpoint is not None) and (options.movie or options.record or options.live):
+        raise ValueError("a run that is kept on the way cannot also write --movie or --record, or be --live")
+    if not options.resume:
+        return None
+    if not (out / KEPT).exists():
+        print(f"ekfslam run: no {out / KEPT}: from the beginning", file=sys.stderr)
+        return None
+    state = resume(out / KEPT, data, recording, history)
+    print(f"ekfslam run: goes on after frame {state['frames']}", file=sys.stderr)
+    return state
+
+
+def consume(run, watchers, first=0):
+    """Draw all snapshots and show them to the watchers; `first` of them were done before.
 
     Returns
     -------
@@ -93,7 +122,7 @@ def consume(run, watchers):
         By Ctrl-C; then the frames so far are complete.
     """
     seconds, costs, frames = 0.0, [], iter(run)
-    with stopped_by_ctrl_c() as stop, tqdm(total=len(run), unit=" frames", dynamic_ncols=True) as bar:
+    with stopped_by_ctrl_c() as stop, tqdm(total=len(run), initial=first, unit=" frames", dynamic_ncols=True) as bar:
         while not stop.is_set():
             start, used = time.perf_counter(), time.thread_time()
             snapshot = next(frames, None)

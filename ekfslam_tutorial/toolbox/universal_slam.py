@@ -7,6 +7,7 @@ from typing import Any
 from ..ekf.html import map_html
 from ..slam import correct_known_lmks, correct_met_robots, init_new_lmks, move, reopen_gate
 from .agreement import can_start, started_by
+from .run_state import restore
 from .sources import Replay, Simulation
 from .structures import create_slam_structures
 
@@ -93,7 +94,7 @@ class Run:
         return next(self._snapshots)
 
 
-def universal_slam(data, recording=None, seed=None):
+def universal_slam(data, recording=None, seed=None, resume=None):
     """Run a scenario.
 
     Parameters
@@ -103,11 +104,13 @@ def universal_slam(data, recording=None, seed=None):
         Controls and measurements to take instead of simulated ones.
     seed : int, optional
         Instead of `data.seed`.
+    resume : dict, optional
+        What `run_state` has kept of the same run: only the frames after it are run, with the same numbers.
 
     Returns
     -------
     Run
-        A generator of `Snapshot`, one for each frame, that also knows how many there will be.
+        A generator of `Snapshot`, one for each frame, that also knows how many there will be in all.
 
     Raises
     ------
@@ -120,16 +123,21 @@ def universal_slam(data, recording=None, seed=None):
         source = Replay(data, recording)
     structures = create_slam_structures(data, source.sim_lmk, source.starts)
     n_frames = source.n_frames(structures[-1])
-    return Run(_frames(data, source, n_frames, *structures), n_frames)
+    return Run(_frames(data, source, n_frames, resume, *structures), n_frames)
 
 
-def _frames(data, source, n_frames, map, robs, sens, lmks, tim):
+def _frames(data, source, n_frames, resume, map, robs, sens, lmks, tim):
     """The loop: simulation, estimation, visualization."""
-    opt, obs, refused = data.slam_options(), {}, set()
+    opt, obs, refused, first = data.slam_options(), {}, set(), 0
+    if resume is not None:
+        lmks, refused = restore(resume, data, map, robs, sens)
+        first = resume["frames"]
+        for i in range(first):
+            source.frame(i)  # draws the same random numbers as then
     sen_of = {sen.id: sen for sen in sens}
     starts = {s.id: data.landmark.in_map and can_start(s.model, started_by(data, s)) for s in data.sensors}
 
-    for i in range(n_frames):
+    for i in range(first, n_frames):
         # 1. SIMULATION, or the next frame of a recording
         now = source.frame(i)
 

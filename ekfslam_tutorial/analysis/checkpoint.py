@@ -1,0 +1,95 @@
+"""A run that can be stopped at any moment and taken up again: its state and its history, in one file, now and then."""
+
+from pathlib import Path
+
+from .. import __version__
+from ..toolbox import plain
+from ..toolbox.run_state import run_state
+from .series import fingerprint
+
+FORMAT = "ekfslam checkpoint 1"
+
+
+class Checkpoint:
+    """Keeps a run every so many frames. Whatever happens in between, the last state kept is there, whole.
+
+    Parameters
+    ----------
+    path : path
+        The file. It is replaced in one step.
+    data : UserData
+    recording : Recording or None
+        What is played.
+    history : History
+        It has seen each frame before this does.
+    every : int
+        Frames.
+    n_frames : int
+        Of the whole run. After the last one there is nothing to go on to.
+
+    Raises
+    ------
+    ValueError
+        For an interval that is no positive number of frames.
+    """
+
+    def __init__(self, path, data, recording, history, every, n_frames):
+        if every < 1:
+            raise ValueError(f"a run is kept every 1 or more frames, got {every}")
+        self.path, self._data, self._history = Path(path), data, history
+        self._every, self._n_frames = every, n_frames
+        self._head = _head(data, recording)
+
+    def add(self, snapshot):
+        """Keep the run after this frame, if its turn has come."""
+        done = snapshot.k - self._data.time.first + 1
+        if done % self._every == 0 and done < self._n_frames:
+            self.save(snapshot)
+
+    def save(self, snapshot):
+        """Keep the run after this frame."""
+        state = {"run": run_state(snapshot, self._data), "history": self._history.state()}
+        plain.save(self.path, self._head | state)
+
+
+def resume(path, data, recording, history):
+    """What a checkpoint holds of this run.
+
+    Parameters
+    ----------
+    path : path
+    data : UserData
+    recording : Recording or None
+    history : History
+        A new one; it gets what the old one had.
+
+    Returns
+    -------
+    dict
+        For `universal_slam(..., resume=...)`.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged, or was made of another scenario, recording or version.
+    FileNotFoundError
+    """
+    kept = plain.load(path)
+    if not isinstance(kept, dict) or kept.get("format") != FORMAT:
+        raise ValueError(f"{path} is no checkpoint of a run")
+    head = _head(data, recording)
+    for key, what in ("version", "version of the program"), ("scenario", "scenario"), ("recording", "recording"):
+        if kept[key] != head[key]:
+            raise ValueError(f"{path} is of another {what}: resume with the same one, or run without --resume")
+    history.restore(kept["history"], {robot.id: robot.frame for robot in data.robots})
+    return kept["run"]
+
+
+def _head(data, recording):
+    played = None if recording is None else f"{recording.name}, {len(recording)} frames, {recording.t.sum()!r}"
+    return {
+        "format": FORMAT,
+        "version": __version__,
+        "scenario": f"{fingerprint(data)} seed {data.seed}",
+        "recording": played,
+    }

@@ -1,0 +1,78 @@
+"""What a run is after one of its frames, as plain values: enough to go on from there to the same end, bit for bit."""
+
+from dataclasses import fields
+
+from ..slam import Lmk
+from ..slam.upkeep import EUCLIDEAN
+
+ROB = ("x", "r", "n_refused", "first")
+SEN = ("x", "r")
+LMK = [f.name for f in fields(Lmk) if f.name != "type"]
+
+
+def run_state(snapshot, data):
+    """The state of a run as plain values, for `plain.save`.
+
+    The random numbers of a simulation are not a part of it: the robots of the world are driven through their frames
+    again, which takes no estimation.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    data : UserData
+
+    Returns
+    -------
+    dict
+    """
+    types = _types(data, snapshot.sens)
+    lmks = [{name: getattr(lmk, name) for name in LMK} for lmk in snapshot.lmks.values()]
+    return {
+        "frames": snapshot.k - data.time.first + 1,
+        "map": snapshot.map.__getstate__(),
+        "robs": [{name: getattr(rob, name) for name in ROB} for rob in snapshot.robs],
+        "sens": [{name: getattr(sen, name) for name in SEN} for sen in snapshot.sens],
+        "normal": [_is_normal(snapshot.map, thing) for thing in (*snapshot.robs, *snapshot.sens)],
+        "lmks": lmks,
+        "types": [types.index(lmk.type) for lmk in snapshot.lmks.values()],
+        "refused": snapshot.refused,
+    }
+
+
+def restore(state, data, map, robs, sens):
+    """Put the state of a run into fresh structures.
+
+    Parameters
+    ----------
+    state : dict
+        From `run_state`.
+    data : UserData
+    map, robs, sens
+        As `create_slam_structures` makes them of the same data.
+
+    Returns
+    -------
+    lmks : dict of int to Lmk
+    refused : set of int
+    """
+    map.__setstate__(state["map"])
+    for things, kept in ((robs, state["robs"]), (sens, state["sens"])):
+        for thing, values in zip(things, kept, strict=True):
+            for name, value in values.items():
+                setattr(thing, name, value)
+    for thing, normal in zip((*robs, *sens), state["normal"], strict=True):
+        thing.normal = thing.frame(map) if normal else None
+    types = _types(data, sens)
+    lmks = [Lmk(type=types[t], **values) for t, values in zip(state["types"], state["lmks"], strict=True)]
+    return {lmk.id: lmk for lmk in lmks}, state["refused"]
+
+
+def _is_normal(map, thing):
+    """Whether the quaternion has been normalised since it changed: twice is not the same as once, in the last bit."""
+    return thing.normal is not None and thing.normal is thing.frame(map)
+
+
+def _types(data, sens):
+    """All landmark types that a run of these data can have, always in the same order."""
+    own = [data.slam_options().lmk_type, *(sen.lmk_type for sen in sens)]
+    return [*EUCLIDEAN.values(), *(type for type in own if type is not None)]
