@@ -6,7 +6,7 @@ import numpy as np
 
 from .blas import Downdate
 from .html import map_html
-from .triangle import mirror, whole_rows
+from .triangle import mirror, whole_range, whole_rows
 
 GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
@@ -170,8 +170,9 @@ class Map:
         """
         if not self._lower:
             return self._Pt[r]
-        indices = np.arange(r.start, r.stop) if isinstance(r, slice) else r
-        return whole_rows(self._Pn, indices.ravel().tolist()).reshape(*indices.shape, self.n)
+        if isinstance(r, slice):
+            return whole_range(self._Pn, r)
+        return whole_rows(self._Pn, r.ravel().tolist()).reshape(*r.shape, self.n)
 
     def here(self, r):
         """Where the state in range r stands in what `rows` returns: at r."""

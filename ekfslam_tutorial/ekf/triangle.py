@@ -3,6 +3,8 @@
 The matrix is column-major, so that what stands below the diagonal in one column stands together in memory.
 """
 
+from functools import cache
+
 import numpy as np
 
 BLOCK = 64  # columns mirrored at a time: what is read and what is written both stay in the cache
@@ -25,3 +27,17 @@ def whole_rows(P, indices):
         row[:i] = P[i, :i]
         row[i:] = P[i:, i]
     return rows
+
+
+def whole_range(P, r):
+    """The same for rows that stand together, those of the slice r, shape (k, n)."""
+    rows = np.empty((r.stop - r.start, len(P)))
+    rows[:, : r.start] = P[r, : r.start]
+    rows[:, r.start :] = P[r.start :, r].T
+    i, j = below(len(rows))
+    here = rows[:, r]  # what is right of its diagonal counts
+    here[i, j] = here[j, i]
+    return rows
+
+
+below = cache(lambda n: np.tril_indices(n, -1))

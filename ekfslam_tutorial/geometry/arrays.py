@@ -22,6 +22,8 @@ def product(A, B):
     """
     if A is identity(A.shape[-1]):
         return B
+    if B is identity(B.shape[-1]):
+        return A
     return A.dot(B) if B.ndim == 2 else A @ B
 
 
@@ -38,6 +40,13 @@ def cos_sin(a):
     if isinstance(a, float) and math.isfinite(a):
         return math.cos(a), math.sin(a)
     return np.cos(a), np.sin(a)
+
+
+def inverse(z):
+    """1 / z of one of these numbers, infinite at zero."""
+    if isinstance(z, float):
+        return 1 / z if z else math.inf
+    return 1 / z
 
 
 def leading(x, y):

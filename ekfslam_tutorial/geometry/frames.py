@@ -238,7 +238,7 @@ class Frame3(_Frame):
     @lazy
     def R(self):
         """Rotation matrix R = q2R(q), shape (..., 3, 3)."""
-        return 0.5 * _mul(self.R_o, self.q[..., None, :])
+        return 0.5 * (self.R_o.dot(self.q) if self.x.ndim == 1 else _mul(self.R_o, self.q[..., None, :]))
 
     @lazy
     def R_o(self):
@@ -281,7 +281,9 @@ class Frame3(_Frame):
         FG_f, FG_g = np.zeros((*t.shape[:-1], 7, 7)), np.zeros((*t.shape[:-1], 7, 7))
         FG_f[..., :3, :], FG_f[..., 3:, 3:] = T_f, Q_q
         FG_g[..., :3, :3], FG_g[..., 3:, 3:] = T_g, Q_gq
-        return Frame3(np.concatenate([t, np.broadcast_to(q, (*t.shape[:-1], 4))], -1)), FG_f, FG_g
+        x = np.empty((*t.shape[:-1], 7))
+        x[..., :3], x[..., 3:] = t, q
+        return Frame3(x), FG_f, FG_g
 
     def inverse(self):
         """The parent's frame expressed in this one. Returns I, I_f (..., 7, 7)."""

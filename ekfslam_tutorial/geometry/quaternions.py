@@ -68,7 +68,7 @@ def unit(v):
         The exact derivative: the projector on the plane normal to v, over the norm.
     """
     v = np.asarray(v, float)
-    n = np.sqrt((v * v).sum(-1))[..., None]
+    n = np.sqrt(v.dot(v) if v.ndim == 1 else (v * v).sum(-1))[..., None]
     u = v / n
     return u, (identity(v.shape[-1]) - u[..., :, None] * u[..., None, :]) / n[..., None]
 
@@ -96,7 +96,8 @@ def q_prod(q1, q2):
     Q_q1, Q_q2 : ndarray, shape (..., 4, 4)
     """
     Q_q1, Q_q2 = q2Qn(q2), q2Q(q1)
-    return np.einsum("...ij,...j->...i", Q_q2, q2), Q_q1, Q_q2
+    q = Q_q2.dot(q2) if Q_q2.ndim == np.ndim(q2) + 1 == 2 else np.einsum("...ij,...j->...i", Q_q2, q2)
+    return q, Q_q1, Q_q2
 
 
 def q2qc(q):

@@ -55,7 +55,7 @@ def seen_from(F, sensor, lmk, l):
     if sensor.bearing_only and hasattr(lmk, "homogeneous"):
         m, w, M_l, W_l = lmk.homogeneous(l)
         v, V_f, V_m = F.to_frame(m, w)
-        return v, V_f, V_m @ M_l - (V_m @ F.t)[..., None] * W_l
+        return v, V_f, product(V_m, M_l) - V_m.dot(F.t)[..., None] * W_l
     ls, LS_f, LS_l = lmk.to_frame(F, l)
     v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
     return v, product(V_ls, LS_f), product(V_ls, LS_l)

@@ -53,7 +53,7 @@ def normalize(map, obj):
         N, N_f = F.normalized()
         o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
         transform(map, o, N.x[F.dim :], N_f[F.dim :, F.dim :])
-        F = obj.frame(map)
+        obj.last = F = N
     obj.normal = F
     return F
 

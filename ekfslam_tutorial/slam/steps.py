@@ -126,27 +126,29 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
         return events
 
     lmk.n_match += 1
-    Rf, Sf = rob.frame(map), sen.frame(map)
+    Rf, Sf, e, blocks = rob.normal, sen.normal, o.e, o.blocks
     if opt.reproject and stale:
-        o.e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
+        e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
+        o.e = e
         if rob.first is None:
-            o.blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
-    o.y, o.R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
-    PHt = cross(map, o.blocks)
-    o.E = covariance(PHt, o.blocks)
-    inn = innovation(sen.model.residual(o.y, o.e), o.E, o.R)
-    o.z = inn.z
+            o.blocks = blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
+    y, R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
+    PHt = cross(map, blocks)
+    E = covariance(PHt, blocks)
+    inn = innovation(sen.model.residual(y, e), E, R)
+    o.y, o.R, o.E, o.z = y, R, E, inn.z
     accepted = inn.md2 < opt.md2_threshold
     events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))
     if not accepted:
         return events
 
     lmk.n_inlier += 1
-    camera = Rf.R @ Sf.t + Rf.t
+    camera = Rf.from_frame(Sf.t)[0] if opt.reparametrize else None
     correct(map, PHt, inn)
     o.updated = True
     normalize(map, rob)
-    normalize(map, sen)
+    if sen.r is not None:
+        normalize(map, sen)
     tidy(map, lmk, camera, opt)
     events.append(Event("correction", rob.id, sen.id, lmk.id))
     return events

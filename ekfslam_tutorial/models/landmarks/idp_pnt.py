@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...geometry.arrays import cos_sin, matrix, numbers, vector
 from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar, weight
 
 POLE = 1e-8  # radians: how near to the z axis a direction may come, see `vec2py`
@@ -23,13 +24,10 @@ def py2vec(py):
     m : ndarray, shape (..., 3)
     M_py : ndarray, shape (..., 3, 2)
     """
-    c, s = np.cos(py), np.sin(py)
-    cp, cy, sp, sy = c[..., 0], c[..., 1], s[..., 0], s[..., 1]
-    m, M_py = np.empty((*py.shape[:-1], 3)), np.empty((*py.shape[:-1], 3, 2))
-    m[..., 0], m[..., 1], m[..., 2] = cp * cy, cp * sy, sp
-    M_py[..., 0, 0], M_py[..., 1, 0], M_py[..., 2, 0] = -sp * cy, -sp * sy, cp
-    M_py[..., 0, 1], M_py[..., 1, 1], M_py[..., 2, 1] = -m[..., 1], m[..., 0], 0
-    return m, M_py
+    (pitch, yaw), lead = numbers(py), py.shape[:-1]
+    (cp, sp), (cy, sy) = cos_sin(pitch), cos_sin(yaw)
+    m = vector(lead, cp * cy, cp * sy, sp)
+    return m, matrix(lead, [-sp * cy, -cp * sy], [-sp * sy, cp * cy], [cp, 0.0])
 
 
 def vec2py(v):

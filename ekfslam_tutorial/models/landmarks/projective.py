@@ -21,7 +21,7 @@ def along(rho):
 
     An inverse distance that a correction has turned negative puts the point behind; zero is infinity, ahead.
     """
-    return np.where(rho < 0, -1.0, 1.0)
+    return 1.0 - 2.0 * (rho < 0)
 
 
 def scalar(n, v):

@@ -11,6 +11,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import identity
+from ...geometry.arrays import inverse, matrix, numbers, product
+from ...geometry.arrays import vector as stacked
 from .checks import positive, vector
 
 # --- the manual's functions: plain arrays, every Jacobian ------------------------------------------------------------
@@ -18,12 +20,11 @@ from .checks import positive, vector
 
 def project(p):
     """Perspective projection up = [x/z, y/z]. Returns up, UP_p (..., 2, 3). Not finite at z = 0."""
+    (x, y, z), lead = numbers(p), p.shape[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        up = p[..., :2] / p[..., 2:]
-        UP_p = np.empty((*up.shape, 3))
-        UP_p[..., :2] = identity(2)
-        UP_p[..., 2] = -up
-        return up, UP_p / p[..., 2:, None]
+        w = inverse(z)
+        u, v = x * w, y * w
+        return stacked(lead, u, v), matrix(lead, [w, 0.0, -u * w], [0.0, w, -v * w])
 
 
 def retro(up, s):
@@ -118,11 +119,9 @@ def inv_distortion(d, n, k):
 
 def pixellise(ud, k):
     """Metric image point to pixel [u0 + au x, v0 + av y]. Returns u, U_ud (2, 2), U_k (..., 2, 4)."""
-    centre, focal = np.array(k[:2]), np.array(k[2:])
-    U_k = np.empty((*ud.shape, 4))
-    U_k[..., :2] = identity(2)
-    U_k[..., 2:] = ud[..., None] * identity(2)
-    return centre + ud * focal, np.diag(focal), U_k
+    (u0, v0, au, av), (x, y), lead = k, numbers(ud), ud.shape[:-1]
+    U_k = matrix(lead, [1.0, 0.0, x, 0.0], [0.0, 1.0, 0.0, y])
+    return stacked(lead, u0 + au * x, v0 + av * y), np.array([[au, 0.0], [0.0, av]], float), U_k
 
 
 def depixellise(u, k):
@@ -155,7 +154,7 @@ def pin_hole(p, k, d):
     up, UP_p = project(p)
     ud, UD_up, UD_d = distort(up, d)
     u, U_ud, U_k = pixellise(ud, k)
-    return u, U_ud @ UD_up @ UP_p, U_k, U_ud @ UD_d
+    return u, product(product(U_ud, UD_up), UP_p), U_k, product(U_ud, UD_d)
 
 
 def inv_pin_hole(u, s, k, c):
