@@ -18,7 +18,7 @@ too much is at hand, all is put back at once: one product of large matrices, whi
 
 import numpy as np
 
-from .filter import cross
+from .columns import Columns
 from .html import map_html
 from .stochastic_map import Map, symmetric
 from .virtual import VirtualStates, cholesky
@@ -309,33 +309,3 @@ class CompressedMap:
         if len(v):
             self._far.subtract(cholesky(-P[np.ix_(v, v)])[0].T @ Gt)
         self._far.overwrite(hand, rows)
-
-
-class Columns:
-    """P H' of the states at hand, as `cross` returns it for a `CompressedMap`. As an array it is that of all states."""
-
-    def __init__(self, map, HP, blocks):
-        self._map, self._HP, self._blocks, self._layout = map, HP, blocks, map.layout
-
-    @property
-    def T(self):
-        """H P of the states at hand; computed again if others are at hand now."""
-        if self._layout != self._map.layout:
-            again = cross(self._map, self._blocks)
-            self._HP, self._layout = again._HP, self._map.layout
-        return self._HP
-
-    def __getitem__(self, r):
-        """The rows of the state in range r."""
-        here = self._map.here(r)
-        return self.T.T[here]
-
-    @property
-    def shape(self):
-        """As that of P H', for all states."""
-        return self._map.n, len(self._HP)
-
-    def __array__(self, dtype=None, copy=None):
-        """Of all states."""
-        T = self._map._by_those_at_hand(np.arange(self._map.n))
-        return np.asarray(T @ self.T.T, dtype)

@@ -1,0 +1,35 @@
+"""What `cross` returns for a compressed map: P H' without the rows of the far states, unless somebody asks for them."""
+
+import numpy as np
+
+from .filter import cross
+
+
+class Columns:
+    """P H' of the states at hand, as `cross` returns it for a `CompressedMap`. As an array it is that of all states."""
+
+    def __init__(self, map, HP, blocks):
+        self._map, self._HP, self._blocks, self._layout = map, HP, blocks, map.layout
+
+    @property
+    def T(self):
+        """H P of the states at hand; computed again if others are at hand now."""
+        if self._layout != self._map.layout:
+            again = cross(self._map, self._blocks)
+            self._HP, self._layout = again._HP, self._map.layout
+        return self._HP
+
+    def __getitem__(self, r):
+        """The rows of the state in range r."""
+        here = self._map.here(r)
+        return self.T.T[here]
+
+    @property
+    def shape(self):
+        """As that of P H', for all states."""
+        return self._map.n, len(self._HP)
+
+    def __array__(self, dtype=None, copy=None):
+        """Of all states."""
+        T = self._map._by_those_at_hand(np.arange(self._map.n))
+        return np.asarray(T @ self.T.T, dtype)
