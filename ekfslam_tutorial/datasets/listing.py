@@ -93,6 +93,7 @@ PARK = DataSet(
     sha256={victoria_park.FILE: "3816a3eb3aef1133823a3791d4361ef72891c3bd26cd3c037528950decc9a347"},
     find=find_file,
     whole=_park_whole,
+    put="Put them, or the publisher's aa3_lsr2.mat, aa3_dr.mat and aa3_gpsx.mat,",
 )
 WOODS = DataSet(
     name="lost_in_the_woods",

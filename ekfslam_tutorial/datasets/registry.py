@@ -2,7 +2,7 @@
 
 from ..toolbox.rendezvous import find_starts
 from ..toolbox.tables import arguments, at, look_up
-from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park, victoria_park_twin
+from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park, victoria_park_raw, victoria_park_twin
 from .sources import ENVIRONMENT, data_folders, find_file
 
 
@@ -32,19 +32,22 @@ def _lost_in_the_woods(path: str | None = None, max_range: float = lost_in_the_w
     return lost_in_the_woods.load(path, max_range)
 
 
-def _victoria_park(path: str | None = None):
+def _victoria_park(path: str | None = None, raw: bool = False):
     """Victoria Park; when it is not here and no path was given, the simulated twin, which says so."""
+    if raw or find_file(victoria_park.FILE, path) is None and find_file(victoria_park_raw.SCANS, path) is not None:
+        rec = victoria_park.recording(victoria_park_raw.read_raw_log(path), victoria_park_raw.OWN_CALIBRATION)
+        rec.notes.insert(0, "trees found in the raw scans by the detector of this package")
+        return rec
     if path is not None or find_file(victoria_park.FILE) is not None:
         return victoria_park.load(path)
     twin = victoria_park_twin.load()
-    twin.notes.insert(
-        0, f"Victoria Park is not found {_nowhere()}: the simulated twin runs instead. See `ekfslam data`."
-    )
+    missing = f"Victoria Park is not found {_nowhere()}"
+    twin.notes.insert(0, f"{missing}: the simulated twin runs instead. See `ekfslam data`.")
     return twin
 
 
-def _victoria_park_twin(seed: int = 1, duration: float = 240.0):
-    return victoria_park_twin.load(seed, duration)
+def _victoria_park_twin(seed: int = 1, duration: float = 240.0, raw: bool = False):
+    return victoria_park_twin.load(seed, duration, raw)
 
 
 def _nowhere():

@@ -5,7 +5,7 @@ apart; some are hidden by others, some detections are none. Odometry and laser a
 so the same calibration puts them right. GPS wanders, jumps and has gaps.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from ..geometry import Frame2, wrap
 from ..models.motion import Vehicle
 from ..models.sensors.range_bearing import polar
 from ..simulation import Streams
+from .trees import NOTHING, TreeDetector
 from .victoria_park import CALIBRATION, NOISE, ParkLog, recording
+from .victoria_park_raw import ANGLES, OWN_CALIBRATION
 
 TICK = 0.1  # s, of the simulation; the odometry has four rows in each
 LOOK = 2  # ticks between two scans
@@ -23,6 +25,7 @@ EDGE, CLEAR, APART = 40.0, 3.0, 4.0  # m: trees to so far from the route, none s
 N_TREES, FARTHEST = 130, 45.0  # m
 DETECTED, CLUTTER = 0.6, 0.5  # probability to detect a tree in view; mean number of false detections in a scan
 RANGE_STD, BEARING_STD = 0.06, np.radians(0.3)
+BARK_STD = 0.03  # m, of a single beam
 SLIP_STD, SPEED_STD, STEER_STD = np.radians(2.0), 0.1, np.radians(0.5)  # of the true motion, anew at each tick
 STEER_WANDER, STEER_MEMORY = np.radians(1.0), 20.0  # a slow error of the steering, s that it lasts
 GPS_STD, GPS_WANDER, GPS_MEMORY = 0.1, 0.8, 60.0  # m white, m of a slow error, s that it lasts
@@ -44,7 +47,7 @@ class Park:
     poses: np.ndarray
 
 
-def load(seed=1, duration=240.0, calibration=CALIBRATION, noise=NOISE):
+def load(seed=1, duration=240.0, raw=False, noise=NOISE):
     """The twin as a recording, with the true poses. True trees have no ids that a filter could know: see `simulate`.
 
     Parameters
@@ -53,7 +56,9 @@ def load(seed=1, duration=240.0, calibration=CALIBRATION, noise=NOISE):
         Of everything random.
     duration : float
         Length of the log, s; a round takes 80 s.
-    calibration, noise
+    raw : bool
+        Take the trees that our detector finds in simulated scans, not simulated detections.
+    noise : ParkNoise
         As for `victoria_park.load`.
 
     Returns
@@ -61,7 +66,10 @@ def load(seed=1, duration=240.0, calibration=CALIBRATION, noise=NOISE):
     Recording
     """
     log, park = simulate(seed, duration)
-    rec = recording(log, calibration, noise)
+    if raw:
+        offsets, trees = TreeDetector()(scans(park, seed), ANGLES)
+        log = replace(log, offsets=offsets, detections=trees)
+    rec = recording(log, OWN_CALIBRATION if raw else CALIBRATION, noise)
     rec.name, rec.truth = "twin of Victoria Park", {1: park.poses}
     rec.notes.insert(0, f"simulated twin of Victoria Park, seed {seed}: no real truck was here")
     return rec
@@ -100,6 +108,22 @@ def simulate(seed=1, duration=240.0):
     offsets = np.cumsum([0, *map(len, rows)])
     log = ParkLog(odometry, _fixes(t, poses, clutter), t[scans], offsets, detections)
     return log, Park(trees, poses[scans])
+
+
+def scans(park, seed=1):
+    """Raw scans (F, 361) of the true park by a laser that looks as much to the side as the real one: ranges, m."""
+    rng, nothing = Streams(seed).sensing(2), NOTHING + 1.9
+    ranges = np.full((len(park.poses), len(ANGLES)), nothing)
+    for row, pose in zip(ranges, park.poses, strict=True):
+        d, b = polar(Frame2(pose).to_frame(park.trees[:, :2])[0])[0].T
+        near = np.flatnonzero(d < FARTHEST)
+        off = wrap(ANGLES[None] + CALIBRATION.bearing - b[near, None])  # (trees, beams)
+        aside, radius = d[near, None] * np.sin(off), park.trees[near, 2:] / 2
+        hits = (np.abs(aside) < radius) & (np.abs(off) < np.pi / 2)
+        bark = d[near, None] * np.cos(off) - np.sqrt(np.maximum(radius**2 - aside**2, 0.0))
+        row[:] = np.where(hits, bark, nothing).min(0, initial=nothing)
+        row[row < nothing] += BARK_STD * rng.normal(size=np.count_nonzero(row < nothing))
+    return np.round(ranges, 2)
 
 
 def plant(rng):
