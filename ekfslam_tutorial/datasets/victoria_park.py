@@ -60,7 +60,7 @@ class ParkNoise:
     speed: float = 0.2
     speed_growth: float = 0.03
     steer: float = np.radians(1.5)
-    slip: float = np.radians(4.0)
+    slip: float = np.radians(6.0)
 
 
 CALIBRATION, NOISE = ParkCalibration(), ParkNoise()
