@@ -302,9 +302,10 @@ class Frame3(_Frame):
         passes through it has no part left along q, which no measurement could ever remove.
         """
         q, Q_q = unit(self.q)
-        N_f = _eye_like(Q_q, 7)
+        x, N_f = np.empty_like(self.x), _eye_like(Q_q, 7)
+        x[..., :3], x[..., 3:] = self.t, q
         N_f[..., 3:, 3:] = Q_q
-        return Frame3(np.concatenate([self.t, q], -1)), N_f
+        return Frame3(x), N_f
 
     def minus(self, G):
         """Difference of poses in the tangent space, for errors: [t - t_G; v], v the rotation vector of q_G* q.

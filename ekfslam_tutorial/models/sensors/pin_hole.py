@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import identity
-from ...geometry.arrays import inverse, matrix, numbers, product
+from ...geometry.arrays import inverse, matrix, numbers
 from ...geometry.arrays import vector as stacked
 from .checks import positive, vector
 
@@ -154,7 +154,7 @@ def pin_hole(p, k, d):
     up, UP_p = project(p)
     ud, UD_up, UD_d = distort(up, d)
     u, U_ud, U_k = pixellise(ud, k)
-    return u, product(product(U_ud, UD_up), UP_p), U_k, product(U_ud, UD_d)
+    return u, U_ud @ UD_up @ UP_p, U_k, U_ud @ UD_d
 
 
 def inv_pin_hole(u, s, k, c):
