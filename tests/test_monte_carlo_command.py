@@ -131,6 +131,15 @@ def test_own_models_go_to_the_workers(tmp_path):
     np.testing.assert_allclose(mine["position"], its["position"], rtol=0, atol=1e-9)  # one by one, and batched
 
 
+def test_each_of_several_robots_has_a_picture(tmp_path):
+    assert (
+        ekfslam("two_robots_four_cameras", "--runs", 2, "--set", "time.last=5", "--out", tmp_path, "--workers", 1) == 0
+    )
+    wanted = FILES - {"monte_carlo.png"} | {"monte_carlo-1.png", "monte_carlo-2.png"}
+    assert {p.name for p in tmp_path.iterdir()} == wanted
+    assert [row["robot"] for row in rows(tmp_path / "over_time.csv")[:3]] == ["1", "2", "1"]
+
+
 def test_the_picture_says_what_it_shows():
     data = UserData.from_toml(import_module("ekfslam_tutorial.cli.files").find_scenario("range_bearing_2d"))
     data.time.last = 10

@@ -98,7 +98,8 @@ class MonteCarlo:
         Returns
         -------
         dict
-            rmse_m, heading_rmse_deg, landmark_rmse_m; nees_mean with nees_dof, the mean of an honest filter;
+            rmse_m, heading_rmse_deg, landmark_rmse_m and landmark_rmse_median_m, which one landmark far away does not
+            spoil; nees_mean with nees_dof, the mean of an honest filter;
             nees_band, where the mean over the runs should be in one frame; nees_in_band, the share of frames in which
             it is (frames follow each other and are not independent); nees_last, in the last frame, and its verdict;
             landmark_nees_mean with landmark_nees_dof; and `robots`, by id, for each robot.
@@ -125,6 +126,7 @@ class MonteCarlo:
                 "nees_last": last,
                 "nees_last_verdict": verdict,
                 "landmark_rmse_m": _known(np.sqrt(_mean(self.landmark_rmse**2, 0))),
+                "landmark_rmse_median_m": _known(_median(self.landmark_rmse)),
                 "landmark_nees_mean": _known(_mean(self.landmark_nees, 0)),
                 "landmark_nees_dof": self.dim,
                 "failures": {str(run): why for run, why in self.failures.items()},

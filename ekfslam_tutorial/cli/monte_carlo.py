@@ -97,11 +97,14 @@ def write(out, result, summary):
     _csv(out / "runs.csv", list(rows[0]), [["" if v is None else v for v in row.values()] for row in rows])
     _csv(out / "over_time.csv", *over_time(result))
     use_style(dpi=100)
-    fig = monte_carlo_picture(result)
-    with replacing(out / "monte_carlo.png") as part:
-        fig.savefig(part)
-    plt.close(fig)
-    return ["monte_carlo.json", "runs.csv", "over_time.csv", "monte_carlo.png", "runs.npz"]
+    several = len(result.robots) > 1
+    pictures = {id: f"monte_carlo-{id}.png" if several else "monte_carlo.png" for id in result.robots}
+    for id, name in pictures.items():
+        fig = monte_carlo_picture(result, id)
+        with replacing(out / name) as part:
+            fig.savefig(part)
+        plt.close(fig)
+    return ["monte_carlo.json", "runs.csv", "over_time.csv", *pictures.values(), "runs.npz"]
 
 
 def over_time(result):

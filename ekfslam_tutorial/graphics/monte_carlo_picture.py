@@ -10,12 +10,14 @@ SHOWN = 30
 """Of the single runs so many are drawn."""
 
 
-def monte_carlo_picture(result, probability=0.95):
-    """Draw NEES, position error and heading error over time; a column for each robot.
+def monte_carlo_picture(result, robot=None, probability=0.95):
+    """Draw NEES, position error and heading error of a robot over time.
 
     Parameters
     ----------
     result : analysis.MonteCarlo
+    robot : int, optional
+        Its id; the first robot if not given.
     probability : float
         Of the band that the mean NEES of an honest filter stays in.
 
@@ -25,21 +27,20 @@ def monte_carlo_picture(result, probability=0.95):
         Above the mean NEES over the runs with its band. Below the errors of single runs, their root mean square over
         the runs, and 1 sigma: what the filter expects that root mean square to be.
     """
-    K, runs = len(result.robots), len(result.runs) - len(result.failures)
-    fig, axes = plt.subplots(3, K, figsize=(max(9.0, 6.5 * K), 9.5), sharex=True, squeeze=False, layout="constrained")
-    anees = result.over_time("nees")
-    for k, (above, middle, below) in enumerate(axes.T):
-        if np.isfinite(anees[:, k]).any():
-            consistency_panel(result.t, anees[:, k], result.dof, runs, probability, "NEES of the pose", ax=above)
-            above.set(xlabel="", ylabel=f"NEES, mean of {runs} runs (-)")
-        else:
-            above.text(0.5, 0.5, "the pose is not estimated", ha="center", va="center", transform=above.transAxes)
-            above.set_axis_off()
-        _errors(middle, result, "position", k, 1.0, "position error (m)")
-        _errors(below, result, "heading", k, 180 / np.pi, f"{'heading' if result.dim == 2 else 'rotation'} error (deg)")
-        below.set_xlabel("t (s)")
-    names = [f"robot {id}" for id in result.robots]
-    fig.suptitle(f"{result.name}: {len(result.runs)} runs" + (", " + " | ".join(names) if K > 1 else ""))
+    k = 0 if robot is None else result.robots.index(robot)
+    runs, anees = len(result.runs) - len(result.failures), result.over_time("nees")[:, k]
+    fig, (above, middle, below) = plt.subplots(3, 1, figsize=(9.2, 9.5), sharex=True, layout="constrained")
+    if np.isfinite(anees).any():
+        consistency_panel(result.t, anees, result.dof, runs, probability, "NEES of the pose", ax=above)
+        above.set(xlabel="", ylabel=f"NEES, mean of {runs} runs (-)")
+    else:
+        above.text(0.5, 0.5, "the pose is not estimated", ha="center", va="center", transform=above.transAxes)
+        above.set_axis_off()
+    _errors(middle, result, "position", k, 1.0, "position error (m)")
+    _errors(below, result, "heading", k, 180 / np.pi, f"{'heading' if result.dim == 2 else 'rotation'} error (deg)")
+    below.set_xlabel("t (s)")
+    which = f", robot {result.robots[k]}" if len(result.robots) > 1 else ""
+    fig.suptitle(f"{result.name}{which}: {len(result.runs)} runs")
     return fig
 
 
