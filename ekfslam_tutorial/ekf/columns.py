@@ -8,19 +8,23 @@ from .filter import cross
 class Columns:
     """P H' of the states at hand, as `cross` returns it for a `CompressedMap`. As an array it is that of all states."""
 
-    def __init__(self, map, HP, blocks):
-        self._map, self._HP, self._blocks, self._layout = map, HP, blocks, map.layout
+    def __init__(self, map, HP, blocks, places):
+        self._map, self._HP, self._blocks, self._places, self._layout = map, HP, blocks, places, map.layout
 
     @property
     def T(self):
         """H P of the states at hand; computed again if others are at hand now."""
         if self._layout != self._map.layout:
             again = cross(self._map, self._blocks)
-            self._HP, self._layout = again._HP, self._map.layout
+            self._HP, self._places, self._layout = again._HP, again._places, self._map.layout
         return self._HP
 
     def __getitem__(self, r):
         """The rows of the state in range r."""
+        if self._layout == self._map.layout:
+            for known, here in self._places:
+                if known is r:
+                    return self._HP.T[here]
         here = self._map.here(r)
         return self.T.T[here]
 

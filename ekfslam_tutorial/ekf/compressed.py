@@ -20,7 +20,7 @@ import numpy as np
 
 from .columns import Columns
 from .html import map_html
-from .stochastic_map import Map, symmetric
+from .stochastic_map import Map, nothing, symmetric
 from .virtual import VirtualStates, cholesky
 
 
@@ -164,12 +164,14 @@ class CompressedMap:
         return np.where(here >= 0, self._near.variances(here), far)
 
     def fetch(self, blocks):
-        """Bring the states that some blocks depend on to hand."""
+        """As `Map.fetch`, of all that is at hand. The states of the blocks are brought there."""
+        blocks_in = [block for block in blocks if block[0] is not None]
+        self._places = [(r, self.here(r)) for r, _ in blocks_in]
         self._now += 1
-        for r, _ in blocks:
-            if r is not None:
-                self.here(r)
-                self._used_at[r] = self._now
+        for r, _ in blocks_in:
+            self._used_at[r] = self._now
+        rows = [(J, self._near.rows(here)) for (_, J), (_, here) in zip(blocks_in, self._places, strict=True)]
+        return rows or [nothing(blocks, self._near.n)]
 
     def rows(self, r):
         """Covariance of the state in range r with all that is at hand, shape (k, ·) or (K, k, ·)."""
@@ -177,22 +179,27 @@ class CompressedMap:
 
     def here(self, r):
         """Where the state in range r, or those of K ranges, stand in what `rows` returns. They are at hand then."""
-        here = self._here.get((r.start, r.stop)) if isinstance(r, slice) else self._at[r]
-        if here is None or not isinstance(here, slice) and here.min(initial=0) < 0:
-            i = np.arange(r.start, r.stop) if isinstance(r, slice) else r.ravel()
-            far = self._at[i] < 0
-            if far.any():
-                self._load(np.array(sorted(set(i[far].tolist()))))
+        if not isinstance(r, slice):
             here = self._at[r]
-            if isinstance(r, slice):
-                if len(here) and (np.diff(here) == 1).all():
-                    here = slice(int(here[0]), int(here[-1]) + 1)
-                self._here[r.start, r.stop] = here
+            return self._bring(r.ravel())[r] if here.min() < 0 else here
+        here = self._here.get((r.start, r.stop))
+        if here is None:
+            here = self._bring(np.arange(r.start, r.stop))[r]
+            if len(here) and (np.diff(here) == 1).all():
+                here = slice(int(here[0]), int(here[-1]) + 1)
+            self._here[r.start, r.stop] = here
         return here
 
+    def _bring(self, i):
+        """Bring those of these states to hand that are not. Returns where each state is."""
+        far = self._at[i] < 0
+        if far.any():
+            self._load(np.array(sorted(set(i[far].tolist()))))
+        return self._at
+
     def columns(self, HP, blocks):
-        """P H' for `cross`: of the states at hand; those of the far ones follow if somebody asks."""
-        return Columns(self, HP, blocks)
+        """P H' from H P: of the states at hand; those of the far ones follow if somebody asks."""
+        return Columns(self, HP, blocks, self._places)
 
     def put(self, r, x, P_xm, P_xx):
         """Replace the state in range r; P_xm is its covariance with all that is at hand."""

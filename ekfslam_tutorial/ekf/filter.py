@@ -100,9 +100,7 @@ def cross(map, blocks):
     -------
     ndarray, shape (n, m), or (n, K m)
     """
-    map.fetch(blocks)
-    HP = [_times(J, map.rows(r)) for r, J in blocks if r is not None]
-    HP = HP or [np.zeros((blocks[0][1][..., 0].size, 0)) @ map.rows(slice(0, 0))]
+    HP = [_times(J, P_rm) for J, P_rm in map.fetch(blocks)]
     return map.columns(sum(HP[1:], start=HP[0]), blocks)
 
 

@@ -179,7 +179,13 @@ class Map:
         return r
 
     def fetch(self, blocks):
-        """Make ready for the rows of the states that some blocks depend on: they are all at hand, always."""
+        """Each block's Jacobian, with the covariance of its state with the whole map: those of known states drop out.
+
+        Returns
+        -------
+        list of (ndarray of shape (m, k), ndarray of shape (k, n))
+        """
+        return [(J, self.rows(r)) for r, J in blocks if r is not None] or [nothing(blocks, self.n)]
 
     def columns(self, HP, blocks):
         """P H' from H P."""
@@ -279,6 +285,11 @@ class Map:
             self._store(x, P, used)
         self.n = n
         self._look()
+
+
+def nothing(blocks, n):
+    """Jacobian and rows that stand for blocks of known states only: their product is zero."""
+    return np.zeros((blocks[0][1][..., 0].size, 0)), np.zeros((0, n))
 
 
 def symmetric(P):
