@@ -36,7 +36,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     wanted = in_view if opt.n_updates is None else [o.k for o in most_uncertain(seen, opt.n_updates)]
     found = table.match(matches.pairs, wanted)
     if found:
-        camera = Rf.from_frame(Sf.t)[0] if opt.reparametrize else None
+        camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
         _correct(map, rob, sen, table, found, raw, opt, camera)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
     return events, matches.new

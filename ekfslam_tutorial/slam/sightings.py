@@ -110,16 +110,17 @@ def merged(parts):
     """
     if len(parts) == 1:
         return parts[0]
-    size = max(part.E_l.shape[-1] for part in parts)
+    K, size = sum(len(part.lmks) for part in parts), max(part.E_l.shape[-1] for part in parts)
     every = lambda name: [getattr(part, name) for part in parts]
-    pad = lambda A: np.pad(A, [(0, 0)] * (A.ndim - 1) + [(0, size - A.shape[-1])])
-    together = lambda name: np.concatenate(every(name))
-    rows = [part.ranges[2] for part in parts]
-    known = [each is None for each in rows]
-    at = np.concatenate([np.zeros((len(p.e), size), int) if p.ranges[2] is None else pad(p.ranges[2]) for p in parts])
-    E_l = [pad(each) for each in every("E_l")]
-    lmks, ranges = sum(every("lmks"), []), (*parts[0].ranges[:2], None if all(known) else at)
-    e, v, visible, E_r, E_s = (together(name) for name in ("e", "v", "visible", "E_r", "E_s"))
-    whole = Sightings(parts[0].sen, lmks, e, v, visible, ranges, E_r, E_s, np.concatenate(E_l))
-    whole.H_l = np.concatenate([J * (not k) for J, k in zip(E_l, known, strict=True)])
+    e, v, visible, E_r, E_s = (np.concatenate(every(name)) for name in ("e", "v", "visible", "E_r", "E_s"))
+    rows, E_l, H_l = np.zeros((K, size), int), np.zeros((*e.shape, size)), np.zeros((*e.shape, size))
+    known, k = all(part.ranges[2] is None for part in parts), 0
+    for part in parts:
+        here, width = slice(k, k + len(part.lmks)), part.E_l.shape[-1]
+        E_l[here, :, :width], k = part.E_l, here.stop
+        if part.ranges[2] is not None:  # by what is known there is no derivative
+            rows[here, :width], H_l[here, :, :width] = part.ranges[2], part.E_l
+    ranges = (*parts[0].ranges[:2], None if known else rows)
+    whole = Sightings(parts[0].sen, sum(every("lmks"), []), e, v, visible, ranges, E_r, E_s, E_l)
+    whole.H_l = H_l
     return whole

@@ -143,7 +143,7 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
         return events
 
     lmk.n_inlier += 1
-    camera = Rf.from_frame(Sf.t)[0] if opt.reparametrize else None
+    camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
     correct(map, PHt, inn)
     o.updated = True
     normalize(map, rob)
