@@ -1,8 +1,8 @@
 """Notebooks in a real JupyterLab and a real browser, as a student has them.
 
 Run all; move a slider; give a wrong and a right answer; play the player; and no other host is asked for anything.
-`make test` takes notebooks 02 and 05, which have all of this; with EKFSLAM_BROWSER=all every notebook is run so
-(a few minutes more).
+A player in space is also turned, by mouse and by keyboard. `make test` takes notebooks 02 and 05, which have all but
+this, and 14, which has it; with EKFSLAM_BROWSER=all every notebook is run so (a few minutes more).
 """
 
 import os
@@ -17,7 +17,7 @@ from ekfslam_tutorial.course.build import exercise_cells
 from .conftest import ROOT, START_S
 
 ALL = sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb"))
-NOTEBOOKS = ALL if os.environ.get("EKFSLAM_BROWSER") == "all" else [n for n in ALL if n[:2] in ("02", "05")]
+NOTEBOOKS = ALL if os.environ.get("EKFSLAM_BROWSER") == "all" else [n for n in ALL if n[:2] in ("02", "05", "14")]
 RUN_S = 240
 
 # A wrong answer to an exercise: what to change in the solution.
@@ -150,3 +150,31 @@ def play(page, nb):
         inside.get_by_text(re.compile("half-axes|known")).first.wait_for()  # in 02 the robot is known
         assert status.inner_text() != first
         assert inside.get_by_role("application").evaluate(picture) != before
+        if inside.get_by_role("application").evaluate("() => player.log.d === 3"):
+            turn(page, inside.get_by_role("application"))
+
+
+# Azimuth and elevation (rad) of the view, and its picture as a text, after the next drawing.
+VIEW = """() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => {
+    const { azimuth, elevation } = player.scene.camera
+    done([azimuth, elevation, player.canvas.toDataURL()])
+})))"""
+
+
+def turn(page, canvas):
+    """Orbit the picture with the mouse, then with the keyboard; each time the camera goes round and draws anew."""
+    canvas.scroll_into_view_if_needed()
+    views = [canvas.evaluate(VIEW)]
+    box = canvas.bounding_box()
+    x, y = box["x"] + 20, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 120, y + 40, steps=4)
+    page.mouse.up()
+    views.append(canvas.evaluate(VIEW))
+    canvas.press("Shift+ArrowLeft")
+    canvas.press("Shift+ArrowDown")
+    views.append(canvas.evaluate(VIEW))
+    for now, before in zip(views[1:], views, strict=False):
+        assert all(abs(a - b) > 0.05 for a, b in zip(now[:2], before[:2], strict=True)), (now[:2], before[:2])
+    assert len({picture for _, _, picture in views}) == 3
