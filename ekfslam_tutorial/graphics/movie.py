@@ -98,7 +98,7 @@ class Movie:
 
     Examples
     --------
-    >>> with Movie("run.gif") as movie:              # doctest: +SKIP
+    >>> with Movie("run.gif") as movie:
     ...     for snapshot in universal_slam(userdata):
     ...         fig.update(snapshot)
     ...         movie.add(grab(fig.fig))

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..simulation import SimLmk, SimObs
+from .archives import read_npz
 from .checks import covariances, numbers
 
 FORMAT = "ekfslam recording 1"
@@ -214,8 +215,7 @@ class Recording:
 
             return load_csv(path)
         try:
-            with np.load(path, allow_pickle=False) as arrays:
-                return _from_arrays({key: arrays[key] for key in arrays.files})
+            return _from_arrays(read_npz(path))
         except KeyError as error:
             raise ValueError(f"{path} is not a whole recording: it has no array {error}") from error
         except DAMAGE as error:
@@ -229,9 +229,10 @@ class Recorder:
     Examples
     --------
     >>> recorder = Recorder()
-    >>> for snapshot in universal_slam(userdata):      # doctest: +SKIP
+    >>> for snapshot in universal_slam(userdata):
     ...     recorder.add(snapshot)
-    >>> recorder.recording("my run").save("my_run.npz")      # doctest: +SKIP
+    >>> recorder.recording("my run").save("my_run.npz").name
+    'my_run.npz'
     """
 
     def __init__(self):

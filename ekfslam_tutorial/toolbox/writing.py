@@ -12,8 +12,8 @@ def replacing(path):
 
     Examples
     --------
-    >>> with replacing("result.json") as part:      # doctest: +SKIP
-    ...     part.write_text("{}")
+    >>> with replacing("result.json") as part:
+    ...     n_letters = part.write_text("{}")
     """
     path = Path(path)
     handle, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)

@@ -44,9 +44,9 @@ class LivePlayer(anywidget.AnyWidget):
 
     Examples
     --------
-    >>> live = LivePlayer("two rounds")                # doctest: +SKIP
-    >>> display(live)                                  # doctest: +SKIP
-    >>> for snapshot in universal_slam(userdata):      # doctest: +SKIP
+    >>> live = LivePlayer("two rounds")
+    >>> display(live)
+    >>> for snapshot in universal_slam(userdata):
     ...     live.add(snapshot)
     """
 

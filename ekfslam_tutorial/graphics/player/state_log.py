@@ -68,10 +68,10 @@ class StateLog:
 
     Examples
     --------
-    >>> log = StateLog("two rounds")                   # doctest: +SKIP
+    >>> log = StateLog("two rounds")
     >>> for snapshot in universal_slam(userdata):
-    ...     log.add(snapshot)
-    >>> replay(log)
+    ...     frame = log.add(snapshot)
+    >>> display(replay(log))
     """
 
     def __init__(self, title: str = "", k: float = 3, period: int = 1, align: bool | None = None):
