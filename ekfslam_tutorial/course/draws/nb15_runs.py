@@ -189,6 +189,7 @@ def join(x1, P1, x2, P2, y, R):
     n1, n2 = len(x1), len(x2)
 
     def g(v):
+        """Both maps, in the frame of map 1, as a function of both maps and the meeting."""
         a, b, y = np.split(v, [n1, n1 + n2])
         M = Frame2(np.asarray(map_in_map(Frame2(a[:3]), Frame2(b[:3]), y)))
         return np.concatenate([a, M.compose(Frame2(b[:3]))[0].x, M.from_frame(b[3:].reshape(-1, 2))[0].ravel()])
