@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 import ekfslam_tutorial
-from ekfslam_tutorial.graphics import replay
+from ekfslam_tutorial.course import replay
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
 SCENARIO = Path(__file__).resolve().parents[2] / "data" / "scenarios" / "range_bearing_2d.toml"
