@@ -9,7 +9,6 @@ import matplotlib.pyplot as plt
 import pytest
 
 import ekfslam_tutorial
-from ekfslam_tutorial.course import replay
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
 SCENARIO = Path(__file__).resolve().parents[2] / "data" / "scenarios" / "range_bearing_2d.toml"
@@ -33,7 +32,7 @@ EXAMPLES = list(examples())
 def test_an_example_shows_what_it_says(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # The names that an example may use without saying where they come from: those of a run.
-    example.globs |= {"universal_slam": universal_slam, "display": lambda *_: None, "replay": replay}
+    example.globs |= {"universal_slam": universal_slam, "display": lambda *_: None}
     example.globs["userdata"] = UserData.from_toml(SCENARIO, {"time.last": 5})
     if "fig" in "".join(e.source for e in example.examples):
         from ekfslam_tutorial.graphics import MapFig

@@ -71,7 +71,7 @@ class StateLog:
     >>> log = StateLog("two rounds")
     >>> for snapshot in universal_slam(userdata):
     ...     frame = log.add(snapshot)
-    >>> display(replay(log))
+    >>> log.save("two_rounds.json")              # or replay(log), in a notebook
     """
 
     def __init__(self, title: str = "", k: float = 3, period: int = 1, align: bool | None = None):
