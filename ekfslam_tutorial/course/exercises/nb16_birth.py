@@ -122,6 +122,12 @@ def _turned(d, a):
     return d["x"][:2] + d["r"] * np.array([np.cos(a), np.sin(a)]), sum(d["own"]), d["P_x"] @ d["P"]
 
 
+def _bare_heading(d):
+    """The third column of P_x without the range."""
+    J = np.column_stack([np.eye(2), d["n"]])
+    return d["p"], J @ d["P"] @ J.T + d["own"][1] + d["own"][2], J @ d["P"]
+
+
 I2 = np.column_stack([np.eye(2), np.zeros(2)])
 # fmt: off
 _wrong("heading forgotten", "beta is counted from the robot's x axis. In the world the direction is theta + beta.",
@@ -155,6 +161,8 @@ _wrong("zero cross-covariance", "The point is made from the robot's pose: their 
        lambda d: (d["p"], sum(d["own"]), 0 * d["P_x"]))
 _wrong("heading taken as known", "A wrong heading turns the point round the robot: the third column of P_x is "
        "r [-s, c].", lambda d: (d["p"], I2 @ d["P"] @ I2.T + d["own"][1] + d["own"][2], I2 @ d["P"]))
+_wrong("heading column without the range", "An angle is no length: a wrong heading moves the point by r times it. "
+       "The third column of P_x is r [-s, c].", _bare_heading)
 _wrong("P_x instead of P_px", "A Jacobian is not a covariance: P_px = P_x P.",
        lambda d: (d["p"], sum(d["own"]), d["P_x"]))
 _wrong("P_xp", "P_px has the point in its rows: shape (2, 3).",

@@ -81,7 +81,8 @@ def _(f, rng):
 
 
 @tangent.link(
-    "position", "Where the orientation is right, e is [t - t_truth, 0]: but P still has all its correlations."
+    "position",
+    "Where the orientation is right, e is [t - t_truth, 0]; its covariance is still the whole C = E_x P E_x'.",
 )
 def _(f, rng):
     args = poses(rng, 1e-9)
@@ -157,6 +158,8 @@ _wrong("position only", "That is the NEES of the position, 3 degrees of freedom.
        lambda x, P, t, e, E: _form(e[:3], P[:3, :3]))
 _wrong("correlations forgotten", "Position and orientation hang together: use the whole C, not its two blocks.",
        lambda x, P, t, e, E: _form(e[:3], (E @ P @ E.T)[:3, :3]) + _form(e[3:], (E @ P @ E.T)[3:, 3:]))
+_wrong("P forgotten", "E_x E_x' is no covariance: P, what the filter says of its error, belongs between them.",
+       lambda x, P, t, e, E: _form(e, E @ E.T))
 _wrong("inverse forgotten", "Large where P is *small*: e' C^-1 e.", lambda x, P, t, e, E: e @ (E @ P @ E.T) @ e)
 _wrong("root taken", "NEES is the *squared* distance: no root.", lambda x, P, t, e, E: np.sqrt(_form(e, E @ P @ E.T)))
 _wrong("divided by six", "NEES of a pose is about 6, its degrees of freedom: do not divide by them.",
