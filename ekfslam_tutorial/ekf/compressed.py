@@ -148,7 +148,10 @@ class CompressedMap:
         """Covariance of the state in range r: a copy, shape (k, k); of K states by their rows (K, k), (K, k, k)."""
         i = np.arange(r.start, r.stop) if isinstance(r, slice) else r
         here = self._at[i]
-        if here.min(initial=0) >= 0:
+        n_far = np.count_nonzero(here < 0)
+        if i.ndim == 2 and 0 < n_far <= self.active // 4:  # so few are those just come into view: needed in a moment
+            here, n_far = self.here(i), 0
+        if not n_far:
             return self._near.block(np.atleast_2d(here)).reshape(*here.shape, here.shape[-1])
         T, far = self._by_those_at_hand(i), here < 0
         P_0 = np.where(far[..., :, None] & far[..., None, :], self._far.block(r), 0.0)
