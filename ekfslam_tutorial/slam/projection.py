@@ -1,6 +1,7 @@
 """Where things are according to the map, and what a sensor should see of it."""
 
 from math import isfinite
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -144,9 +145,12 @@ class Groups(NamedTuple):
     rows: dict
 
 
+_type, _range = attrgetter("type"), attrgetter("r")
+
+
 def _groups(sen, lmks):
     """Groups of these landmarks; those of the last time, to which only what is new has to be added."""
-    kinds, ranges = [lmk.type for lmk in lmks], [lmk.r for lmk in lmks]
+    kinds, ranges = list(map(_type, lmks)), list(map(_range, lmks))
     old = sen.groups or Groups([], [], {})
     n = len(old.kinds)
     if kinds[:n] != old.kinds or ranges[:n] != old.ranges:

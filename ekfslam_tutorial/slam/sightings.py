@@ -1,10 +1,13 @@
 """What a sensor should see of many landmarks in one frame, and what it has measured: arrays, an `Obs` is one row."""
 
 from itertools import repeat
+from operator import attrgetter
 
 import numpy as np
 
 from ..geometry.lazy import lazy
+
+_range = attrgetter("r")
 
 
 class Sightings:
@@ -33,7 +36,7 @@ class Sightings:
         self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
-        self.r = [lmk.r for lmk in lmks]
+        self.r = list(map(_range, lmks))
         no = [False] * len(lmks)
         self.measured, self.matched, self.updated, self.index = no, no.copy(), no.copy(), [None] * len(lmks)
         self._found = (), {}

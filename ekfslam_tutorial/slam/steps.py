@@ -195,15 +195,12 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     list of Event
         initialisation, or refused where the map had no room: the run can go on.
     """
-    events, inside = [], None
+    events = []
     for i in new:
         if n_max is not None and len(events) >= n_max:
             break
         id = opt.association.birth_id(raw, i, lmks)
-        if id is None:
-            continue
-        inside = _well_inside(sen.model, raw.y, opt.init_margin) if inside is None else inside
-        if not inside[i]:
+        if id is None or not _well_inside(sen.model, np.asarray(raw.y[i], float), opt.init_margin):
             continue
         try:
             lmk = add_landmark(map, rob, sen, lmks, id, raw.y[i], None if raw.R is None else raw.R[i], opt)
@@ -252,13 +249,12 @@ def _free_slot(lmks):
 
 
 def _well_inside(sensor, y, margin):
-    """Which measurements would still be visible if each of their numbers were off by the margin.
+    """Whether a measurement would still be visible if each of its numbers were off by the margin.
 
     The margin is in the unit of the first number, pixels for a camera; a depth in metres is left alone.
     """
-    y = np.asarray(y, float)[None]
     if margin:
-        units = getattr(sensor, "units", None) or ("",) * y.shape[-1]
-        off = margin * np.diag([float(unit == units[0]) for unit in units])[:, None]
-        y = np.concatenate([y, y + off, y - off])
-    return sensor.visible(y, sensor.retro(y)[0]).all(0)
+        units = getattr(sensor, "units", None) or ("",) * len(y)
+        off = margin * np.diag([float(unit == units[0]) for unit in units])
+        y = np.concatenate([y[None], y + off, y - off])
+    return bool(np.all(sensor.visible(y, sensor.retro(y)[0])))
