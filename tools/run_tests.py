@@ -1,7 +1,8 @@
 """Run every test, then every notebook as a student gets it, then every notebook with its exercises solved.
 
-``make test`` runs this file: three pytest runs, one after the other (a notebook's cells share one kernel, so
-nothing runs in parallel). A failure does not stop the later runs; the last lines say what passed where.
+``make test`` runs this file: three pytest runs, one after the other, each on two processor cores where there are two.
+A file stays with one of them, above all a notebook: its cells share one kernel. A failure does not stop the later
+runs; the last lines say what passed where.
 Arguments are passed to pytest for the first run: ``make test TEST_ARGS="-k jacobian -x"``.
 """
 
@@ -17,6 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 SOLVED = Path("build/solved")
 NBVAL = ["--nbval-current-env", "--nbval-cell-timeout=120"]
+TOGETHER = ["-n", str(min(2, os.cpu_count() or 1)), "--dist", "loadfile"]
 
 
 def main(arguments):
@@ -49,7 +51,7 @@ def run(name, *arguments):
     with tempfile.TemporaryDirectory() as folder:
         environment["EKFSLAM_PROGRESS"] = str(Path(folder, "progress.json"))  # the user's own stays as it is
         report = Path(folder, "report.xml")
-        command = [sys.executable, "-m", "pytest", "-q", f"--junitxml={report}", *arguments]
+        command = [sys.executable, "-m", "pytest", "-q", *TOGETHER, f"--junitxml={report}", *arguments]
         code = subprocess.run(command, env=environment, check=False).returncode
         if code == 2:
             sys.exit("Stopped.")
