@@ -150,7 +150,7 @@ class CompressedMap:
         here = self._at[i]
         n_far = np.count_nonzero(here < 0)
         if i.ndim == 2 and 0 < n_far <= self.active // 4:  # so few are those just come into view: needed in a moment
-            here, n_far = self.here(i), 0
+            here, n_far = self._bring(i.ravel())[i], 0
         if not n_far:
             return self._near.block(np.atleast_2d(here)).reshape(*here.shape, here.shape[-1])
         T, far = self._by_those_at_hand(i), here < 0
