@@ -1,7 +1,5 @@
 """Drawings of notebook 19: a truck in Victoria Park, trees that nobody tells apart, GPS beside the path."""
 
-from functools import cache
-
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -14,7 +12,7 @@ from .nb19_runs import SHORT, here, park, recording, short
 from .parts import robot
 
 GATE, NEW = 9.21, 24.9  # squared distances: 99 % and 99.9996 % of chi-square with 2 degrees of freedom
-RATES = (3, 5, 10, 15, 20, 30)
+RATES = (5, 10, 15, 20, 30)
 SHARE = 0.95
 METHODS = {"nn": "nearest neighbour", "jcbb": "joint compatibility"}
 
@@ -170,7 +168,7 @@ def upkeep_figure(which):
     kept, cleaned = short(which, min_match_ratio=0.0), short(which)
     fig, (ax, bars) = plt.subplots(1, 2, figsize=(12.5, 5.2), layout="constrained")
     ax.plot(kept.t, kept.n_trees, color=VERMILLION, linestyle="--", linewidth=2, label="nobody is deleted")
-    ax.plot(cleaned.t, cleaned.n_trees, color=BLUE, linewidth=2, label="deleted if found in less than 30 %")
+    ax.plot(cleaned.t, cleaned.n_trees, color=BLUE, linewidth=2, label="deleted if found in less than 20 %")
     ax.set(xlabel="time (s)", ylabel="trees in the map (-)", ylim=(0, None), title=which)
     ax.legend(loc="upper left")
     edges = [0.5, 1.5, 4.5, 9.5, 19.5, 49.5, 1e9]
@@ -214,12 +212,6 @@ def park_figure(which, far, error):
     )
 
 
-@cache
-def _frames(which):
-    film = park(which).film
-    return film.frames() if film is not None else []
-
-
 @explorable(
     percent=Int(100, 2, 100, label="time", play=200, tip="Per cent of the log; arrow keys move it"),
     gps=Toggle(True, label="GPS"),
@@ -228,22 +220,21 @@ def _frames(which):
 def overlay(percent, gps):
     """The park from the first scan to the last: path and trees, with GPS over them."""
     which = here()
-    frames, d = _frames(which), park(which)
-    now = frames[max(len(frames) * percent // 100 - 1, 0)]
-    k = int(np.searchsorted(d.t, now.t, side="right"))
+    d = park(which)
+    t, pose, trees = d.views[max(len(d.views) * percent // 100 - 1, 0)]
+    k = int(np.searchsorted(d.t, t, side="right"))
     fig, ax = plt.subplots(figsize=(9.6, 6.6))
     fixes = recording(which).fixes[1]
     if gps:
-        ax.plot(*fixes[fixes[:, 0] <= now.t, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+        ax.plot(*fixes[fixes[:, 0] <= t, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
     ax.plot(*d.path[:k].T, **line(ESTIMATE), linewidth=1.3, label="EKF-SLAM")
-    trees = np.array([p for p, _ in now.lmks.values()]).reshape(-1, 2)
     ax.plot(*trees.T, **points(ESTIMATE, markersize=4), label="trees")
-    robot(ax, now.robots[1][0], size=8, facecolor=BLACK, edgecolor=BLACK)
+    robot(ax, pose, size=8, facecolor=BLACK, edgecolor=BLACK)
     edge = np.percentile(d.path, [0, 100], axis=0) + [[-45], [45]]
     ax.set(xlim=edge[:, 0], ylim=edge[:, 1], aspect="equal", xlabel="east (m)", ylabel="north (m)")
-    ax.set_title(f"{which}, {now.t:.0f} s")
+    ax.set_title(f"{which}, {t:.0f} s")
     ax.legend(loc="upper left", fontsize=12)
-    return fig, {"trees": len(trees), "caption": f"{which.capitalize()} after {now.t:.0f} s: {len(trees)} trees."}
+    return fig, {"trees": len(trees), "caption": f"{which.capitalize()} after {t:.0f} s: {len(trees)} trees."}
 
 
 def wrong_mount_figure(which, ahead):

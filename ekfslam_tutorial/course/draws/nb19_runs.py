@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from ...datasets import victoria_park, victoria_park_twin
+from ...datasets import victoria_park, victoria_park_raw, victoria_park_twin
 from ...datasets.sources import find_file
 from ...graphics import StateLog
 from ...models.motion import Vehicle
@@ -16,7 +16,8 @@ from ...toolbox import UserData, universal_slam
 
 TWIN, REAL = "simulated twin", "real log"
 SHORT = {REAL: 1200, TWIN: 600}  # scans of the experiments: four minutes, and two
-PICTURES = 40  # of the film
+RATIO = 0.2  # a tree that is found in less than this share of its searches is deleted
+PICTURES = 80  # of the film, and of the park
 SCENARIO = {
     "name": "victoria_park",
     "robot": [{"id": 1, "motion": "vehicle", "position": [-68.3, -40.6], "orientation_deg": 36.6}],
@@ -36,15 +37,23 @@ SCENARIO = {
 }
 """That of `victoria_park.toml`, without its association and its deletion of trees."""
 
+NOISE = victoria_park.ParkNoise(speed=0.2, speed_growth=0.03, steer=np.radians(1.5), slip=np.radians(6.0))
+
 
 def here():
-    """Which log the notebook uses: REAL if the file of Victoria Park is found, else TWIN."""
-    return REAL if find_file(victoria_park.FILE) is not None else TWIN
+    """Which log the notebook uses: REAL if a file of Victoria Park is found, else TWIN."""
+    found = [find_file(name) for name in (victoria_park.FILE, victoria_park_raw.SCANS)]
+    return REAL if any(path is not None for path in found) else TWIN
 
 
 @cache
 def _log(which):
-    return victoria_park.read_log() if which == REAL else victoria_park_twin.simulate()[0]
+    """The log, and the calibration that belongs to its detections."""
+    if which == TWIN:
+        return victoria_park_twin.simulate()[0], victoria_park.CALIBRATION
+    if find_file(victoria_park.FILE) is not None:
+        return victoria_park.read_log(), victoria_park.CALIBRATION
+    return victoria_park_raw.read_raw_log(), victoria_park_raw.OWN_CALIBRATION
 
 
 @cache
@@ -57,7 +66,7 @@ def recording(which=TWIN, every=1):
     every : int
         Only one scan in so many is kept; the odometry goes on.
     """
-    log = _log(which)
+    log, calibration = _log(which)
     kept = np.arange(0, len(log.scan_t), every)
     n = np.diff(log.offsets)
     scans = np.repeat(np.arange(len(n)), n)
@@ -67,10 +76,10 @@ def recording(which=TWIN, every=1):
         offsets=np.concatenate([[0], np.cumsum(n[kept])]),
         detections=log.detections[scans % every == 0],
     )
-    return victoria_park.recording(thinned)
+    return victoria_park.recording(thinned, calibration, NOISE)
 
 
-def scenario(association=None, min_match_ratio=0.3, last=None, car=None):
+def scenario(association=None, min_match_ratio=RATIO, last=None, car=None):
     """The scenario with some rules changed."""
     data = UserData.from_dict(SCENARIO)
     rules = dict(association=association or rule("nn", 0.99, 0.999996), min_match_ratio=min_match_ratio)
@@ -119,41 +128,51 @@ class Drive:
     born: int  # trees ever started
     trees: np.ndarray  # (N, 2) at the end
     finds: np.ndarray  # (N,) how often each was found
-    film: StateLog | None
+    views: list  # now and then: time, pose, trees
 
 
-def drive(which, data, film=False, every=1):
+def drive(which, data, every=1):
     """Run EKF-SLAM over the log."""
     rec = recording(which, every)
     n = min(data.time.last or len(rec), len(rec))
-    rows, used, born, now = [], 0, 0, None
-    log = StateLog(f"Victoria Park, {which}", period=max(n // PICTURES, 1)) if film else None
+    rows, views, used, born, now = [], [], 0, 0, None
     for now in universal_slam(replace(data, time=replace(data.time, last=n)), rec):
         r = now.robs[0].r
         P = now.map.block(r)
         rows.append([now.t, *now.map.state(r)[:2], np.sqrt(P[0, 0] + P[1, 1]), len(now.lmks)])
         kinds = [e.kind for e in now.events]
         used, born = used + kinds.count("correction"), born + kinds.count("initialisation")
-        if log is not None:
-            now.truth, now.obs = {}, {}  # the film holds estimates, not the log
-            log.add(now)
+        if now.k % max(n // PICTURES, 1) == 0:
+            views.append((now.t, now.map.state(r)[:3].copy(), _trees(now)))
     assert now is not None  # a log has scans
-    lmks = now.lmks.values()
-    trees = np.array([lmk.point(now.map)[0] for lmk in lmks]).reshape(-1, 2)
     t, x, y, std, count = np.array(rows).T
     seen = int(rec.raw[1].offsets[n])
-    finds = np.array([lmk.n_match for lmk in lmks])
-    return Drive(t, np.column_stack([x, y]), std, count.astype(int), used, seen, born, trees, finds, log)
+    finds = np.array([lmk.n_match for lmk in now.lmks.values()])
+    return Drive(t, np.column_stack([x, y]), std, count.astype(int), used, seen, born, _trees(now), finds, views)
+
+
+def _trees(now):
+    return np.array([lmk.point(now.map)[0] for lmk in now.lmks.values()]).reshape(-1, 2)
 
 
 @cache
 def park(which=TWIN):
     """The whole log."""
-    return drive(which, scenario(), film=True)
+    return drive(which, scenario())
 
 
 @cache
-def short(which=TWIN, name="nn", min_match_ratio=0.3, every=1, ahead=None):
+def film(which=TWIN):
+    """The first part of the log for the player: estimates only, no part of the log itself."""
+    log = StateLog(f"Victoria Park, {which}", period=SHORT[which] // PICTURES)
+    for now in universal_slam(scenario(last=SHORT[which]), recording(which)):
+        now.truth, now.obs = {}, {}
+        log.add(now)
+    return log
+
+
+@cache
+def short(which=TWIN, name="nn", min_match_ratio=RATIO, every=1, ahead=None):
     """A part of the log with other rules.
 
     Parameters

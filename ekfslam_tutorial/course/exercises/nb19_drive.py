@@ -258,14 +258,14 @@ def _(x, u, dt, car):
     T, V = 1 / cos(al) ** 2, vc / (1 - t * H / L) / cos(al) ** 2 * H / L
     B = [
         [
-            dt * vc / v * (c - t / L * (a * s + b * c)),
+            dt / (1 - t * H / L) * (c - t / L * (a * s + b * c)),
             dt * (V * (c - t / L * (a * s + b * c)) - vc * T / L * (a * s + b * c)),
         ],
         [
-            dt * vc / v * (s + t / L * (a * c - b * s)),
+            dt / (1 - t * H / L) * (s + t / L * (a * c - b * s)),
             dt * (V * (s + t / L * (a * c - b * s)) + vc * T / L * (a * c - b * s)),
         ],
-        [dt * vc / v * t / L, dt * (V * t + vc * T) / L],
+        [dt / (1 - t * H / L) * t / L, dt * (V * t + vc * T) / L],
     ]
     return y, A, B
 
