@@ -61,6 +61,6 @@ def test_the_whole_park(park):
 
 def test_the_first_minutes_with_joint_compatibility(park):
     """The same by JCBB: two and a half minutes, in which the first loop closes. The whole park: 1.09 m, three times the
-    time of nearest neighbours."""
+    time of nearest neighbours. Over so short a time GPS is off as a whole, by 1.8 m, so the path is aligned with it."""
     f = run({"options.association": {"type": "jcbb", "confidence": 0.99, "new_confidence": 0.999996}, "time.last": 700})
-    assert f["gps_rmse_best95_m"] <= 1.6 and 60 <= f["n_landmarks"] <= 150
+    assert f["gps_rmse_best95_aligned_m"] <= 1.2 and 60 <= f["n_landmarks"] <= 150  # measured: 1.03 m, 101
