@@ -11,6 +11,7 @@ import numpy as np
 SPACING = 1.0  # one landmark per metre of the way
 SIDE = 2.0  # they stand so far to the left and right of it, m
 U = np.diag([0.02, 0.02, 0.005]) ** 2  # of a step [dx, dy, dtheta], m and rad
+CALM = 50  # circuits of more landmarks than this are drawn with less noise
 R = np.diag([0.1, 0.02]) ** 2  # of a measurement [range, bearing], m and rad
 
 
@@ -67,12 +68,18 @@ def lap(n_lmks, m, seed=1):
 
 
 def circuit(n_lmks, m=10, rounds=1.1, seed=1):
-    """An empty map; a robot at the origin looks round, then drives 1.1 rounds, so the loop is closed."""
+    """An empty map; a robot at the origin looks round, then drives 1.1 rounds, so the loop is closed.
+
+    The noise that is drawn is smaller than the one that filters assume, the longer the way the more: a robot that
+    comes back is off by a metre or so, and sees its first landmarks about where it expects them. With the whole noise
+    an EKF is off by 19 m for N = 300 and misses the loop: it would have less work than the others.
+    """
     rng = np.random.default_rng(seed)
     lmks, poses, turn, radius = _scene(n_lmks, n_lmks, rng)
     m, n_steps = min(m, n_lmks), int(np.ceil(rounds * n_lmks))
-    first, reach0 = _look(lmks, np.zeros(3), np.zeros(3), m, rng)
-    steps, reach = _drive(lmks, poses, turn, radius, m, rng)
+    calm = min(1.0, CALM / n_lmks)
+    first, reach0 = _look(lmks, np.zeros(3), np.zeros(3), m, rng, calm)
+    steps, reach = _drive(lmks, poses, turn, radius, m, rng, calm)
     steps = [first, *(steps * (n_steps // n_lmks + 1))[: n_steps - 1]]
     return World(lmks, m, steps, np.zeros(3), 1e-8 * np.eye(3), max(reach, reach0))
 
@@ -89,19 +96,20 @@ def _scene(n_lmks, n_steps, rng):
     return lmks, poses, turn, radius
 
 
-def _drive(lmks, poses, turn, radius, m, rng):
+def _drive(lmks, poses, turn, radius, m, rng, calm=1.0):
     """The steps of one round, and the reach that a sensor needs for them."""
-    u, std = np.array([radius * np.sin(turn), radius * (1 - np.cos(turn)), turn]), np.sqrt(np.diag(U))
-    steps, reach = zip(*[_look(lmks, pose, u + std * rng.normal(size=3), m, rng) for pose in poses], strict=True)
+    u, std = np.array([radius * np.sin(turn), radius * (1 - np.cos(turn)), turn]), calm * np.sqrt(np.diag(U))
+    seen = [_look(lmks, pose, u + std * rng.normal(size=3), m, rng, calm) for pose in poses]
+    steps, reach = zip(*seen, strict=True)
     return list(steps), max(reach)
 
 
-def _look(lmks, pose, u, m, rng):
+def _look(lmks, pose, u, m, rng, calm=1.0):
     """One step: the m landmarks nearest to the pose are measured. Also the reach that a sensor needs for them."""
     d = lmks - pose[:2]
     r = np.hypot(*d.T)
     ids = np.sort(np.argsort(r)[:m])
     y = np.stack([r[ids], np.arctan2(d[ids, 1], d[ids, 0]) - pose[2]], -1)
-    y += np.sqrt(np.diag(R)) * rng.normal(size=(m, 2))
+    y += calm * np.sqrt(np.diag(R)) * rng.normal(size=(m, 2))
     y[:, 1] = wrap(y[:, 1])
     return Step(u, ids, y, pose), r[ids].max() + 0.5  # estimates are a little off: what is measured should be in reach
