@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import __version__
+from ..toolbox.archives import brief, read_npz
 from ..toolbox.writing import replacing
 
 SAVE_EVERY = 5.0
@@ -107,8 +108,7 @@ def read(path):
         Naming the file.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
+        arrays = read_npz(path)
         head, runs = json.loads(str(arrays.pop("head"))), arrays.pop("runs")
         if not all(len(values) == len(runs) for values in arrays.values()) or "failures" not in head:
             raise KeyError("runs")
@@ -116,7 +116,7 @@ def read(path):
     except FileNotFoundError:
         raise
     except Exception as error:  # a file of any kind may lie there
-        raise ValueError(f"{path} is no file of Monte-Carlo runs, or it is damaged: {error}") from error
+        raise ValueError(f"{path} is no file of Monte-Carlo runs, or it is damaged: {brief(error)}") from error
 
 
 def unfinished(path):

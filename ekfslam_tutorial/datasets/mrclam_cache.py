@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..toolbox.archives import read_npz
 from .calibration import OdometryCalibration
 from .mrclam_log import RobotLog, SetLog, Sightings, read_set
 
@@ -58,8 +59,7 @@ def read_cached(source, robots, calibrate):
     """
     path = cache_folder() / f"mrclam-{_fingerprint(source, robots)}.npz"
     with contextlib.suppress(Exception):  # whatever is wrong with it: it is only a copy
-        with np.load(path, allow_pickle=False) as arrays:
-            return _from_arrays(dict(arrays))
+        return _from_arrays(read_npz(path))
     log = read_set(source, robots)
     fits = {r: calibrate(robot) for r, robot in log.robots.items()}
     with contextlib.suppress(OSError):

@@ -102,11 +102,12 @@ def read_set(source, robots):
     notes = []
     subjects = _read_barcodes(source)
     survey = read_table(source, "Landmark_Groundtruth.dat", LANDMARKS)
-    without = sorted({*ROBOTS, *survey[:, 0].astype(int).tolist()} - set(subjects.values()))
+    ids = _whole(source, "Landmark_Groundtruth.dat", survey[:, 0])
+    without = sorted({*ROBOTS, *ids.tolist()} - set(subjects.values()))
     if without:
         notes.append(f"subjects {without} have no barcode in Barcodes.dat")
     logs = {r: _read_robot(source, r, subjects, notes) for r in robots}
-    log = SetLog(source.path.stem, logs, survey[:, 0].astype(int), survey[:, 1:3], notes)
+    log = SetLog(source.path.stem, logs, ids, survey[:, 1:3], notes)
     return _check_survey(log)
 
 
@@ -120,12 +121,20 @@ def check_robots(robots):
 
 def _read_barcodes(source):
     """Barcode -> subject; the numbers differ from set to set."""
-    table = read_table(source, "Barcodes.dat", BARCODES).astype(int)
+    table = _whole(source, "Barcodes.dat", read_table(source, "Barcodes.dat", BARCODES))
     for name, column in zip(BARCODES, table.T, strict=True):
         values, counts = np.unique(column, return_counts=True)
         if (counts > 1).any():
             raise ValueError(f"{source.path}: Barcodes.dat has the {name} {values[counts > 1][0]} twice")
     return {int(b): int(s) for s, b in table}
+
+
+def _whole(source, name, values):
+    """Numbers of subjects and barcodes, which a file may write as 72 or 72.0."""
+    wrong = values[(values != np.round(values)) | (abs(values) > 10**6)]
+    if len(wrong):
+        raise ValueError(f"{source.path}: {name} has the subject or barcode {wrong[0]:g}, which is no such number")
+    return values.astype(int)
 
 
 def _read_robot(source, robot, subjects, notes):
@@ -153,10 +162,11 @@ def _read_odometry(source, robot, notes):
 
 
 def _read_sightings(source, robot, subjects, notes):
-    rows = read_table(source, f"Robot{robot}_Measurement.dat", MEASUREMENT)
+    name = f"Robot{robot}_Measurement.dat"
+    rows = read_table(source, name, MEASUREMENT)
     rows = _sorted(rows, f"robot {robot}: measurement", notes)
     rows = rows[np.sort(np.unique(rows[:, :2], axis=0, return_index=True)[1])]  # one a stamp and barcode
-    barcode = rows[:, 1].astype(int)
+    barcode = _whole(source, name, rows[:, 1])
     ids = np.array([subjects.get(b, UNLISTED + b) for b in barcode])
     counts = dict(zip(*np.unique(ids[ids > UNLISTED], return_counts=True), strict=True))
     for i, n in counts.items():

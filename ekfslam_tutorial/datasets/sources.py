@@ -7,6 +7,8 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from ..toolbox.archives import brief, check_zip, read_member
+
 ENVIRONMENT = "EKFSLAM_DATA"
 
 
@@ -81,15 +83,16 @@ class Source:
             return (self.path / names[name]).read_bytes()
         with self._zip() as archive:
             try:
-                return archive.read(names[name])
-            except (zipfile.BadZipFile, zlib.error, EOFError) as error:
-                raise ValueError(f"{self.path}: {names[name]} in this zip is damaged ({error})") from error
+                check_zip(archive, self.path.stat().st_size)
+                return read_member(archive, archive.getinfo(names[name]))
+            except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+                raise ValueError(f"{self.path}: {names[name]} in this zip is damaged ({brief(error)})") from error
 
     def _zip(self):
         try:
             return zipfile.ZipFile(self.path)
         except zipfile.BadZipFile as error:
-            raise ValueError(f"{self.path} is not a complete zip file ({error}); download it again") from error
+            raise ValueError(f"{self.path} is not a complete zip file ({brief(error)}); download it again") from error
 
 
 def find(pattern, folders=None):

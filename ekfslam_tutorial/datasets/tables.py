@@ -88,5 +88,5 @@ def _check_end(text, where, separator):
     fixed_width = not any(decimals) and len(above) > 2 and len({len(line) for line in above}) == 1
     if decimals[1] < decimals[0] or (fixed_width and len(last) < len(above[-1])):
         raise ValueError(
-            f"{where}, line {len(lines)}: the file ends in the middle of a line: {last.strip()!r}; is it cut off?"
+            f"{where}, line {len(lines)}: the file ends in the middle of a line: {last.strip()[:80]!r}; is it cut off?"
         )

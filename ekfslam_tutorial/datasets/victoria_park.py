@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..models.motion import Vehicle
-from ..toolbox.recording import DAMAGE, ControlLog, RawLog, Recording
+from ..toolbox.archives import DAMAGE, brief, read_npz
+from ..toolbox.recording import ControlLog, RawLog, Recording
 from .sources import get_file
 
 FILE = "victoria_park_detections.npz"
@@ -112,12 +113,12 @@ def read_log(path=None):
     """
     file = get_file("Victoria Park", FILE, path)
     try:
-        with np.load(file, allow_pickle=False) as z:
-            a = {k: z[k].astype(float) for k in ARRAYS}
+        arrays = read_npz(file)
+        a = {k: arrays[k].astype(float) for k in ARRAYS}
     except KeyError as error:
         raise ValueError(f"{file} is not the file of Victoria Park: {error}") from error
     except DAMAGE as error:
-        raise ValueError(f"{file} is damaged or no npz file ({type(error).__name__}); get it again") from error
+        raise ValueError(f"{file} is damaged or no npz file ({brief(error)}); get it again") from error
     offsets = np.concatenate([[0], np.cumsum(a["det_per_scan"])]).astype(int)
     if offsets[-1] != len(a["det_range"]) or len(offsets) != len(a["scan_t_ms"]) + 1:
         raise ValueError(f"{file}: det_per_scan counts {offsets[-1]} detections, there are {len(a['det_range'])}")

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .recording import DAMAGE
+from .archives import DAMAGE, brief, read_npz
 from .writing import replacing
 
 SMALL = 64  # numbers; arrays up to here share one member of the file
@@ -49,18 +49,16 @@ def load(path) -> Any:
         If the file is damaged or something else.
     FileNotFoundError
     """
-    size = os.path.getsize(path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            if sum(info.file_size for info in file.zip.infolist()) > size:  # savez does not compress
-                raise ValueError("it unpacks to more than it should")
-            arrays = dict(file)
+        arrays = read_npz(path)
         tree, checksum = str(arrays.pop("tree")), str(arrays.pop("checksum"))
         if checksum != _checksum(tree, arrays):
             raise ValueError("its checksum is wrong")
         return _decode(json.loads(tree), arrays)
+    except FileNotFoundError:
+        raise
     except (*DAMAGE, KeyError, RecursionError) as error:
-        raise ValueError(f"{path} is damaged, or no file of this program: {error}") from error
+        raise ValueError(f"{path} is damaged, or no file of this program: {brief(error)}") from error
 
 
 def _checksum(tree, arrays):
@@ -133,4 +131,4 @@ def _decode(node, arrays) -> Any:
     for kind in (list, tuple, set):
         if kind.__name__ in node:
             return kind(inside(node[kind.__name__]))
-    raise ValueError(f"an unknown kind of value: {', '.join(node)}")
+    raise ValueError(f"an unknown kind of value: {', '.join(node)[:80]}")

@@ -5,9 +5,6 @@ load anywhere); see `recording_csv`. Both keep every bit of every number.
 """
 
 import re
-import struct
-import zipfile
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,14 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from ..simulation import SimLmk, SimObs
-from .archives import read_npz
+from .archives import DAMAGE, brief, read_npz
 from .checks import covariances, numbers
 
 FORMAT = "ekfslam recording 1"
-
-# What numpy and zipfile raise at files that are cut off, overwritten, or no npz at all.
-DAMAGE = (ValueError, EOFError, OSError, AttributeError, NotImplementedError, RuntimeError, MemoryError)
-DAMAGE += (TypeError, zipfile.BadZipFile, zlib.error, struct.error)
 
 
 @dataclass(frozen=True)
@@ -217,10 +210,9 @@ class Recording:
         try:
             return _from_arrays(read_npz(path))
         except KeyError as error:
-            raise ValueError(f"{path} is not a whole recording: it has no array {error}") from error
+            raise ValueError(f"{path} is not a whole recording: it has no array {brief(error)}") from error
         except DAMAGE as error:
-            reason = str(error).strip().splitlines() or [type(error).__name__]
-            raise ValueError(f"{path} is not a whole recording: {reason[0]}") from error
+            raise ValueError(f"{path} is not a whole recording: {brief(error)}") from error
 
 
 class Recorder:

@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from ..simulation import SimLmk
+from .archives import brief
 from .recording import FORMAT, ControlLog, RawLog, Recording
 
 POSES = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
@@ -101,16 +102,14 @@ class _Table:
             text = path.read_text(encoding="utf-8-sig")
             lines = list(csv.reader(text.splitlines(), strict=True))
         except (csv.Error, UnicodeDecodeError) as error:
-            raise ValueError(f"{path} is not a CSV file in UTF-8: {error}") from error
+            raise ValueError(f"{path} is not a CSV file in UTF-8: {brief(error)}") from error
         if not lines:
             raise ValueError(f"{path}, line 1: the file is empty; its first line names the columns")
         self.header = [name.strip() for name in lines[0]]
         self.rows = [(number, row) for number, row in enumerate(lines[1:], start=2) if row]
         for number, row in self.rows:
             if len(row) != len(self.header):
-                raise self.error(
-                    number, f"{len(row)} values, but there are {len(self.header)} columns: {', '.join(self.header)}"
-                )
+                raise self.error(number, f"{len(row)} values, but there are {len(self.header)} columns: {self.names()}")
         if n_rows is not None and not text.endswith("\n"):
             raise self.error(len(lines), "the file breaks off in this line")
         if n_rows is not None and len(self.rows) != n_rows:
@@ -120,11 +119,15 @@ class _Table:
     def error(self, line, message):
         return ValueError(f"{self.path}, line {line}: {message}")
 
+    def names(self, skip=0):
+        """The names of the columns as a text of bounded length."""
+        return ", ".join(self.header[skip:])[:100]
+
     def columns(self, what, names, kind=float, allow_nan=False):
         """Some columns as an array (rows, len(names))."""
         missing = [name for name in names if name not in self.header]
         if missing:
-            raise self.error(1, f"no column {missing[0]!r} for {what}; there are: {', '.join(self.header)}")
+            raise self.error(1, f"no column {missing[0]!r} for {what}; there are: {self.names()}")
         at = [self.header.index(name) for name in names]
         values = np.empty((len(self.rows), len(names)), kind)
         for i, (line, row) in enumerate(self.rows):
@@ -135,7 +138,10 @@ class _Table:
     def _value(self, line, name, text, kind, allow_nan):
         try:
             value = kind(text)
-            value_is_fine = kind is int and abs(value) < 2**62 or np.isfinite(value) or (allow_nan and value != value)
+            if kind is int:
+                value_is_fine = abs(value) < 2**62
+            else:
+                value_is_fine = np.isfinite(value) or (allow_nan and value != value)
         except (ValueError, OverflowError):
             value, value_is_fine = None, False
         if not value_is_fine:
@@ -183,7 +189,7 @@ class _Table:
             if self.header[skip:] == list(names):
                 return list(names)
         possible = " or ".join(", ".join(names) for names in choices)
-        raise self.error(1, f"columns {', '.join(self.header[skip:])}, but possible are {possible}")
+        raise self.error(1, f"columns {self.names(skip)}, but possible are {possible}")
 
 
 def _triangle(letter, m):
@@ -214,8 +220,8 @@ def _head(path):
         raise FileNotFoundError(f"{path} is missing: this folder is not a recording")
     try:
         head = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path} is not JSON: {error}") from error
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ValueError(f"{path} is not JSON, or nested too deeply: {brief(error)}") from error
     if not isinstance(head, dict) or head.get("format") != FORMAT or not isinstance(head.get("name"), str):
         raise ValueError(f"{path} must hold a name and the format {FORMAT!r}")
     rows, notes = head.get("rows", {}), head.get("notes", [])

@@ -33,6 +33,7 @@ from .tables import (
 )
 from .userdata import Data, FigureOptions, Landmark, Options, Time, UserData, World
 
+DEEP = "this is nested too deeply"
 SECTIONS = ("name", "seed", "time", "world", "robot", "sensor", "landmark", "options", "figure", "data")
 
 
@@ -49,13 +50,16 @@ def read_toml(path, overrides=None, models=()):
         except UnicodeDecodeError as error:
             raise ValueError(f"this is not a text in UTF-8: {error}") from error
         except RecursionError:
-            raise ValueError("this is nested too deeply") from None
+            raise ValueError(DEEP) from None
         return read_table({"name": path.stem} | table, overrides, models)
 
 
 def read_table(table, overrides=None, models=()):
     """User data from nested dictionaries; see `UserData.from_dict`."""
-    table = copy.deepcopy(table)
+    try:
+        table = copy.deepcopy(table)
+    except RecursionError:
+        raise ValueError(DEEP) from None
     for key, value in (overrides or {}).items():
         override(table, key, value)
     check_keys(table, SECTIONS)
