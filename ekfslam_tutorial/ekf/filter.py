@@ -199,7 +199,7 @@ def augment(map, l, blocks, Q):
     """
     PLt = cross(map, blocks)
     P_ll = covariance(PLt, blocks) + Q
-    if not isfinite(np.vdot(P_ll, P_ll) + np.vdot(l, l)):
+    if not isfinite(np.sum(P_ll)) or not isfinite(np.sum(l)):
         raise ValueError(f"a new state must be finite, got {l} with the covariance {P_ll.tolist()}")
     return map.insert(l, P_ll, PLt.T)
 
