@@ -78,6 +78,15 @@ def _(f, rng):
         expect.close(_out(f(p, k, d), n)[0], package_pin_hole(p, k, d)[0], "u", at=at)
 
 
+@camera.link("any depth", "The formula holds for each z but zero, near or negative: p and -p have the same pixel. "
+             "Whether a point is seen is exercise 12.3.", part=0)  # fmt: skip
+def _(f, rng):
+    for n, scale in ((2, -1.0), (1, 0.02), (3, -0.3)):
+        p, k, d = case(rng, n)
+        u = _out(f(scale * p, k, d), n)[0]
+        expect.close(u, package_pin_hole(p, k, d)[0], "u", at=f"p = {(scale * p).round(3)}, d = {d.round(2)}")
+
+
 def _pixel_with(args, place, x):
     """The pixel with another value of one argument."""
     args[place] = x
@@ -85,8 +94,9 @@ def _pixel_with(args, place, x):
 
 
 def _derivative(f, rng, part, name, columns, args):
-    for n in (2, 1, 3):
-        given = case(rng, n)
+    for n, side in ((2, 1.0), (1, 1.0), (3, 1.0), (2, -1.0)):  # the last point is behind the camera
+        p, *others = case(rng, n)
+        given = (side * p, *others)
         J = _out(f(*given), n)[part]
         value = lambda x, given=given: _pixel_with(list(given), part - 1, x)
         expect.jacobian(J, value, given[part - 1], name, "uv", columns or args[:n], rtol=1e-5, atol=1e-5)
@@ -144,6 +154,9 @@ _wrong("distorted around the image centre, in pixels", "r is the length of up = 
        "hundred times as large.", lambda p, k, d: k[:2] + distort(k[2:] * p[:2] / p[2], d)[0])
 _wrong("not distorted", "The second step is missing: ud = distort(up, d).",
        lambda p, k, d: k[:2] + k[2:] * p[:2] / p[2])
+_wrong("depth without its sign", "x / z with the sign of z: behind the camera both signs turn, and the pixel is that "
+       "of -p. Leave it to `visible` to refuse the point.",
+       lambda p, k, d: _pixel(p[:2] / abs(p[2]), k, d))
 _wrong("not divided by the depth", "Perspective: up = [x/z, y/z]. A point twice as far is half as far from the centre.",
        lambda p, k, d: _pixel(p[:2], k, d))
 _wrong("divided by the distance", "up = [x/z, y/z]: divide by the depth z, not by the distance |p|.",

@@ -42,7 +42,7 @@ def _in_image(rng, n):
 
 
 def _ahead(rng, n, r=0.5):
-    a, z = rng.uniform(-np.pi, np.pi, n), rng.uniform(1, 8, n)
+    a, z = rng.uniform(-np.pi, np.pi, n), rng.permutation(np.geomspace(0.05, 8, n))  # near points, too
     return z[:, None] * np.column_stack([r * np.cos(a), r * np.sin(a), np.ones(n)])
 
 

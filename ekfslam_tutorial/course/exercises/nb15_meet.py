@@ -116,6 +116,8 @@ _wrong("bearings exchanged", "b12 is what robot 1 sees: y = [r, b12, b21].",
        place=lambda F1, y: F1.from_frame(y[0] * np.array([np.cos(y[2]), np.sin(y[2])]))[0])
 _wrong("heading of robot 1 forgotten", "Bearings count from the robot's own x axis: add the heading of robot 1.",
        theta=lambda F1, y: y[1] + np.pi - y[2])
+_wrong("range along the heading", "Robot 2 is r metres away in the direction b12, and not straight ahead: "
+       "r [cos(b12), sin(b12)].", place=lambda F1, y: F1.from_frame(np.array([y[0], 0.0]))[0])
 _wrong("heading from the first bearing only", "How robot 2 is turned is seen from *its* bearing, b21.",
        theta=lambda F1, y: F1.theta + y[1])
 _wrong("place in the frame of robot 1", "r and b12 are in the frame of robot 1: F1.from_frame takes them into map 1.",

@@ -1,0 +1,306 @@
+"""Answers to the exercises of notebook 12 that are in no list of the package."""
+
+import numpy as np
+import scipy.optimize
+
+from ekfslam_tutorial.course.exercises.nb12_distort import distort
+from ekfslam_tutorial.course.exercises.nb12_observe import proj_euc_pnt
+from ekfslam_tutorial.course.exercises.nb12_pin_hole import pin_hole
+from ekfslam_tutorial.course.exercises.nb12_undistort import undistort
+from ekfslam_tutorial.course.exercises.nb12_visible import visible
+
+from .probes import Probes, judged_rightly
+
+probes = Probes()
+wrong, right = probes.wrong, probes.right
+
+
+@probes.each
+def test_the_check_is_right_about_it(id, says, answer):
+    judged_rightly(id, says, answer)
+
+
+# --- 12.1 distort ---
+
+
+@wrong("12.1", "UD_d.*column|2 rows")
+def one_row_for_each_of_d(up, d):
+    ud, UD_up, UD_d = distort(up, d)
+    return ud, UD_up, UD_d.T
+
+
+@wrong("12.1", "d may have any length|IndexError")
+def always_two_numbers_in_d(up, d):
+    r2 = up @ up
+    f = 1 + d[0] * r2 + d[1] * r2**2
+    return f * up, f * np.eye(2) + 2 * (d[0] + 2 * d[1] * r2) * np.outer(up, up), np.outer(up, [r2, r2**2])
+
+
+@wrong("12.1", "r = .up|the point")
+def sum_for_the_length(up, d):
+    _, UD_up, UD_d = distort(up, d)
+    return up * (1 + abs(up.sum()) ** (2 * np.arange(1, len(d) + 1)) @ d), UD_up, UD_d
+
+
+@wrong("12.1", "UD_up")
+def derivative_by_r_for_that_by_r2(up, d):
+    ud, _, UD_d = distort(up, d)
+    k, r = np.arange(1, len(d) + 1), np.linalg.norm(up)
+    return ud, (1 + r ** (2 * k) @ d) * np.eye(2) + (2 * k * r ** (2 * k - 1)) @ d * np.outer(up, up), UD_d
+
+
+@wrong("12.1", r"up = \[0, 0\]|UD_up")
+def divided_by_r(up, d):
+    ud, _, UD_d = distort(up, d)
+    k, r = np.arange(1, len(d) + 1), np.linalg.norm(up)
+    e = up / r
+    return ud, (1 + r ** (2 * k) @ d) * np.eye(2) + (2 * k * r ** (2 * k)) @ d * np.outer(e, e), UD_d
+
+
+@wrong("12.1", "changes its input")
+def bent_in_place(up, d):
+    _, UD_up, UD_d = distort(up, d)
+    up *= 1 + (up @ up) ** np.arange(1, len(d) + 1) @ d
+    return up, UD_up, UD_d
+
+
+@right("12.1")
+def horner(up, d):
+    r2, f, g = up[0] ** 2 + up[1] ** 2, 0.0, 0.0
+    for di in [*d[::-1], 1.0]:
+        g = g * r2 + f
+        f = f * r2 + di
+    columns = [[c * r2 ** (i + 1) for i in range(len(d))] for c in up]
+    J = [[f + 2 * g * up[0] ** 2, 2 * g * up[0] * up[1]], [2 * g * up[0] * up[1], f + 2 * g * up[1] ** 2]]
+    return [f * c for c in up], J, np.reshape(columns, (2, len(d)))
+
+
+@right("12.1")
+def complex_step(up, d):
+    def g(p):
+        return p * (1 + sum(di * (p[0] ** 2 + p[1] ** 2) ** (i + 1) for i, di in enumerate(d)))
+
+    J = np.column_stack([g(up + 1e-30j * e).imag / 1e-30 for e in np.eye(2)])
+    return g(up), J, np.array([up * (up @ up) ** (i + 1) for i in range(len(d))]).reshape(len(d), 2).T
+
+
+# --- 12.2 pin_hole ---
+
+
+@wrong("12.2", "no distortion|pixel")
+def whole_pixels(p, k, d):
+    u, *J = pin_hole(p, k, d)
+    return np.round(u), *J
+
+
+@wrong("12.2", "U_p")
+def points_by_pixels(p, k, d):
+    u, U_p, U_k, U_d = pin_hole(p, k, d)
+    return u, U_p.T, U_k, U_d
+
+
+@wrong("12.2", "U_k")
+def u_and_v_of_k_swapped(p, k, d):
+    u, U_p, U_k, U_d = pin_hole(p, k, d)
+    return u, U_p, U_k[::-1], U_d
+
+
+@wrong("12.2", "U_d")
+def U_d_at_the_ideal_point_only(p, k, d):
+    u, U_p, U_k, U_d = pin_hole(p, k, d)
+    return u, U_p, U_k, U_d / (1 + d.sum())
+
+
+@wrong("12.2", "any depth.*each z")
+def not_nearer_than_a_tenth_of_a_metre(p, k, d):
+    return pin_hole(np.array([p[0], p[1], max(p[2], 0.1)]), k, d)
+
+
+@wrong("12.2", "U_p")
+def U_p_without_the_sign_of_the_depth(p, k, d):
+    u, U_p, U_k, U_d = pin_hole(p, k, d)
+    return u, U_p * np.sign(p[2]), U_k, U_d
+
+
+@wrong("12.2", "return u, U_p, U_k, U_d|4 results|shapes")
+def the_pixel_only(p, k, d):
+    return pin_hole(p, k, d)[0]
+
+
+@right("12.2")
+def homogeneous(p, k, d):
+    u0, v0, au, av = k
+    ud, UD_up, UD_d = distort(np.divide(p, p[2])[:2], d)
+    C = np.array([[au, 0, u0], [0, av, v0]])
+    UP_p = (np.eye(3)[:2] - np.outer(p[:2] / p[2], [0, 0, 1])) / p[2]
+    return C @ [*ud, 1], C[:, :2] @ UD_up @ UP_p, [[1, 0, ud[0], 0], [0, 1, 0, ud[1]]], C[:, :2] @ UD_d
+
+
+@right("12.2")
+def by_five_point_differences(p, k, d):
+    g = lambda p, k, d: pin_hole(p, k, d)[0]
+    args, out = [p, k, d], [g(p, k, d)]
+    for i, a in enumerate(args):
+        h = 1e-3 * np.maximum(1, np.abs(a))
+        at = lambda s, i=i, a=a: g(*[a + s if i == j else b for j, b in enumerate(args)])
+        J = [(8 * (at(e) - at(-e)) - at(2 * e) + at(-2 * e)) / (12 * max(e)) for e in np.diag(h)]
+        out.append(np.reshape(J, (len(a), 2)).T)
+    return tuple(out)
+
+
+# --- 12.3 visible ---
+
+
+@wrong("12.3", "ahead|z > 0|behind|front")
+def nothing_nearer_than_half_a_metre(p, u, size, fold):
+    return visible(p, u, size, fold) & (p[:, 2] > 0.5)
+
+
+@wrong("12.3", "fold")
+def the_fold_in_pixels(p, u, size, fold):
+    return visible(p, u, size, np.inf) & (np.linalg.norm(u - size / 2, axis=1) < fold * size[0])
+
+
+@wrong("12.3", "truth value|shape|one")
+def one_answer_for_all(p, u, size, fold):
+    return bool(visible(p, u, size, fold).all())
+
+
+@wrong("12.3", "shape|truth value|one")
+def the_numbers_of_those_seen(p, u, size, fold):
+    return np.flatnonzero(visible(p, u, size, fold))
+
+
+@wrong("12.3", "ambiguous|&|truth value")
+def joined_with_and(p, u, size, fold):
+    return p[:, 2] > 0 and np.all(u >= 0, axis=1) and np.all(u <= size, axis=1)
+
+
+@wrong("12.3", "truth value")
+def conditions_counted(p, u, size, fold):
+    r = np.hypot(p[:, 0], p[:, 1]) / np.abs(p[:, 2])
+    return 1 * (p[:, 2] > 0) + np.all((u >= 0) & (u <= size), axis=1) + (r < fold)
+
+
+@right("12.3")
+def one_after_the_other(p, u, size, fold):
+    seen = []
+    for (x, y, z), (a, b) in zip(p, u, strict=True):
+        seen.append(z > 0 and 0 <= a <= size[0] and 0 <= b <= size[1] and x * x + y * y < (fold * z) ** 2)
+    return seen
+
+
+@right("12.3")
+def product_of_zeros_and_ones(p, u, size, fold):
+    angle = np.arctan2(np.linalg.norm(p[:, :2], axis=1), p[:, 2])  # more than a right angle behind the camera
+    return np.prod([angle < np.arctan(fold), *(u.T >= 0), *(u <= size).T], axis=0)
+
+
+# --- 12.4 proj_euc_pnt ---
+
+
+@wrong("12.4", "U_l")
+def the_point_moves_like_the_robot(Rf, Sf, k, d, l):
+    u, U_r, U_s, U_k, U_d, _ = proj_euc_pnt(Rf, Sf, k, d, l)
+    return u, U_r, U_s, U_k, U_d, U_r[:, :3]
+
+
+@wrong("12.4", "U_s")
+def frame_of_the_camera_in_the_world(Rf, Sf, k, d, l):
+    u, U_r, _, U_k, U_d, U_l = proj_euc_pnt(Rf, Sf, k, d, l)
+    ls, LS_c, _ = Rf.compose(Sf)[0].to_frame(l)
+    return u, U_r, pin_hole(ls, k, d)[1] @ LS_c, U_k, U_d, U_l
+
+
+@wrong("12.4", "U_r")
+def the_robot_does_not_turn(Rf, Sf, k, d, l):
+    u, U_r, *rest = proj_euc_pnt(Rf, Sf, k, d, l)
+    return u, np.hstack([U_r[:, :3], np.zeros((2, 4))]), *rest
+
+
+@wrong("12.4", "U_k|U_d|shape|[Ss]ix")
+def the_order_of_the_arguments(Rf, Sf, k, d, l):
+    u, U_r, U_s, U_k, U_d, U_l = proj_euc_pnt(Rf, Sf, k, d, l)
+    return u, U_l, U_r, U_s, U_k, U_d
+
+
+@right("12.4")
+def by_the_composed_frame(Rf, Sf, k, d, l):
+    C, C_r, C_s = Rf.compose(Sf)
+    ls, LS_c, LS_l = C.to_frame(l)
+    u, U_ls, U_k, U_d = pin_hole(ls, k, d)
+    return u, U_ls @ LS_c @ C_r, U_ls @ LS_c @ C_s, U_k, U_d, U_ls @ LS_l
+
+
+@right("12.4")
+def the_point_moves_against_the_robot(Rf, Sf, k, d, l):
+    u, U_r, U_s, U_k, U_d, _ = proj_euc_pnt(Rf, Sf, k, d, l)
+    return [u.tolist(), U_r.tolist(), U_s.tolist(), U_k, U_d, -U_r[:, :3]]
+
+
+# --- 12.5 undistort ---
+
+
+@wrong("12.5", "there and back|fold|steps|round trip")
+def six_divisions(ud, d):
+    up = ud.copy()
+    for _ in range(6):
+        up = ud / (1 + (up @ up) ** np.arange(1, len(d) + 1) @ d)
+    return up, np.linalg.inv(distort(up, d)[1])
+
+
+@wrong("12.5", "there and back|round trip")
+def a_series(ud, d):
+    d2, d4 = [*d, 0, 0][:2]
+    r2 = ud @ ud
+    up = ud * (1 - d2 * r2 + (3 * d2**2 - d4) * r2**2)
+    return up, np.linalg.inv(distort(up, d)[1])
+
+
+@wrong("12.5", "there and back|ideal|one answer|steps")
+def the_largest_root(ud, d):
+    up = _along_the_radius(ud, d, max)
+    return up, np.linalg.inv(distort(up, d)[1])
+
+
+@wrong("12.5", r"\[0, 0\]")
+def direction_of_nothing(ud, d):
+    up = np.linalg.norm(undistort(ud, d)[0]) * ud / np.linalg.norm(ud)
+    return up, undistort(ud, d)[1]
+
+
+@wrong("12.5", "UP_ud")
+def inverse_to_first_order(ud, d):
+    up, _ = undistort(ud, d)
+    return up, 2 * np.eye(2) - distort(up, d)[1]
+
+
+def _along_the_radius(ud, d, which):
+    """The ideal point from the real, positive roots of r + d2 r^3 + d4 r^5 + ... = |ud|."""
+    rd = np.hypot(*ud)
+    if rd == 0:
+        return np.zeros(2)
+    odd = np.zeros(2 * len(d) + 2)
+    odd[0], odd[1], odd[3::2] = -rd, 1, d
+    roots = np.roots(np.trim_zeros(odd[::-1], "f"))
+    return ud / rd * which(z.real for z in roots if abs(z.imag) < 1e-9 and z.real > 0)
+
+
+@right("12.5")
+def roots_of_a_polynomial(ud, d):
+    up = _along_the_radius(ud, d, min)
+    return up, np.linalg.inv(distort(up, d)[1])
+
+
+@right("12.5")
+def solved_by_scipy(ud, d):
+    up = scipy.optimize.fsolve(lambda up: distort(up, d)[0] - ud, ud, xtol=1e-13)
+    return up, np.linalg.pinv(distort(up, d)[1]).tolist()
+
+
+@right("12.5")
+def three_hundred_divisions(ud, d):
+    up = 1.0 * ud
+    for _ in range(300):
+        up = ud / (1 + sum(di * (up @ up) ** (i + 1) for i, di in enumerate(d)))
+    return up, np.linalg.solve(distort(up, d)[1], np.eye(2))
