@@ -155,7 +155,7 @@ def test_damaged_and_missing_raw_files_are_named(twin, tmp_path):
 
 
 def test_the_scenario_runs_on_raw_scans():
-    """Simulated ones, 90 s: ours are the trees, so nobody has told them apart. Measured: ATE 0.05 m."""
+    """Simulated ones, 90 s: ours are the trees, so nobody has told them apart. Measured: ATE 0.09 m, 112 trees."""
     changes = {"data.name": "victoria_park_twin", "data.raw": True, "data.duration": 90.0}
     userdata, recording = prepare(UserData.from_toml(SCENARIO, changes))
     history = History()
