@@ -109,6 +109,6 @@ def _others(r):
     rows = [row for row in r.rows("monte_carlo", runs=1000) if "steps_per_s" in row]
     value = rows[0]["steps_per_s"] / 1000 if rows else None
     yield Target("Monte Carlo, N = 10, m = 1, 1000 runs at once: thousand steps per second", ">=", 700, "k/s", value)
-    rows = r.rows("startup", what="import ekfslam_tutorial")
-    value = rows[0]["least_s"] if rows else None
-    yield Target("import ekfslam_tutorial", "<=", 0.3, "s", value)
+    for what, asked in ("import ekfslam_tutorial", 0.3), ("first figure of notebook 00", 3.0):
+        rows = r.rows("startup", what=what)
+        yield Target(what, "<=", asked, "s", rows[0]["least_s"] if rows else None)
