@@ -17,14 +17,16 @@ def identity(n):
 def product(A, B):
     """Product of two Jacobians, or stacks of them.
 
-    The identity, which is one and the same object everywhere, costs nothing. Where B is a single matrix, `dot` is
-    `@` in a fraction of the time.
+    The identity, which is one and the same object everywhere, costs nothing. Where B is a single matrix, `dot` on all
+    rows is `@` in a fraction of the time.
     """
     if A is identity(A.shape[-1]):
         return B
     if B is identity(B.shape[-1]):
         return A
-    return A.dot(B) if B.ndim == 2 else A @ B
+    if B.ndim > 2:
+        return A @ B
+    return A.dot(B) if A.ndim == 2 else A.reshape(-1, len(B)).dot(B).reshape(*A.shape[:-1], B.shape[1])
 
 
 def numbers(x):
