@@ -8,6 +8,7 @@ needs the package atheris in an environment of its own.
 
 import argparse
 import hashlib
+import importlib
 import json
 import signal
 import sys
@@ -210,8 +211,7 @@ def run(inputs, seed, only=(), keep=None, seconds=float("inf"), out=None):
 
 def run_atheris(name, inputs, seed, keep, out):
     """The same with coverage guidance, one target at a time; the first byte chooses the member."""
-    import atheris
-
+    atheris = importlib.import_module("atheris")  # not in the environment of the project
     with atheris.instrument_imports(include=["ekfslam_tutorial"]):
         from fuzz_targets import scratch, targets
 
@@ -236,7 +236,7 @@ def run_atheris(name, inputs, seed, keep, out):
 
 def main(arguments=None):
     """Run one engine and print its report; 1 if there are findings."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Throw broken and hostile files at every reader.")
     parser.add_argument("--inputs", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--target", action="append", default=[], help="its name; all of them if not given")

@@ -10,8 +10,10 @@ import json
 import os
 import tempfile
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -82,7 +84,7 @@ class Target:
         Length of the head of a member; every other input leaves it as it is, to come to what lies behind it.
     """
 
-    read: object
+    read: Callable
     seeds: list
     refusals: tuple
     share: int = 1
@@ -137,7 +139,8 @@ def park_file(folder):
     path = folder / "park.npz"
     three = {k: np.arange(3.0) for k in ("odo_t_ms", "speed", "steering", "gps_t_ms", "gps_x", "gps_y", "scan_t_ms")}
     trees = {k: np.ones(2) for k in ("det_range", "det_bearing", "det_diameter")}
-    np.savez(path, det_per_scan=np.array([1, 0, 1]), **three, **trees)
+    arrays: dict[str, Any] = three | trees | {"det_per_scan": np.array([1, 0, 1])}
+    np.savez(path, **arrays)
     return path
 
 

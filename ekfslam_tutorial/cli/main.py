@@ -122,8 +122,20 @@ def _monte_carlo(commands):
 
 
 def _data(commands):
-    data = _command(commands, "data", "Say which data sets are here, verify them, and where to get the missing ones.")
+    data = _command(commands, "data", "Say which data sets are here, verify, fetch or import them.")
     data.add_argument("--quick", action="store_true", help="do not read them to the end, only look for them")
+    data.set_defaults(action=None)
+    actions = data.add_subparsers(dest="action", metavar="ACTION", title="actions")
+    fetch = actions.add_parser("fetch", help="Download a data set from its publisher; goes on where it broke off.")
+    fetch.add_argument("name", metavar="NAME", help="as `ekfslam data` lists it: mrclam")
+    fetch.add_argument(
+        "--set", action="append", type=int, metavar="N", help="of mrclam: only this set; may be repeated"
+    )
+    bring = actions.add_parser("import", help="Check a data set that you got elsewhere and copy it to its place.")
+    bring.add_argument("path", metavar="PATH", help="a zip, a folder or a file; it is recognised by its content")
+    bring.add_argument("--force", action="store_true", help="replace what is there")
+    for action in (fetch, bring):
+        action.add_argument("--to", metavar="DIR", help="where to put it; the folder of EKFSLAM_DATA if not given")
 
 
 def _notebooks(commands):

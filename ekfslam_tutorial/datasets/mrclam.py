@@ -22,7 +22,7 @@ from .mrclam_log import truth_at
 from .odometry import OdometryNoise, steps
 from .sources import ENVIRONMENT, Source, data_folders, find
 
-NAME = r"mrclam[ _-]?(?:data)?(?:set)?[ _-]?"
+NAME = r"mr[cs]lam[ _-]?(?:data)?(?:set)?[ _-]?"
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,18 @@ from ..toolbox.tables import arguments, at, look_up
 from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park, victoria_park_raw, victoria_park_twin
 from .sources import ENVIRONMENT, data_folders, find_file
 
+ADDRESSES = {
+    "mrclam": {f"MRCLAM_Dataset{n}": f"ftp://asrl3.utias.utoronto.ca/MRCLAM/MRCLAM{n}.zip" for n in range(1, 10)},
+}
+"""Data set -> part -> where its publisher offers it to programs. The others are offered on pages, for people."""
+
+CHECKSUMS = {
+    "dataset2.mat": "bbaeae95687376f115c9a8bf637097c65ce275f3bc66cc2cd8cd2755608682d9",
+    "aa3_dr.mat": "6ce2c4f757023b7d275cc14f24ff2ffcca21ea68cfa360bc854e620a706eb358",
+    "aa3_gpsx.mat": "521fc4c6e0ea3851ffb463c3d9c0578044e9178c4fb87f37c703bb587f38c755",
+}
+"""SHA-256 of files as their publishers hand them out. Those of the zips of MRCLAM are not known."""
+
 
 def _mrclam(set: int = 9, robots: tuple = (3,), path: str | None = None):
     """A set of MRCLAM; when it is not here and no path was given, the simulated twin, which says so."""
