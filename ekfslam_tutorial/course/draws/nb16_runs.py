@@ -36,10 +36,12 @@ def spy(model, filled, calls):
     """A sensor class whose methods are counted; those that are not `filled` raise NotImplementedError."""
 
     def counted(name):
+        """A method that counts its calls, or stops if it is still empty."""
         original = getattr(model, name)
         original = getattr(original, "func", original)  # a cached_property holds its function
 
         def method(self, *args):
+            """The method in its place."""
             calls[name, phase()] += 1
             if name not in filled:
                 raise NotImplementedError(f"{name}: your code here")

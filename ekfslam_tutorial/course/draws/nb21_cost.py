@@ -56,13 +56,16 @@ def price(landmarks=400, seen=8, frames=20):
     rows = np.array([range(r.start, r.stop) for r in at])
 
     def one_by_one(map):
+        """One correction after the other."""
         for r, h, l in zip(at, H_r, H_l, strict=True):
             _apply(map, [(robot, h), (r, l)], np.zeros(2), S)
 
     def at_once(map):
+        """One correction with all."""
         _apply(map, [(robot, H_r), (rows, H_l)], np.zeros((seen, 2)), S)
 
     def times(kind, work):
+        """Seconds of each frame."""
         map = kind()
         map.add(np.zeros(n), P)
         took = []

@@ -154,6 +154,7 @@ def ekf(log):
     """The filter of notebook 05: one landmark after the other."""
 
     def sights(x, P, old):
+        """Correct with each landmark seen, one after the other."""
         for i, y in old:
             e, H = observe(x, lmk(i))
             x, P = correct(x, P, innovation(y, e), H @ P @ T(H) + log.S, H)
@@ -172,6 +173,7 @@ def iterated(log, iterations=4):
     """Iterated EKF: all landmarks of a frame at once, linearised again at the corrected state."""
 
     def sights(x, P, old):
+        """Correct with all landmarks seen, again and again at the new estimate."""
         y = np.concatenate([y for _, y in old], -1)
         W, x0 = np.kron(np.eye(len(old)), log.S), x
         for _ in range(iterations):
@@ -190,6 +192,7 @@ def first_estimates(log):
     pose, lmks = [np.tile(log.first, (log.runs, 1))], []
 
     def step(x, P, u):
+        """Move, with the Jacobian between first estimates."""
         x2, X_x, X_u = Odometry2().move(x[:, :3], u, 1.0)
         X_x = X_x.copy()
         X_x[:, :2, 2] = (x2[:, :2] - pose[0][:, :2]) @ TURN.T
@@ -201,6 +204,7 @@ def first_estimates(log):
         return join(x2, x), P
 
     def sights(x, P, old):
+        """Correct with Jacobians at the first estimates."""
         at = np.concatenate([pose[0], *lmks], -1)
         for i, y in old:
             H = observe(at, lmk(i))[1]
@@ -208,6 +212,7 @@ def first_estimates(log):
         return x, P
 
     def born(x, P, y):
+        """A new landmark, with the Jacobian at the first estimates."""
         l, L_r, L_y = start(x, y)
         L_r = L_r.copy()
         L_r[:, :, 2] = (l - pose[0][:, :2]) @ TURN.T
