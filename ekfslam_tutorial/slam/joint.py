@@ -10,9 +10,10 @@ from math import isfinite
 import numpy as np
 
 from ..ekf import correct, covariance, cross, innovation
-from .objects import Event, Obs
+from .objects import Event
 from .projection import normalize, sightings
 from .reach import in_reach
+from .sightings import Obs
 from .upkeep import delete_bad, most_uncertain, tidy
 
 

@@ -10,8 +10,7 @@ from ..ekf import transform
 from ..geometry.arrays import product
 from ..models.observation import seen_from, sight
 from .first_estimates import first_jacobians
-from .objects import Obs
-from .sightings import Sightings, merged
+from .sightings import Obs, Sightings, merged
 
 MANY = 200
 """Of more landmarks than this, those in view are found first; Jacobians are for them only."""
