@@ -10,7 +10,8 @@ from ..geometry import Frame2, wrap
 from ..models.motion import Unicycle
 from ..models.sensors.range_bearing import polar
 from ..simulation import SimLmk
-from ..toolbox.recording import DAMAGE, ControlLog, RawLog, Recording
+from ..toolbox.recording import ControlLog, RawLog, Recording
+from .matlab import read_mat
 from .sources import get_file
 
 FILE = "dataset2.mat"
@@ -104,13 +105,9 @@ def twin(seed=1, n=3000):
 
 def _read(file):
     """The arrays of the file as floats, their shapes checked."""
-    from scipy.io import loadmat  # only who has the file waits for this import
-
-    try:
-        m = {k: np.asarray(v, float) for k, v in loadmat(file).items() if not k.startswith("__")}
-    except DAMAGE as error:
-        raise ValueError(f"{file} is damaged or no MATLAB file ({type(error).__name__}); get it again") from error
-    missing = [k for k in (*ARRAYS, "l", "d", "r_var", "b_var", "v_var", "om_var") if k not in m]
+    wanted = (*ARRAYS, "l", "d", "r_var", "b_var", "v_var", "om_var")
+    m = {k: np.asarray(v, float) for k, v in read_mat(file, wanted).items()}
+    missing = [k for k in wanted if k not in m]
     if missing:
         raise ValueError(f"{file} is not the file of Lost in the Woods: it has no array {', '.join(missing)}")
     n = m["t"].size

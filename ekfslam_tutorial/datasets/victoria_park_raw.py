@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..toolbox.recording import DAMAGE
+from .matlab import read_mat
 from .sources import find_file, get_file
 from .trees import TreeDetector
 from .victoria_park import CALIBRATION, FILE, ParkLog, read_log
@@ -84,14 +84,8 @@ def read_raw_log(path=None, detector=TreeDetector()):  # noqa: B008 - a frozen v
 
 
 def _arrays(name, path, wanted):
-    from scipy.io import loadmat  # a while to import, and seldom needed
-    from scipy.io.matlab import MatReadError
-
     file = get_file("Victoria Park", name, path)
-    try:
-        arrays = loadmat(file)
-    except (*DAMAGE, MatReadError, IndexError) as error:  # what scipy raises at files that are cut off
-        raise ValueError(f"{file} is damaged or no MATLAB file ({type(error).__name__}); get it again") from error
+    arrays = read_mat(file, wanted)
     missing = [key for key in wanted if key not in arrays]
     if missing:
         raise ValueError(f"{file} is not a file of Victoria Park: it has no array {', '.join(missing)}")
