@@ -1,4 +1,4 @@
-"""The fuzzer itself, and a short run of it. Long runs: docs/fuzzing.md."""
+"""The fuzzer itself, and a short run of it. Long runs: docs/recordings.md."""
 
 import sys
 from pathlib import Path
