@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis import series
+from ekfslam_tutorial.datasets.mrclam_log import read_set
 from ekfslam_tutorial.datasets.sources import Source
 from ekfslam_tutorial.datasets.victoria_park import read_log
 from ekfslam_tutorial.toolbox import Recording, UserData, plain
@@ -203,6 +204,21 @@ def test_a_csv_file_of_nan_and_of_wide_lines(tmp_path):
     for content in "t\n" + "nan\n" * 20_000, "t\n" + "1," * 50_000, "t" * 100_000 + "\n1\n", "a," * 30_000 + "\n":
         (tmp_path / "frames.csv").write_text(content)
         assert "frames.csv, line" in refused(Recording.load, tmp_path)
+
+
+def test_whole_numbers_beyond_64_bits(tmp_path):
+    """Found by the fuzzer: Python reads them, an array cannot hold them."""
+    (tmp_path / "recording.json").write_text(json.dumps({"format": "ekfslam recording 1", "name": "x"}))
+    (tmp_path / "frames.csv").write_text("t\n1\n")
+    for number in "18446744073709551616", "-9223372036854775809", "9" * 400:
+        (tmp_path / "sensor-1.csv").write_text(f"frame,id,y1\n0,{number},1\n")
+        assert "sensor-1.csv, line 2: id must be a whole number" in refused(Recording.load, tmp_path)
+
+
+@pytest.mark.parametrize("barcode", ["5.5", "1e308", "-9e18"])
+def test_barcodes_that_are_no_numbers_of_anything(tmp_path, barcode):
+    (tmp_path / "Barcodes.dat").write_text(f"1 {barcode}\n")
+    assert "which is no such number" in refused(lambda p: read_set(Source(p), (1,)), tmp_path)
 
 
 def test_a_zip_of_a_data_set_that_unpacks_to_too_much(tmp_path):
