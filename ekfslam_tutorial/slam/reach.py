@@ -32,7 +32,7 @@ def in_reach(map, table, raw, sensor, gate):
     spread = np.zeros(table.e.shape)
     for r, J in table.blocks():
         if r is not None:
-            spread += (np.abs(J) @ np.sqrt(map.variances(r))[..., None])[..., 0]
+            spread += np.einsum("...ij,...j->...i", np.abs(J), np.sqrt(map.variances(r)))
     y = np.asarray(raw.y, float)[:, None, :]
     R = np.diagonal(sensor.R) if raw.R is None else np.diagonal(raw.R, axis1=-2, axis2=-1)[:, None, :]
     z = sensor.residual(np.broadcast_to(y, (len(y), *table.e.shape)), table.e[None])
