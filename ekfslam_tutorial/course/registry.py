@@ -32,7 +32,7 @@ def get(id: str) -> Exercise | Quiz:
     _read_notebook(id.split(".")[0])
     if id not in _found:
         known = [exercise.id for exercise in everything()]
-        near = difflib.get_close_matches(id, known, 1) or known[:1]
+        near = difflib.get_close_matches(id.rjust(4, "0"), known, 1) or known[:1]  # 2.3 means 02.3, not 12.3
         raise ValueError(f"there is no exercise {id!r}; did you mean {', '.join(map(repr, near))}?")
     return _found[id]
 

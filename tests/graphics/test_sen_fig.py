@@ -69,7 +69,7 @@ def test_a_bearing_near_pi_is_joined_the_short_way(run):
     s.sens[0] = SimpleNamespace(id=1, name="", robot=1, model=s.sens[0].model)
     obs = next(iter(s.obs.values()))
     obs.e, obs.y = np.array([2.0, np.pi - 0.05]), np.array([2.0, -np.pi + 0.05])
-    obs.visible = obs.matched = obs.updated = True
+    obs.matched = obs.updated = obs.table.visible[obs.k] = True
     s.obs = {(1, obs.lmk): obs}
     angles = rows(SenFig(s).innovation)[:2, 0]
     assert abs(angles[1] - angles[0]) == pytest.approx(0.1)
