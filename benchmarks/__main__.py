@@ -59,7 +59,7 @@ def main(argv=None):
     results.data["targets"] = [target.row() for target in targets(results)]
     results.save(args.out / "results.json")
     draw(results, args.out / "speed.png")
-    write(results, args.out / "RESULTS.md")
+    write(Results.load(args.out / "results.json"), args.out / "RESULTS.md")  # the numbers as they are stored
     print(f"Written: {args.out}/RESULTS.md, results.json, speed.png" + ("" if complete else " (stopped early)"))
     wrong = [row["variant"] for row in results.rows("agreement") if not row.get("ok")]
     wrong += results.data.get("failed", [])
