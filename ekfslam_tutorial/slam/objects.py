@@ -35,6 +35,11 @@ def _where(obj):
     return f"in the map at {obj.r.start}:{obj.r.stop}"
 
 
+def _title(obj):
+    """Id, and name where there is one."""
+    return f"{obj.id} {obj.name!r}" if obj.name else str(obj.id)
+
+
 class _Shown:
     """What a notebook shows for an object: its line, and below it its attributes."""
 
@@ -95,7 +100,7 @@ class Rob(_Shown):
     normal: Any = field(default=None, repr=False)
 
     def __repr__(self):
-        return f"Rob({self.id} {self.name!r}, {type(self.motion).__name__}, {_where(self)}, sensors {self.sensors})"
+        return f"Rob({_title(self)}, {type(self.motion).__name__}, {_where(self)}, sensors {self.sensors})"
 
     def state(self, map):
         """State vector: the map's estimate, or the known one."""
@@ -144,7 +149,7 @@ class Sen(_Shown):
     groups: Any = field(default=None, repr=False)
 
     def __repr__(self):
-        return f"Sen({self.id} {self.name!r}, {type(self.model).__name__} on robot {self.robot}, frame {_where(self)})"
+        return f"Sen({_title(self)}, {type(self.model).__name__} on robot {self.robot}, frame {_where(self)})"
 
     def state(self, map):
         """Frame vector: the map's estimate, or the known one."""
