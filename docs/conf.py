@@ -5,8 +5,14 @@ GitHub: ``make site`` calls ``sphinx-build -c docs . build/site``. The README is
 """
 
 import json
+import sys
+from pathlib import Path
 
 import ekfslam_tutorial
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import equations  # beside this file
 
 project = "ekfslam_tutorial"
 author = "The ekfslam_tutorial authors"
@@ -15,7 +21,7 @@ release = version = ekfslam_tutorial.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "numpydoc", "sphinx-mathjax-offline"]
 root_doc = "README"
-include_patterns = ["*.md", "docs/**", "notebooks/*.ipynb"]
+include_patterns = ["*.md", "docs/**", "notebooks/*.ipynb", "benchmarks/*.md"]
 exclude_patterns = ["**/.ipynb_checkpoints"]
 
 # The notebooks are shown as they were stored: `make notebooks` is what runs them.
@@ -65,6 +71,8 @@ notebooks/*
 
 docs/README
 docs/*
+benchmarks/README
+benchmarks/RESULTS
 ```
 
 ```{toctree}
@@ -113,4 +121,5 @@ def escape(app, what, name, obj, options, lines):
 
 def setup(app):
     app.connect("source-read", read)
+    app.connect("autodoc-process-docstring", equations.render, priority=390)
     app.connect("autodoc-process-docstring", escape, priority=400)  # before numpydoc's
