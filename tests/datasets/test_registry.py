@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.datasets import DATASETS, check, load_recording, mrclam_twin, prepare, report
+from ekfslam_tutorial.datasets.listing import MRCLAM
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.toolbox import Data, UserData
 
@@ -30,7 +31,7 @@ def data(tmp_path, monkeypatch, twin):
 def test_check_tells_whole_damaged_and_missing_apart(data):
     states = {s.part: s for s in check()}
     assert len(states) == 9
-    assert states["MRCLAM_Dataset2"].ok is True and "unpacked" in states["MRCLAM_Dataset2"].message
+    assert states["MRCLAM_Dataset2"].ok is True and "no checksum is known" in states["MRCLAM_Dataset2"].message
     assert states["MRCLAM_Dataset4"].ok is False and "not a complete zip" in states["MRCLAM_Dataset4"].message
     assert states["MRCLAM_Dataset7"].ok is None and states["MRCLAM_Dataset7"].path is None
 
@@ -48,10 +49,23 @@ def test_a_file_that_is_cut_off_is_named(data):
     assert "Robot3_Measurement.dat, line" in state.message and "is it cut off?" in state.message
 
 
-def test_zips_are_compared_with_the_known_checksum(data, twin):
+def test_the_numbers_are_compared_with_the_known_checksum_however_they_are_packed(data, twin, monkeypatch):
+    """As a folder, as a zip, with other line ends, and with files that no estimation needs: the same data."""
     shutil.make_archive(str(data / "MRCLAM_Dataset9"), "zip", twin.parent, twin.name)
-    (state,) = [s for s in check() if s.part == "MRCLAM_Dataset9"]
-    assert state.ok is True and "another edition" in state.message
+    state = lambda: next(s for s in check() if s.part == "MRCLAM_Dataset9")
+    assert state().ok is True and "not the data this was tested with" in state().message
+    monkeypatch.setitem(MRCLAM.sha256, "MRCLAM_Dataset9", MRCLAM.digest(twin))
+    assert "; the data this was tested with" in state().message
+
+    (data / "MRCLAM_Dataset9.zip").unlink()
+    folder = shutil.copytree(twin, data / "MRCLAM_Dataset9")
+    (folder / "notes.txt").write_text("mine")
+    file = folder / "Robot1_Odometry.dat"
+    file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    assert "; the data this was tested with" in state().message
+    *rows, last = file.read_text().splitlines()
+    file.write_text("\n".join([*rows, last.replace("1", "2", 1)]) + "\n")
+    assert "not the data this was tested with" in state().message
 
 
 def test_real_zips_have_the_known_checksums(data_dir):
@@ -59,7 +73,7 @@ def test_real_zips_have_the_known_checksums(data_dir):
     if not found:
         pytest.skip("no zip of set 7 or 9 below EKFSLAM_DATA")
     for s in found:
-        assert s.ok and "the file this was tested with" in s.message
+        assert s.ok and "; the data this was tested with" in s.message
 
 
 def test_report(data, monkeypatch, tmp_path):
@@ -96,7 +110,7 @@ def test_the_real_files_of_park_and_woods_are_those_this_was_tested_with(data_di
     if not states:
         pytest.skip("neither Victoria Park nor Lost in the Woods is below EKFSLAM_DATA")
     for s in states:
-        assert s.ok and "the file this was tested with" in s.message
+        assert s.ok and "; the data this was tested with" in s.message
 
 
 @pytest.mark.parametrize(("name", "title"), [("victoria_park", "Victoria Park"), ("lost_in_the_woods", "the Woods")])
