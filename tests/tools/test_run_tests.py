@@ -1,5 +1,6 @@
 """`make test`: its summary counts what pytest reports, and nothing bad gets lost."""
 
+import psutil
 import pytest
 
 from tools import run_tests
@@ -42,3 +43,23 @@ def test_a_run_of_pytest_is_counted(tmp_path, monkeypatch):
 def test_a_run_that_finds_no_test_is_bad(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert not run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")["ok"]
+
+
+def test_a_run_that_hangs_is_stopped_with_all_that_it_started(tmp_path, monkeypatch, capsys):
+    """A worker that does not answer, not even to the timeout of its own test, as after a crash of the interpreter."""
+    script = "import os, pathlib, time; pathlib.Path('pid').write_text(str(os.getpid())); time.sleep(600)"
+    body = f"import subprocess, sys\ndef test_hangs(): subprocess.run([sys.executable, '-c', {script!r}])\n"
+    (tmp_path / "test_trial.py").write_text(body)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("EKFSLAM_TEST_LIMIT_S", "8")
+    result = run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")
+    assert not result["ok"] and "Not ended after 8 s" in capsys.readouterr().out
+    assert not runs(int((tmp_path / "pid").read_text()))
+
+
+def runs(pid):
+    """Whether a process still does something: one that was killed may wait for its parent to ask for its exit code."""
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
