@@ -48,11 +48,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 
 @contextlib.contextmanager
-def serve(data, *manner):
-    """A server of these bytes; its address is `server.url`."""
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
-        server.data, server.manner, server.asked, server.tag = data, set(manner), [], '"first"'
-        server.url = f"http://127.0.0.1:{server.server_address[1]}/file"
+def _running(kind, handler, data, manner):
+    """A server of this kind, on a free port of loopback, at work in a thread."""
+    with kind(("127.0.0.1", 0), handler) as server:
+        server.data, server.manner, server.asked = data, set(manner), []
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:
@@ -60,6 +59,15 @@ def serve(data, *manner):
         finally:
             server.shutdown()
             thread.join()
+
+
+@contextlib.contextmanager
+def serve(data, *manner):
+    """A server of these bytes; its address is `server.url`."""
+    with _running(http.server.ThreadingHTTPServer, Handler, data, manner) as server:
+        server.tag = '"first"'
+        server.url = f"http://127.0.0.1:{server.server_address[1]}/file"
+        yield server
 
 
 class FtpHandler(socketserver.StreamRequestHandler):
@@ -101,13 +109,7 @@ class FtpHandler(socketserver.StreamRequestHandler):
 def serve_ftp(data, *manner):
     """The same by FTP."""
     socketserver.ThreadingTCPServer.daemon_threads = True
-    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), FtpHandler) as server:
-        server.data, server.manner, server.asked, server.path = data, set(manner), [], "/MRCLAM/file.zip"
+    with _running(socketserver.ThreadingTCPServer, FtpHandler, data, manner) as server:
+        server.path = "/MRCLAM/file.zip"
         server.url = f"ftp://127.0.0.1:{server.server_address[1]}{server.path}"
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
-        thread.start()
-        try:
-            yield server
-        finally:
-            server.shutdown()
-            thread.join()
+        yield server
