@@ -7,7 +7,7 @@ from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation
 from ekfslam_tutorial.geometry import Frame3
 from ekfslam_tutorial.models.sensors import PinHole, RangeBearing
 from ekfslam_tutorial.toolbox import UserData, universal_slam
-from tests.numerics.test_precision import Ours, Textbook, drive, start
+from tests.numerics.test_precision import Dense, Ours, drive, start
 from tests.toolbox.scenarios import FLAT, SPACE
 
 
@@ -18,7 +18,7 @@ def test_the_unit_of_length_does_not_matter(scale):
     1e-6 of a sigma: the heading's variance and those of the positions are then up to 1e12 apart.
     """
     x, P = start(scale)
-    assert drive(Textbook(x, P, np.longdouble), Ours(x, P), scale=scale) < 1e-6
+    assert drive(Dense(x, P, np.longdouble), Ours(x, P), scale=scale) < 1e-6
 
 
 @pytest.mark.parametrize(("range_std", "tolerance"), [(1e-6, 1e-2), (1e9, 1e-6)])
@@ -29,7 +29,7 @@ def test_noise_of_a_millionth_and_of_a_billion(range_std, tolerance):
     tolerance is a hundredth of a sigma.
     """
     x, P = start()
-    ours, theirs = Ours(x, P), Textbook(x, P, np.longdouble)
+    ours, theirs = Ours(x, P), Dense(x, P, np.longdouble)
     assert drive(theirs, ours, range_std=range_std) < tolerance
     assert np.linalg.eigvalsh(ours.P)[0] > -1e-9 * np.linalg.eigvalsh(ours.P)[-1]
 
@@ -38,7 +38,7 @@ def test_noise_below_what_doubles_can_hold_is_refused():
     """1e-9 m beside a map of 0.3 m: the variances are 1e17 apart, more than a double has digits. A sentence, no NaN."""
     x, P = start()
     with pytest.raises(ValueError, match="innovation covariance must be positive definite"):
-        drive(Textbook(x, P, np.longdouble), Ours(x, P), range_std=1e-9)
+        drive(Dense(x, P, np.longdouble), Ours(x, P), range_std=1e-9)
 
 
 def run(table, **changes):

@@ -4,44 +4,21 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation, predict
+from tests.ekf.textbook import odometry, range_bearing, wrap
 from tools.long_run import long_run
 
 LD = np.longdouble
 STEPS = 400
 
 
-def step(x, u):
-    """The cart drives and turns. In the precision of its arguments."""
-    c, s = np.cos(x[2]), np.sin(x[2])
-    f = x + np.array([u[0] * c, u[0] * s, u[1]])
-    F_x = np.array([[1, 0, -u[0] * s], [0, 1, u[0] * c], [0, 0, 1]], dtype=x.dtype)
-    F_u = np.array([[c, 0], [s, 0], [0, 1]], dtype=x.dtype)
-    return f, F_x, F_u
-
-
-def sight(x, l):
-    """Range and bearing of a landmark, and the derivatives by pose and landmark."""
-    d = l - x[:2]
-    q = d @ d
-    r = np.sqrt(q)
-    e = np.array([r, np.arctan2(d[1], d[0]) - x[2]])
-    H_l = np.array([[d[0] / r, d[1] / r], [-d[1] / q, d[0] / q]])
-    H_r = np.hstack([-H_l, np.array([[0], [-1]], dtype=x.dtype)])
-    return e, H_r, H_l
-
-
-def wrap(a):
-    return a - 2 * np.pi * np.round(a / (2 * np.pi))
-
-
-class Textbook:
-    """EKF-SLAM with dense matrices, as the lecture writes it, in any precision: the 2 x 2 inverse is written out."""
+class Dense:
+    """The textbook's filter in any precision: numpy inverts doubles only, so the 2 x 2 inverse is written out."""
 
     def __init__(self, x, P, dtype):
         self.x, self.P = x.astype(dtype), P.astype(dtype)
 
     def predict(self, u, U):
-        f, F_x, F_u = step(self.x[:3], u)
+        f, F_x, F_u = odometry(self.x[:3], u)
         F = np.eye(len(self.x), dtype=self.x.dtype)
         F[:3, :3] = F_x
         self.x[:3] = f
@@ -50,7 +27,7 @@ class Textbook:
 
     def correct(self, i, y, R):
         r = slice(3 + 2 * i, 5 + 2 * i)
-        e, H_r, H_l = sight(self.x[:3], self.x[r])
+        e, H_r, H_l = range_bearing(self.x[:3], self.x[r])
         H = np.zeros((2, len(self.x)), dtype=self.x.dtype)
         H[:, :3], H[:, r] = H_r, H_l
         z = y - e
@@ -74,11 +51,11 @@ class Ours:
     P = property(lambda self: self.map.P)
 
     def predict(self, u, U):
-        predict(self.map, slice(0, 3), *step(self.map.x[:3].copy(), u), U)
+        predict(self.map, slice(0, 3), *odometry(self.map.x[:3].copy(), u), U)
 
     def correct(self, i, y, R):
         r = slice(3 + 2 * i, 5 + 2 * i)
-        e, H_r, H_l = sight(self.map.x[:3].copy(), self.map.x[r].copy())
+        e, H_r, H_l = range_bearing(self.map.x[:3].copy(), self.map.x[r].copy())
         z = y - e
         z[1] = wrap(z[1])
         blocks = ((slice(0, 3), H_r), (r, H_l))
@@ -90,16 +67,16 @@ def drive(*filters, range_std=0.1, scale=1.0):
     """The same controls and measurements for all filters; the worst relative difference of the second to the first."""
     rng = np.random.default_rng(4)
     landmarks = scale * rng.uniform(-8, 8, (10, 2))
-    u, U = np.array([0.3 * scale, 0.1]), np.diag([(0.02 * scale) ** 2, 0.01**2])
+    u, U = np.array([0.3 * scale, 0, 0.1]), np.diag([0.02 * scale, 0.01 * scale, 0.01]) ** 2
     R = np.diag([(range_std * scale) ** 2, 0.01**2])
     truth, worst = np.zeros(3), 0.0
     for _ in range(STEPS):
-        truth = step(truth, u)[0]
-        noisy = u + rng.multivariate_normal([0, 0], U)
+        truth = odometry(truth, u)[0]
+        noisy = u + rng.multivariate_normal(np.zeros(3), U)
         for f in filters:
             f.predict(noisy.astype(f.x.dtype), U.astype(f.x.dtype))
         for i in rng.choice(10, 3, replace=False):
-            y = sight(truth, landmarks[i])[0] + rng.multivariate_normal([0, 0], R)
+            y = range_bearing(truth, landmarks[i])[0] + rng.multivariate_normal([0, 0], R)
             for f in filters:
                 f.correct(i, y.astype(f.x.dtype), R.astype(f.x.dtype))
         sigma = np.sqrt(np.diag(filters[0].P).astype(float))
@@ -121,14 +98,14 @@ def test_double_precision_is_enough():
     A filter of 64 bits loses about log10 of the condition of P; measured 1e-12.
     """
     x, P = start()
-    assert drive(Textbook(x, P, LD), Ours(x, P)) < 1e-9
+    assert drive(Dense(x, P, LD), Ours(x, P)) < 1e-9
 
 
 def test_a_wrong_filter_would_be_seen():
     x, P = start()
     off = Ours(x, P)
     honest, off.correct = off.correct, lambda i, y, R: honest(i, y, 1.0001 * R)
-    assert drive(Textbook(x, P, LD), off) > 1e-6
+    assert drive(Dense(x, P, LD), off) > 1e-6
 
 
 @pytest.mark.parametrize(("world", "frames"), [("plane", 3000), ("space", 300)])
