@@ -19,6 +19,15 @@ def log(rng, n=200, dt=0.02):
     return t, change[:, 0], change[:, 1]
 
 
+@st.composite
+def logs_and_times(draw, n_min):
+    """A log, and instants before, in and after it."""
+    n = draw(st.integers(n_min, 60))
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    t, v, w = log(rng)
+    return t, v, w, np.unique(rng.uniform(t[0] - 1, t[-1] + 1, n))
+
+
 def test_straight_and_turn():
     pose = dead_reckon(
         np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.5, 0.0, 0.5, 9.0]), np.array([0.0, np.pi / 2, 0.0, 9.0])
@@ -37,12 +46,10 @@ def test_dead_reckoning_is_the_unicycle_to_third_order(rng):
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10**6), st.integers(1, 60))
-def test_steps_put_together_are_dead_reckoning(seed, n):
+@given(logs_and_times(1))
+def test_steps_put_together_are_dead_reckoning(case):
     """Whatever the frames: composing all steps leads to where the dead-reckoned path is."""
-    rng = np.random.default_rng(seed)
-    t, v, w = log(rng)
-    times = np.unique(rng.uniform(t[0] - 1, t[-1] + 1, n))
+    t, v, w, times = case
     u, U = steps(t, v, w, times, NOISE)
     assert u.shape == (len(times), 3) and not u[0].any() and not U[0].any()
 
@@ -56,11 +63,9 @@ def test_steps_put_together_are_dead_reckoning(seed, n):
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10**6), st.integers(2, 60))
-def test_covariances_are_covariances(seed, n):
-    rng = np.random.default_rng(seed)
-    t, v, w = log(rng)
-    times = np.unique(rng.uniform(t[0] - 1, t[-1] + 1, n))
+@given(logs_and_times(2))
+def test_covariances_are_covariances(case):
+    t, v, w, times = case
     _, U = steps(t, v, w, times, NOISE)
     np.testing.assert_allclose(U, np.swapaxes(U, 1, 2), atol=1e-18)
     assert (np.linalg.eigvalsh(U) >= -1e-15).all()

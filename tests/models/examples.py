@@ -4,6 +4,10 @@ Tests are parametrised over what `models.motion`, `models.sensors` and `models.l
 tested as soon as it is exported; if it cannot be made without arguments, the tests ask for an entry.
 """
 
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
 import pytest
 
 from ekfslam_tutorial.models import landmarks, motion, sensors
@@ -28,6 +32,25 @@ EXAMPLES = {
     "AhmPnt": [AhmPnt(2), AhmPnt(3)],
     "IdpPnt": [IdpPnt()],
 }
+
+
+@dataclass(frozen=True)
+class Beacon:
+    """A sensor from outside the package: a range only, nothing that could start a landmark, so no `retro`."""
+
+    R: ClassVar = np.array([[0.01]])
+    dim: ClassVar = 2
+    bearing_only: ClassVar = False
+
+    def project(self, p):
+        r = np.linalg.norm(p, axis=-1, keepdims=True)
+        return r, (p / r)[..., None, :]
+
+    def residual(self, y, e):
+        return np.subtract(y, e)
+
+    def visible(self, y, p):
+        return y[..., 0] < 20
 
 
 def examples(module):

@@ -13,7 +13,7 @@ from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import RangeBearing
 
-from .examples import LANDMARKS, MOTIONS, PAIRS, SENSORS, of, ready
+from .examples import LANDMARKS, MOTIONS, PAIRS, SENSORS, Beacon, of, ready
 
 
 @pytest.mark.parametrize("model", MOTIONS)
@@ -213,29 +213,6 @@ def test_a_sensor_of_ones_own_needs_no_registration():
     F = Frame2(np.zeros(3))
     l, *_ = retro_project(F, F, Height(), EucPnt(2), np.array([1.0, 2.0]), np.zeros(0))
     assert np.array_equal(l, [2.0, 1.0])
-
-
-@dataclass(frozen=True)
-class Beacon:
-    """A range only: nothing that could start a landmark, so no `retro`."""
-
-    std: float = 0.1
-    bearing_only: bool = False
-    dim: int = 2
-
-    @property
-    def R(self):
-        return self.std**2 * np.eye(1)
-
-    def project(self, p):
-        r = np.linalg.norm(p, axis=-1, keepdims=True)
-        return r, (p / r)[..., None, :]
-
-    def residual(self, y, e):
-        return np.subtract(y, e)
-
-    def visible(self, y, p):
-        return y[..., 0] < 8
 
 
 def test_a_sensor_that_starts_no_landmark_needs_no_retro():

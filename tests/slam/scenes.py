@@ -6,12 +6,13 @@ import numpy as np
 
 from ekfslam_tutorial.ekf import Map
 from ekfslam_tutorial.geometry import Frame2, Frame3, e2q
-from ekfslam_tutorial.models.landmarks import EucPnt
+from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import Odometry2, Odometry3
 from ekfslam_tutorial.models.sensors import PinHole, RangeBearing
 from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, place
 
 FORWARD = np.concatenate([[0.0, 0.0, 0.0], e2q(np.radians([-90, 0, -90]))[0]])  # a camera that looks ahead
+SMALL7 = np.diag([1e-4] * 3 + [0.0] + [1e-5] * 3)
 
 
 def raw(ids, y, R=None):
@@ -70,6 +71,18 @@ class Scene:
     def all(self):
         """Arguments that most steps begin with."""
         return self.map, self.rob, self.sen, self.lmks
+
+
+def mixed_scene(rng, **options):
+    """A camera and landmarks of three types, some estimated and some known."""
+    scene = Scene(d=3, P=SMALL7, sensor=PinHole(d=(-0.3, 0.1)), **options)
+    for id in range(1, 13):
+        p = rng.uniform([4, -1, -1], [8, 1, 1])
+        kind = (EucPnt(), IdpPnt(), AhmPnt())[id % 3]
+        l = kind.from_point(p)[0]
+        B = 0.01 * rng.normal(size=(len(l), len(l)))
+        scene.add(id, l, None if id % 4 == 0 else B @ B.T, kind)
+    return scene
 
 
 def kinds(events):

@@ -5,14 +5,13 @@ import pytest
 
 from ekfslam_tutorial.geometry import Frame3
 from ekfslam_tutorial.models import observe, to_sensor
-from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
+from ekfslam_tutorial.models.landmarks import AhmPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.sensors import PinHole, RangeBearing
 from ekfslam_tutorial.slam import NearestNeighbour, correct_known_lmks, projection
 
-from .scenes import Scene, kinds, raw
+from .scenes import Scene, kinds, mixed_scene, raw
 
 P3 = np.diag([0.01, 0.02, 0.001])
-SMALL7 = np.diag([1e-4] * 3 + [0.0] + [1e-5] * 3)
 POINTS = {1: [3.05, 0.02], 2: [0.03, 4.1], 3: [-2.1, -2.05], 4: [5.2, 4.9]}
 
 
@@ -21,18 +20,6 @@ def posts(**options):
     scene = Scene(P=P3, **{"joint": True} | options)
     for id, p in {1: [3, 0], 2: [0, 4], 3: [-2, -2], 4: [5, 5]}.items():
         scene.add(id, p, id * 0.01 * np.eye(2))
-    return scene
-
-
-def mixed(rng):
-    """A camera and landmarks of three types, some estimated and some known."""
-    scene = Scene(d=3, P=SMALL7, sensor=PinHole(d=(-0.3, 0.1)), joint=True)
-    for id in range(1, 13):
-        p = rng.uniform([4, -1, -1], [8, 1, 1])
-        kind = (EucPnt(), IdpPnt(), AhmPnt())[id % 3]
-        l = kind.from_point(p)[0]
-        B = 0.01 * rng.normal(size=(len(l), len(l)))
-        scene.add(id, l, None if id % 4 == 0 else B @ B.T, kind)
     return scene
 
 
@@ -65,7 +52,7 @@ def test_a_joint_correction_is_that_of_the_stacked_matrices():
 
 def test_landmarks_of_several_types_and_known_ones_together(rng):
     """The frame of the robot is normalised afterwards; the landmarks are compared as they are."""
-    scene = mixed(rng)
+    scene = mixed_scene(rng, joint=True)
     points = {id: lmk.type.point(lmk.state(scene.map))[0] + 0.01 for id, lmk in scene.lmks.items()}
     measurements = scene.see(points)
     x, P = stacked(scene, measurements)

@@ -8,7 +8,7 @@ from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.models import observe
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity
-from ekfslam_tutorial.models.sensors import PinHole, RangeBearing
+from ekfslam_tutorial.models.sensors import RangeBearing
 from ekfslam_tutorial.slam import (
     Lmk,
     Rob,
@@ -22,10 +22,9 @@ from ekfslam_tutorial.slam import (
     reopen_gate,
 )
 
-from .scenes import Scene, kinds, raw
+from .scenes import SMALL7, Scene, kinds, mixed_scene, raw
 
 P3 = np.diag([0.01, 0.02, 0.001])
-SMALL7 = np.diag([1e-4] * 3 + [0.0] + [1e-5] * 3)
 
 
 def corrected(scene, measurements, **changes):
@@ -87,23 +86,11 @@ def test_normalising_what_is_known_is_nothing():
 # --- project ---------------------------------------------------------------------------------------------------------
 
 
-def mixed_scene(rng, sensor_P=None):
-    """A camera and landmarks of three types, some estimated and some known."""
-    scene = Scene(d=3, P=SMALL7, sensor=PinHole(d=(-0.3, 0.1)), sensor_P=sensor_P)
-    A = rng.normal(size=(scene.map.n, scene.map.n)) * 0.01
-    scene.map.P[:] = A @ A.T
-    for id in range(1, 13):
-        p = rng.uniform([3, -2, -1], [8, 2, 1])
-        kind = (EucPnt(), IdpPnt(), AhmPnt())[id % 3]
-        l = kind.from_point(p)[0]
-        B = 0.01 * rng.normal(size=(len(l), len(l)))
-        scene.add(id, l, None if id % 4 == 0 else B @ B.T, kind)
-    return scene
-
-
 @pytest.mark.parametrize("sensor_P", [None, 1e-4 * np.eye(7)], ids=["known-sensor", "self-calibration"])
 def test_all_landmarks_at_once_and_one_by_one(sensor_P, rng):
-    scene = mixed_scene(rng, sensor_P)
+    scene = mixed_scene(rng, sensor_P=sensor_P)
+    A = 0.01 * rng.normal(size=(scene.map.n, scene.map.n))
+    scene.map.P[:] = A @ A.T
     obs = project_lmks(*scene.all[:3], scene.lmks.values())
     assert [o.lmk for o in obs] == list(scene.lmks)
     Rf, Sf = scene.rob.frame(scene.map), scene.sen.frame(scene.map)

@@ -25,6 +25,7 @@ from ekfslam_tutorial.toolbox import (
     universal_slam,
 )
 from ekfslam_tutorial.toolbox.poses import pose
+from tests.models.examples import Beacon
 from tests.toolbox.scenarios import FLAT, SPACE
 
 SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
@@ -347,24 +348,6 @@ def test_a_camera_may_go_with_points_that_another_sensor_starts():
     with pytest.raises(TypeError, match="sensor 2: EucPnt landmarks cannot be started by a BearingOnly2"):
         UserData(robots=[Robot()], sensors=[eye])
     UserData(robots=[Robot()], sensors=[eye], landmark=Landmark(in_map=False))  # nothing to start: localisation
-
-
-@dataclass(frozen=True)
-class Beacon:
-    """Only the range, so nothing that could start a landmark: no `retro`."""
-
-    R: ClassVar = np.array([[0.01]])
-    bearing_only: ClassVar = False
-
-    def project(self, p):
-        r = np.linalg.norm(p, axis=-1, keepdims=True)
-        return r, (p / r)[..., None, :]
-
-    def residual(self, y, e):
-        return np.subtract(y, e)
-
-    def visible(self, y, p):
-        return y[..., 0] < 20
 
 
 def test_a_sensor_without_retro_corrects_what_another_one_starts():
