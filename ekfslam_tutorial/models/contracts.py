@@ -28,7 +28,10 @@ class MotionModel(Protocol):
 
 
 class SensorModel(Protocol):
-    """What a sensor measures: see `models.sensors`."""
+    """What a sensor measures: see `models.sensors`.
+
+    It may have a `max_range`, m: `visible` is false for all that is further away, and large maps are searched by it.
+    """
 
     bearing_only: Any  # True: measures a direction; a landmark's birth needs a prior
 
@@ -158,6 +161,10 @@ def check_sensor(model, dim=None):
         _check_stack((y, Y_p), [model.project(pi) for pi in p], "project")
         check_jacobians(model.project, p[0])
         assert np.allclose(model.residual(y, y), 0), "residual(y, y) is not zero"
+        reach = getattr(model, "max_range", np.inf)
+        if np.isfinite(reach):
+            far = p * (2 * reach / np.linalg.norm(p, axis=-1, keepdims=True))
+            assert not np.any(model.visible(model.project(far)[0], far)), "visible() accepts points beyond max_range"
         if not hasattr(model, "retro"):  # it corrects with landmarks that other sensors have started
             continue
         check_jacobians(model.retro, y[0])

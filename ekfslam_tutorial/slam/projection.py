@@ -1,6 +1,6 @@
 """Where things are according to the map, and what a sensor should see of it."""
 
-from math import isfinite
+from math import inf, isfinite
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -108,7 +108,7 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
         some = lmks if len(members) == len(lmks) else [lmks[i] for i in members]
         l = np.array([lmk.x for lmk in some]) if rows is None else map.state(rows)
         if in_view and len(some) > MANY:
-            at = np.flatnonzero(sen.model.visible(*sight(F, sen.model, kind, l)))
+            at = _may_be_seen(F, sen.model, kind, l)
             some, l, rows = [some[i] for i in at.tolist()], l[at], None if rows is None else rows[at]
         if not some:
             continue
@@ -126,6 +126,15 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
             visible &= np.isfinite(E_l.sum((-1, -2)))
         parts.append(Sightings(sen.id, some, e, v, visible, (frame_range(rob, Rf), sen.r, rows), E_r, E_s, E_l))
     return merged(parts) if parts else None
+
+
+def _may_be_seen(F, sensor, kind, l):
+    """Indices of the landmarks within the range of a sensor whose frame in the world is F; without a range: in view."""
+    reach = getattr(sensor, "max_range", inf)
+    if reach == inf:
+        return np.flatnonzero(sensor.visible(*sight(F, sensor, kind, l)))
+    d = kind.point(l)[0] - F.t
+    return np.flatnonzero(np.einsum("ki,ki->k", d, d) <= (1 + 1e-9) * reach**2)  # rounding must not leave out any
 
 
 class Groups(NamedTuple):

@@ -119,24 +119,25 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
 
 def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
     """Look for one landmark: match, project again if its expectation is stale, gate, correct. Returns the events."""
+    table, k, found = o.table, o.k, index is not None
     lmk.n_search += 1
-    o.measured, o.matched, o.index = True, index is not None, index
-    events = [Event("search", rob.id, sen.id, lmk.id, o.matched)]
-    if index is None:
+    table.measured[k], table.matched[k], table.index[k] = True, found, index
+    events = [Event("search", rob.id, sen.id, lmk.id, found)]
+    if not found:
         return events
 
     lmk.n_match += 1
-    Rf, Sf, e, blocks = rob.normal, sen.normal, o.e, o.blocks
+    Rf, Sf, e, blocks = rob.normal, sen.normal, table.e[k], o.blocks
     if opt.reproject and stale:
         e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
-        o.e = e
+        table.e[k] = e
         if rob.first is None:
             o.blocks = blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
     y, R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
     PHt = cross(map, blocks)
     E = covariance(PHt, blocks)
     inn = innovation(sen.model.residual(y, e), E, R)
-    o.y, o.R, o.E, o.z = y, R, E, inn.z
+    table.y[k], table.R[k], table.E[k], table.z[k] = y, R, E, inn.z
     accepted = inn.md2 < opt.md2_threshold
     events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))
     if not accepted:
@@ -145,7 +146,7 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
     lmk.n_inlier += 1
     camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
     correct(map, PHt, inn)
-    o.updated = True
+    table.updated[k] = True
     normalize(map, rob)
     if sen.r is not None:
         normalize(map, sen)

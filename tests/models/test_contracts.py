@@ -122,6 +122,11 @@ class NoWrap(RangeBearing):
         return np.subtract(y, e) + [0, 2 * np.pi]
 
 
+class Farsighted(RangeBearing):
+    def visible(self, y, p):
+        return y[..., 0] > 0
+
+
 class NegativeNoise(RangeBearing):
     R = np.diag([1.0, -1.0])
 
@@ -133,12 +138,13 @@ class NegativeNoise(RangeBearing):
         (WrongRetro, "is not y"),
         (WrongSign, "is its sign right"),
         (NoWrap, "is not"),
+        (Farsighted, "beyond max_range"),
         (NegativeNoise, "R is not a covariance"),
     ],
 )
 def test_a_broken_sensor_is_found(cls, said):
     with pytest.raises(AssertionError, match=said):
-        check_sensor(cls(0.1, 0.02))
+        check_sensor(cls(0.1, 0.02, max_range=20.0))
 
 
 @dataclass(frozen=True)
