@@ -16,6 +16,8 @@ SPOKEN = {
     "gps_rmse_best95_m": "{:.3g} m RMSE to the best 95 % of GPS",
 }
 """Figures that are said in one line, where they are known."""
+SURPRISED = 10
+"""Squared innovations so many times as large as expected are not a question of tuning: something is wrong."""
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
 
@@ -59,6 +61,18 @@ def sentence(figures):
     if figures["n_landmarks_refused"]:
         words.append(f"{figures['n_landmarks_refused']} landmarks not started: the map was full")
     return f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s"
+
+
+def doubts(figures, history):
+    """Sentences on a run whose measurements do not fit what the filter expects of them."""
+    used, refused = sum(len(history.nis(id)) for id in history.robots), figures["n_refused"]
+    ask = "are units, signs, mounting, ids and noise right?"
+    if not used + refused and figures["frames"] > 1:
+        yield f"no landmark was measured a second time: {ask}"
+    if refused > used:
+        yield f"of {used + refused} innovations {refused} did not pass the gate: {ask}"
+    if (figures["nis_mean"] or 0.0) > SURPRISED * (figures["nis_dof"] or 0.0):
+        yield f"the mean NIS is {figures['nis_mean']:.3g}, and {figures['nis_dof']:.3g} is expected: {ask}"
 
 
 def write(out, figures, history, data, recording=None, costs=None):

@@ -29,7 +29,7 @@ def main(options):
     data = read(options, models)
     out = writable_folder(options.out or Path("results") / file_name(data.name))
     data, recording = source(options, data)
-    for note in recording.notes if recording else ():
+    for note in [*recording.notes, *left_out(data, recording)] if recording else ():
         print(f"note: {note}", file=sys.stderr)
     if options.live:
         views.check_display()
@@ -66,6 +66,8 @@ def main(options):
         if keeper and not interrupted:
             keeper.path.unlink(missing_ok=True)  # the whole result is there
         print(results.sentence(summary))
+        for doubt in results.doubts(summary, history):
+            print(f"note: {doubt}", file=sys.stderr)
         print(f"written to {out}: {', '.join(written)}", flush=True)
     return 130 if interrupted else 0
 
@@ -93,6 +95,14 @@ def source(options, data):
     if options.recording:
         return data, Recording.load(options.recording)
     return datasets.prepare(data)
+
+
+def left_out(data, recording):
+    """A sentence for the robots, and for the sensors, that a recording has and the scenario does not."""
+    for kind, there, used in (("robot", recording.robots, data.robots), ("sensor", recording.raw, data.sensors)):
+        ids = sorted(set(there) - {entry.id for entry in used})
+        if ids:
+            yield f"the recording has more {kind}s than the scenario; not used: {', '.join(map(str, ids))}"
 
 
 def taken_up(options, out, data, recording, history):

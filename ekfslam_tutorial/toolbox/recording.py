@@ -207,6 +207,8 @@ class Recording:
             from .recording_csv import load_csv
 
             return load_csv(path)
+        if path.suffix == ".csv":
+            raise ValueError(f"{path} is one file of a recording: give the folder that it is in")
         try:
             return _from_arrays(read_npz(path))
         except KeyError as error:
@@ -340,6 +342,7 @@ def _landmarks(ids, points):
     ids = np.asarray(ids)
     if ids.shape != points.shape[:1] or not np.issubdtype(ids.dtype, np.integer) or points.shape[1] not in (2, 3):
         raise ValueError(f"landmarks need N whole ids and N points in 2D or 3D, got {_kind(ids)} and {points.shape}")
-    if len(np.unique(ids)) != len(ids):
-        raise ValueError("landmark ids must differ from each other")
+    unique, counts = np.unique(ids, return_counts=True)
+    if len(unique) != len(ids):
+        raise ValueError(f"landmark ids must differ from each other, but {unique[counts > 1][0]} stands twice")
     return SimLmk(ids, points)

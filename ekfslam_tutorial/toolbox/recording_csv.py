@@ -24,7 +24,9 @@ import numpy as np
 
 from ..simulation import SimLmk
 from .archives import brief
+from .checks import shown
 from .recording import FORMAT, ControlLog, RawLog, Recording
+from .tables import at
 
 POSES = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 
@@ -70,7 +72,9 @@ def load_csv(folder):
     for i, name in _numbered(folder, r"robot-(\d+)-controls\.csv"):
         table = read(name)
         table.frames(len(t), each_once=True)
-        robots[i] = ControlLog(table.vectors("u"), table.triangles("U", "u"))
+        u, U = table.vectors("u"), table.triangles("U", "u")
+        with at(table.path):
+            robots[i] = ControlLog(u, U)
     for i, name in _numbered(folder, r"robot-(\d+)-truth\.csv"):
         table = read(name)
         table.frames(len(t), each_once=True)
@@ -82,13 +86,15 @@ def load_csv(folder):
         for i, name in _numbered(folder, pattern):
             table = read(name)
             counts = np.bincount(table.frames(len(t)), minlength=len(t))
-            ids = table.integers("id")
-            logs[i] = RawLog(i, np.cumsum([0, *counts]), ids, table.vectors("y"), table.triangles("R", "y"))
+            ids, y, R = table.integers("id"), table.vectors("y"), table.triangles("R", "y")
+            with at(table.path):
+                logs[i] = RawLog(i, np.cumsum([0, *counts]), ids, y, R)
     if (folder / "landmarks.csv").exists():
         table = read("landmarks.csv")
         landmarks = SimLmk(table.integers("id"), table.columns("points", table.one_of(["xy", "xyz"], skip=1)))
     notes, by_event = head.get("notes", []), head.get("by_event", False)
-    return Recording(head["name"], t, robots, raw, truth, landmarks, notes, met, by_event, fixes)
+    with at(folder):
+        return Recording(head["name"], t, robots, raw, truth, landmarks, notes, met, by_event, fixes)
 
 
 class _Table:
@@ -106,6 +112,8 @@ class _Table:
         if not lines:
             raise ValueError(f"{path}, line 1: the file is empty; its first line names the columns")
         self.header = [name.strip() for name in lines[0]]
+        if len(self.header) == 1 and re.search(r"[;\t]", self.header[0]):
+            raise self.error(1, f"columns are separated by commas, got {self.names()!r}")
         self.rows = [(number, row) for number, row in enumerate(lines[1:], start=2) if row]
         for number, row in self.rows:
             if len(row) != len(self.header):
@@ -222,8 +230,10 @@ def _head(path):
         head = json.loads(path.read_text(encoding="utf-8"))
     except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{path} is not JSON, or nested too deeply: {brief(error)}") from error
-    if not isinstance(head, dict) or head.get("format") != FORMAT or not isinstance(head.get("name"), str):
+    if not isinstance(head, dict) or not {"format", "name"} <= head.keys() or not isinstance(head["name"], str):
         raise ValueError(f"{path} must hold a name and the format {FORMAT!r}")
+    if head["format"] != FORMAT:
+        raise ValueError(f"{path}: its format is {shown(head['format'])}, known is {FORMAT!r}")
     rows, notes = head.get("rows", {}), head.get("notes", [])
     if not isinstance(rows, dict) or not isinstance(notes, list):
         raise ValueError(f"{path}: rows must be a table of numbers and notes a list of texts")

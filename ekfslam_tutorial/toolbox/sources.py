@@ -10,6 +10,9 @@ import numpy as np
 from ..simulation import Streams, draw, sim_motion, sim_observation
 from .structures import create_sim_structures
 
+TURN = 2 * np.pi * (1 + 1e-12)
+"""No angle is beyond it, but for rounding."""
+
 
 @dataclass
 class Frame:
@@ -86,7 +89,7 @@ class Replay:
     Raises
     ------
     ValueError
-        If the recording lacks a robot, a sensor or a true pose that is needed.
+        If the recording lacks a robot, a sensor, a true pose or ids that are needed, or has other numbers than a model.
     """
 
     sim_robs, sim_sens = (), ()
@@ -99,6 +102,8 @@ class Replay:
         _check_has("sensor", [s.id for s in data.sensors], recording.raw, recording.name)
         for robot in data.robots:
             self._check_robot(robot)
+        for sensor in data.sensors:
+            self._check_sensor(sensor)
         begun = [r.id for r in data.robots if r.position is None and r.id in recording.truth]
         self.starts = {i: recording.truth[i][0] for i in begun if np.isfinite(recording.truth[i][0]).all()}
         self._dt = np.diff(recording.t, prepend=0.0)
@@ -118,6 +123,23 @@ class Replay:
                 f"robot {robot.id} is not in the map (in_map = false), so its pose must be known in every frame, "
                 f"but the recording {rec.name!r} does not have it"
             )
+
+    def _check_sensor(self, sensor):
+        """Its rows have as many numbers as it measures, angles in radians, and ids if they are needed."""
+        name, model, log = self._rec.name, sensor.model, self._rec.raw[sensor.id]
+        what, m = f"sensor {sensor.id} ({type(model).__name__})", len(model.R)
+        for y in (logs[sensor.id].y for logs in (self._rec.raw, self._rec.met) if sensor.id in logs):
+            if len(y) and y.shape[1] != m:
+                raise ValueError(f"{what} measures {m} numbers, but the recording {name!r} has {y.shape[1]}")
+        for j in (j for j, unit in enumerate(getattr(model, "units", ())) if unit == "rad" and len(log.y)):
+            far = np.flatnonzero(np.abs(log.y[:, j]) > TURN)
+            if len(far):
+                frame = np.searchsorted(log.offsets, far[0], "right") - 1
+                value = f"y{j + 1} = {log.y[far[0], j]:.1f} in frame {frame}"
+                raise ValueError(f"{what}: {value} is beyond 2 pi; recordings have radians, are these degrees?")
+        if len(log.ids) and log.ids.max() < 0 and getattr(self._data.options.association, "by_id", False):
+            why = "and the association known_ids needs them; choose nearest_neighbour or jcbb"
+            raise ValueError(f"{what}: all ids in the recording {name!r} are -1, {why}")
 
     def n_frames(self, tim):
         """All frames of the recording, or as many as the user wants."""

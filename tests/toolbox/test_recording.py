@@ -200,7 +200,7 @@ FILES = [
         r"truth\.csv, line 1: columns x, y, phi, but possible are x, y, theta",
     ),
     ("landmarks.csv", "\n9,", "\n3,", "landmark ids must differ"),
-    ("recording.json", "ekfslam recording 1", "ekfslam recording 9", "must hold a name and the format"),
+    ("recording.json", "ekfslam recording 1", "ekfslam recording 9", "json: its format is 'ekfslam recording 9'"),
     ("recording.json", "{", "{{", r"recording\.json is not JSON"),
 ]
 

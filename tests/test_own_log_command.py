@@ -1,0 +1,60 @@
+"""`ekfslam run --recording`: a log that is not as it seems runs, but not without a word."""
+
+import re
+
+import pytest
+
+from ekfslam_tutorial.cli import main
+from ekfslam_tutorial.toolbox import RawLog, Recording
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    """The recording of a simulated walk."""
+    out = tmp_path_factory.mktemp("walk")
+    assert main(["run", "range_bearing_2d", "--record", "--set", "time.last=40", "--out", str(out)]) == 0
+    return Recording.load(out / "recording.npz")
+
+
+@pytest.fixture
+def played(log, tmp_path, capsys):
+    """Play a changed log; what is noted in the end."""
+
+    def play(*words, robots=None, raw=None):
+        rec = Recording(log.name, log.t, robots or log.robots, raw or log.raw, log.truth)
+        path = rec.save(tmp_path / "log.npz")
+        assert main(["run", "range_bearing_2d", "--recording", str(path), "--out", str(tmp_path / "out"), *words]) == 0
+        return [line for line in capsys.readouterr().err.splitlines() if line.startswith("note: ")]
+
+    return play
+
+
+def test_of_a_good_log_nothing_is_noted(played):
+    assert played() == played("--set", "options.md2_threshold=1e9") == []
+
+
+ASK = "are units, signs, mounting, ids and noise right?"
+
+
+@pytest.mark.parametrize(
+    ("factor", "gate", "says"),
+    [
+        ([3.2808, 1], 1e9, r"the mean NIS is \S+, and 2 is expected: "),  # feet
+        ([3.2808, 1], 9, r"of \d+ innovations \d+ did not pass the gate: "),
+        ([1, -1], 9, r"of \d+ innovations \d+ did not pass the gate: "),  # bearings clockwise
+        ([1000, 1], 9, "no landmark was measured a second time: "),  # millimetres: all is out of range
+    ],
+)
+def test_units_and_signs_that_are_wrong_are_noticed(log, played, factor, gate, says):
+    raw = log.raw[1]
+    wrong = {1: RawLog(1, raw.offsets, raw.ids, raw.y * factor)}
+    (note,) = played("--set", f"options.md2_threshold={gate}", raw=wrong)
+    assert re.fullmatch("note: " + says + re.escape(ASK), note)
+
+
+def test_what_the_scenario_leaves_out_is_named(log, played):
+    more = log.robots | {4: log.robots[1], 2: log.robots[1]}
+    assert played(robots=more) == ["note: the recording has more robots than the scenario; not used: 2, 4"]
+    assert played(raw=log.raw | {7: log.raw[1]}) == [
+        "note: the recording has more sensors than the scenario; not used: 7"
+    ]
