@@ -53,6 +53,7 @@ def test_one_table_for_all_runs(runs, capsys):
     assert main(["evaluate", str(runs / "s1"), str(runs / "s2" / "result.json"), "--robots"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["run", "s1", "robot", "s2", "robot"]
+    assert "ATE aligned m" in lines[0] and "map aligned m" in lines[0]
     for line, name in ((lines[1], "s1"), (lines[3], "s2")):
         assert shown(result(runs, name)["ate_aligned_m"]) in line.split()
     assert len({len(line) for line in lines[:2]}) == 1

@@ -9,16 +9,17 @@ from pathlib import Path
 COLUMNS = {
     "frames": "frames",
     "n_landmarks": "landmarks",
-    "ate_aligned_m": "ATE m",
+    "ate_aligned_m": "ATE aligned m",
     "heading_rmse_deg": "heading deg",
-    "landmark_rmse_aligned_m": "map m",
+    "landmark_rmse_aligned_m": "map aligned m",
     "dead_reckoning_ate_m": "dead reckoning m",
     "gps_rmse_best95_m": "best 95 % of GPS m",
     "nees_mean": "NEES",
     "nis_mean": "NIS",
     "wall_s": "time s",
 }
-"""Keys of result.json and the heads of their columns. Errors are those after alignment with the truth."""
+"""Keys of result.json and the heads of their columns. Errors are those after alignment with the truth, so that runs can
+be compared whatever their gauge; `run` says those of a fixed gauge as they are."""
 
 
 def main(options):

@@ -173,7 +173,9 @@ def _new(commands):
 
 
 def _evaluate(commands):
-    evaluate = _command(commands, "evaluate", "Compare runs: their figures in one table.")
+    evaluate = _command(
+        commands, "evaluate", "Compare runs: their figures in one table, errors after alignment with the truth."
+    )
     evaluate.add_argument("results", nargs="+", metavar="RESULT", help="a folder that `run` wrote, or its result.json")
     evaluate.add_argument("--robots", action="store_true", help="a line for each robot, too")
     evaluate.add_argument("--csv", action="store_true", help="all digits, separated by commas")
