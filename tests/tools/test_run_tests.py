@@ -1,5 +1,8 @@
 """`make test`: its summary counts what pytest reports, and nothing bad gets lost."""
 
+import subprocess
+import sys
+
 import psutil
 import pytest
 
@@ -47,14 +50,14 @@ def test_a_run_that_finds_no_test_is_bad(tmp_path, monkeypatch):
 
 def test_a_run_that_hangs_is_stopped_with_all_that_it_started(tmp_path, monkeypatch, capsys):
     """A worker that does not answer, not even to the timeout of its own test, as after a crash of the interpreter."""
-    script = "import os, pathlib, time; pathlib.Path('pid').write_text(str(os.getpid())); time.sleep(600)"
-    body = f"import subprocess, sys\ndef test_hangs(): subprocess.run([sys.executable, '-c', {script!r}])\n"
-    (tmp_path / "test_trial.py").write_text(body)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("EKFSLAM_TEST_LIMIT_S", "8")
-    result = run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")
-    assert not result["ok"] and "Not ended after 8 s" in capsys.readouterr().out
-    assert not runs(int((tmp_path / "pid").read_text()))
+    hang = "import time; time.sleep(600)"
+    script = f"import subprocess, sys; p = subprocess.Popen([sys.executable, '-c', {hang!r}]); print(p.pid, flush=True)"
+    run = subprocess.Popen([sys.executable, "-c", f"{script}; p.wait()"], stdout=subprocess.PIPE, text=True)
+    worker = int(run.stdout.readline())
+    assert runs(worker)
+    monkeypatch.setenv("EKFSLAM_TEST_LIMIT_S", "0.5")
+    assert run_tests.wait(run) != 0 and "Not ended after 0.5 s" in capsys.readouterr().out
+    assert not runs(worker)
 
 
 def runs(pid):
