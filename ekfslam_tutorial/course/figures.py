@@ -10,6 +10,7 @@ import textwrap
 
 import matplotlib.pyplot as plt
 from IPython.display import display
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 DPI = float(os.environ.get("EKFSLAM_DPI", 75))  # more for a projector: see cli/lecture.py
@@ -43,9 +44,11 @@ def publish(picture: bytes, caption: str):
 def png(fig, dpi: float = DPI, places: Places | None = None) -> bytes:
     """Return the figure as a PNG file and close it. `places`: of the figures drawn before it at the same spot."""
     buffer = io.BytesIO()
-    if places is not None:
-        places.apply(fig)
-    fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    if places is not None and places.apply(fig):
+        fig.set_dpi(dpi)
+        FigureCanvasAgg(fig).print_png(buffer, metadata={"Software": None})  # draws once; savefig draws twice
+    else:
+        fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
     if places is not None:
         places.remember(fig)
     plt.close(fig)
@@ -63,14 +66,18 @@ class Places:
     def __init__(self):
         self.rooms, self.positions, self.headings = None, [], []
 
-    def apply(self, fig):
-        """Put the axes where they were, if they need the same room."""
-        if fig.get_layout_engine() is not None and self.rooms == rooms(fig):
-            fig.set_layout_engine("none")
-            for ax, position in zip(fig.axes, self.positions, strict=True):
-                ax.set_position(position, which="original")
-            for text, position in zip(fig.texts, self.headings, strict=True):
-                text.set_position(position)
+    def apply(self, fig) -> bool:
+        """Put the axes where they were, if they need the same room; return whether the layout is settled."""
+        if fig.get_layout_engine() is None:
+            return True
+        if self.rooms != rooms(fig):
+            return False
+        fig.set_layout_engine("none")
+        for ax, position in zip(fig.axes, self.positions, strict=True):
+            ax.set_position(position, which="original")
+        for text, position in zip(fig.texts, self.headings, strict=True):
+            text.set_position(position)
+        return True
 
     def remember(self, fig):
         """Keep the positions of the figure just drawn."""

@@ -7,6 +7,7 @@ import time
 import ipywidgets
 import matplotlib.pyplot as plt
 import pytest
+from matplotlib.figure import Figure
 
 from ekfslam_tutorial.course import Choice, Float, Int, Toggle, build, draws, explorable, explore, show, sweep, widgets
 from ekfslam_tutorial.course.figures import Places
@@ -132,6 +133,16 @@ def test_axes_stay_where_they_are_until_they_need_other_room():
     (_, start), (kept, same), (anew, narrower) = drawn("y", 1), drawn("y", 5), drawn("two\nlines", 5)
     assert same == start and type(kept).__name__ != "ConstrainedLayoutEngine"
     assert narrower[0] > start[0] and type(anew).__name__ == "ConstrainedLayoutEngine"
+
+
+def test_a_settled_figure_is_drawn_once(monkeypatch):
+    """matplotlib's savefig draws a figure with a layout engine twice, even one that has nothing left to lay out."""
+    drawn, places = [], Places()
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, *args: (drawn.append(self), draw(self, *args)))
+    for figure in (plt.subplots(layout="constrained")[0] for _ in range(3)):
+        widgets.png(figure, places=places)
+    assert len(drawn) == 2 + 1 + 1
 
 
 def test_explore_shows_poster_caption_and_widget(displayed):

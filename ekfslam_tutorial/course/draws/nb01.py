@@ -176,6 +176,7 @@ def _run(log, xs, Ps, k):
         a.axvline(DT * k, color=BLACK, linewidth=1)
         a.set_ylabel(unit)
         a.tick_params(labelbottom=row == 2, labelsize=10)
+        a.locator_params(nbins=4)
         if row == 0:
             a.legend(loc="lower center", bbox_to_anchor=(0.5, 0.93), ncols=2, frameon=False, fontsize=11)
     a.set_xlabel("time (s)")
@@ -339,7 +340,8 @@ def noise(rule, n):
 
 def _room(ax):
     ax.plot(*LANDMARKS.T, **points(TRUTH, markersize=12), label="landmarks (known)")
-    ax.set(xlim=(-7.5, 7.5), ylim=(-8.5, 6.2), xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    ax.set(xlim=(-7.5, 7.5), ylim=(-8.5, 6.2), xticks=range(-6, 7, 3), yticks=range(-6, 7, 3))  # few ticks: quick
+    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
 
 
 def _legend(ax):

@@ -6,6 +6,7 @@ from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.collections import PatchCollection
 from matplotlib.patches import Rectangle
 
 from ...analysis.consistency import anees_band, md2
@@ -145,15 +146,13 @@ def two_covariances(before, after, sizes, titles=("before", "after")):
 def frame_changed(ax, before, after, edges, names=None, tolerance=1e-12):
     """Frame the blocks of a covariance panel that have changed; return their names, upper triangle only."""
     names = names or ["r", *map(str, range(1, len(edges) - 1))]
-    changed = []
+    changed, frames = [], []
     for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
         for j, (c, d) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
             if np.abs(after[a:b, c:d] - before[a:b, c:d]).max() > tolerance:
-                frame = Rectangle(
-                    (c - 0.5, a - 0.5), d - c, b - a, fill=False, edgecolor=GREEN, linewidth=3.5, zorder=5
-                )
-                ax.add_patch(frame)
+                frames.append(Rectangle((c - 0.5, a - 0.5), d - c, b - a))
                 changed.append(f"P_{names[i]}{names[j]}")
+    ax.add_collection(PatchCollection(frames, facecolor="none", edgecolor=GREEN, linewidth=3.5, zorder=5))
     return changed
 
 

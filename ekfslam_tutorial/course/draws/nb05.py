@@ -210,9 +210,8 @@ def blocks(step):
     before, now = steps()[step - 1], steps()[step]
     fig = plt.figure(figsize=(12, 5.8))
     ax = fig.add_axes((0.06, 0.12, 0.38, 0.76))
-    ax.set(
-        xlim=(-4.3, 4.3), ylim=(-2.6, 6.0), xlabel="x (m)", ylabel="y (m)", aspect="equal", title=f"frame {now.frame}"
-    )
+    ax.set(xlim=(-4.3, 4.3), ylim=(-2.6, 6.0), xticks=range(-4, 5, 2), yticks=range(-2, 7, 2))  # few ticks: quick
+    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=f"frame {now.frame}")
     true_landmarks(ax, list(WORLD.values()))
     for s, style, name in ((before, PREDICTED, ""), (now, ESTIMATE, "estimate")):
         landmarks(ax, s.x, s.P, ranges_of(s.ids), style=style, name=name)
@@ -229,6 +228,7 @@ def blocks(step):
     panel = fig.add_axes((0.54, 0.1, 0.38, 0.78))
     sizes = {"robot": 3, **{f"l{i}": 2 for i in now.ids}}
     covariance_panel(now.P, sizes, ax=panel, title="P as correlations; framed: changed")
+    fig.axes[-1].set_yticks([-1, -0.5, 0, 0.5, 1])  # of the colour bar
     edges = np.cumsum([0, *sizes.values()])
     old = aligned(before, now)
     changed = frame_changed(panel, old, now.P, edges, ["r", *map(str, now.ids)])

@@ -6,6 +6,7 @@ from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.collections import LineCollection
 
 from ...ekf import Map
 from ...geometry import Frame2
@@ -132,7 +133,8 @@ def gate_space(range_m, bearing_deg, heading_std_deg, confidence):
         side.plot(*place_, mark, color=color, markersize=9, label=f"{name}: {m:.2f} m")
     side.plot(*p, **points(MEASUREMENT, markersize=16, markeredgewidth=3), label="where y points")
     robot(side, np.zeros(3), ESTIMATE, 0.6)
-    side.set(xlabel="x (m)", ylabel="y (m)", xlim=(-1, 10), ylim=(-3, 8), aspect="equal", title="metres")
+    side.set(xlim=(-1, 10), ylim=(-3, 8), xticks=range(0, 11, 2), yticks=range(-2, 9, 2))
+    side.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title="metres")
     side.legend(loc="upper right", fontsize=11)
 
     near, nearest = int(np.argmin(metres)), int(np.argmin(d2))
@@ -169,9 +171,8 @@ def swap(frame, swap_at):
     _room_axes(ax, f"frame {frame}")
     true_landmarks(ax, room())
     landmarks(ax, now.x, now.P, list(now.ranges.values()))
-    for id, r in now.ranges.items():
-        ax.plot(*np.transpose([now.x[r], room()[now.origin[id]]]), color=ORANGE, linewidth=2, zorder=3)
-    ax.plot([], [], color=ORANGE, linewidth=2, label="error")
+    errors = [(now.x[r], room()[now.origin[id]]) for id, r in now.ranges.items()]
+    ax.add_collection(LineCollection(errors, color=ORANGE, linewidth=2, zorder=3, label="error"))
     robot(ax, now.truth, TRUTH, 0.7)
     robot(ax, now.x[:3], ESTIMATE, 0.7)
     plot_ellipse(ax, now.x[:2], now.P[:2, :2], 3, color=BLUE, linewidth=1.3)
@@ -191,14 +192,15 @@ def swap(frame, swap_at):
             )
             side.axvline(swap_at, color=GREY, linestyle=":", linewidth=1.5)
         side.axvline(frame, color=BLACK, linewidth=1)
-        side.set(xlim=(0, 126), ylabel=label)
+        side.set(xlim=(0, 126), xticks=range(0, 126, 25), ylabel=label)
         if what is _nees:
             side.set(yscale="log", ylim=(0.1, 500))
             side.set_yticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
+            side.minorticks_off()
             side.axhline(1, color=BLACK, linestyle=":", linewidth=1.5, label="honest: 1")
             side.legend(loc="upper right", fontsize=11, ncols=3)
         else:
-            side.set(xlabel="frame", ylim=(0, 1.3))
+            side.set(xlabel="frame", ylim=(0, 1.3), yticks=(0, 0.5, 1))
     n, s = map_nees(now), shape_error(now)
     happened = "No swap" if not swap_at else f"Swap in frame {swap_at}"
     caption = (

@@ -179,6 +179,7 @@ def gimbal(pitch, roll, sigma):
     ax.semilogy(np.full(3, near), here, **points(ESTIMATE, markersize=9))
     ax.axhline(sigma, color=BLACK, linewidth=1, linestyle=":", label="sigma of the rotation vector")
     ax.set(xlabel="pitch (deg)", ylabel="1 sigma (deg)", xlim=(-92, 92), ylim=(0.3, 3000), xticks=range(-90, 91, 30))
+    ax.minorticks_off()
     ax.legend(loc="upper center", ncols=2, fontsize=11)
     worst = float(here.max())
     caption = (

@@ -269,6 +269,7 @@ def calibration(views, part, noise, n_d, seed):
     ax.set_ylim(-top / (2 if 2 * max(2 * sigma.max(), np.abs(error).max()) < top else 1) * 1.05, None)
     low = ax.get_ylim()[0]
     ax.set_ylim(low, -low)
+    ax.locator_params(nbins=5)
     ax.legend(loc="upper left", ncols=2, fontsize=11)
     n = 4 + n_d
     std = np.sqrt(np.diag(c.P))

@@ -112,6 +112,7 @@ def ways(sigma, pitch, flip, added):
     for name, n, color, dash in cases:
         ax.plot(np.sort(np.clip(n, 1e-3, 1e9)), share, color=color, linestyle=dash, linewidth=2.6, label=name)
     ax.set(xscale="log", xlim=(0.5, 1e7), ylim=(0, 100), xlabel="NEES (-)", ylabel="share of the poses below (%)")
+    ax.minorticks_off()
     ax.legend(loc="lower right")
     means = [float(np.mean(n)) for _, n, *_ in cases]
     caption = (
@@ -251,6 +252,7 @@ def dashboard(kind, odometry, what, single):
     else:
         ax.set(ylim=(0, 280), ylabel="numbers in the map")
     ax.set(xlim=(0, FRAMES), xlabel="frame")
+    ax.minorticks_off()
     ax.legend(loc="upper left")
     inside = float(np.mean((s.anees >= low) & (s.anees <= high)))
     end = float(mean(s)[-1])

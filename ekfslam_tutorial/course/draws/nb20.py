@@ -189,7 +189,8 @@ def zoo(exhibit, hidden, case):
     if drawn.any():
         plot_ellipse(ax, l[drawn], B[drawn], 3, color=BLUE, linewidth=1.2, zorder=4, label=sigma_label(3))
     ax.plot(*np.clip(l, -30, 30).T, **points(ESTIMATE, markersize=4))
-    ax.set(xlim=(-10.5, 10.5), ylim=(-10.5, 10.5), xlabel="x (m)", ylabel="y (m)", aspect="equal", title="run 1 of 20")
+    ax.set(xlim=(-10.5, 10.5), ylim=(-10.5, 10.5), xticks=range(-10, 11, 5), yticks=range(-10, 11, 5))
+    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title="run 1 of 20")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=11, frameon=False)
     _dials(fig.add_axes((0.47, 0.13, 0.5, 0.76)), r, b)
     fig.suptitle(name if hidden else f"{name}: {museum.BY_KEY[key].label}", y=0.985)
