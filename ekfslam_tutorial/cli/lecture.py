@@ -1,5 +1,6 @@
 """`ekfslam lecture NN`: the lecture cut of a notebook, live in JupyterLab, or as slides in one HTML file."""
 
+import asyncio
 import json
 import os
 import subprocess
@@ -40,12 +41,15 @@ def run(notebook, folder):
     from nbclient import NotebookClient
 
     nb = nbformat.reads(json.dumps(notebook), as_version=4)
-    quiet = ["--IPKernelApp.log_level=ERROR"]
+    quiet = ["--IPKernelApp.log_level=CRITICAL"]  # an error in a cell comes from nbclient
     at = {"metadata": {"path": str(folder)}}
     client = NotebookClient(nb, timeout=600, kernel_name="python3", extra_arguments=quiet, resources=at)
     with tempfile.TemporaryDirectory() as private:
         progress = os.path.join(private, "progress.json")  # the lecturer's own record stays as it is
-        client.execute(env=os.environ | {"EKFSLAM_DPI": str(DPI), "EKFSLAM_PROGRESS": progress})
+        try:
+            client.execute(env=os.environ | {"EKFSLAM_DPI": str(DPI), "EKFSLAM_PROGRESS": progress})
+        except (AssertionError, asyncio.CancelledError) as error:  # at Ctrl-C nbclient ends the kernel, and misses it
+            raise KeyboardInterrupt from error
     return json.loads(nbformat.writes(nb))
 
 

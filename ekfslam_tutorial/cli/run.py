@@ -53,6 +53,7 @@ def main(options):
             seconds, costs, interrupted = consume(run, watchers + ([film] if movie else []), first)
         if keeper and interrupted and history.last is not None:
             keeper.save(history.last)
+            print("ekfslam run: the same command with --resume goes on", file=sys.stderr)
         if history.last is None:
             print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
             return 130
@@ -110,6 +111,9 @@ def taken_up(options, out, data, recording, history):
     if (options.resume or options.checkpoint is not None) and (options.movie or options.record or options.live):
         raise ValueError("a run that is kept on the way cannot also write --movie or --record, or be --live")
     if not options.resume:
+        if options.checkpoint is not None and (out / KEPT).exists():
+            kept = f"{out / KEPT} of an earlier run is written over"
+            print(f"note: {kept}; --resume would go on with it", file=sys.stderr)
         return None
     if not (out / KEPT).exists():
         print(f"ekfslam run: no {out / KEPT}: from the beginning", file=sys.stderr)

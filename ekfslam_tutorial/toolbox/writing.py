@@ -15,16 +15,22 @@ def replacing(path):
     >>> with replacing("result.json") as part:
     ...     n_letters = part.write_text("{}")
     """
-    path = Path(path)
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
-    os.close(handle)
-    part = Path(part)
+    path, part = Path(path), None
     try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+        os.close(handle)
+        part = Path(name)
         yield part
         part.chmod(0o666 & ~_umask())
         os.replace(part, path)
+    except OSError as error:  # nobody knows the temporary file: the message names the one that was to be written
+        named = [str(n) for n in (error.filename, error.filename2) if n is not None]
+        if error.errno is not None and (part is None or not named or str(part) in named):
+            error.filename, error.filename2 = str(path), None
+        raise
     finally:
-        part.unlink(missing_ok=True)
+        if part:
+            part.unlink(missing_ok=True)
 
 
 def _umask():
