@@ -25,12 +25,11 @@ def wait_until(true, seconds=60):
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize("later", [0.0, 3.0], ids=["while the kernel starts", "while a cell runs"])
-def test_slides_that_are_being_run(tmp_path, later):
+def test_slides_that_are_being_run(tmp_path):
     target = tmp_path / "talk.html"
     run = started("lecture", "03", "--run", "--slides", target)
     wait_until(lambda: psutil.Process(run.pid).children())
-    time.sleep(later)
+    time.sleep(2)  # the kernel starts, or a cell runs: nbclient has another error for each
     run.send_signal(signal.SIGINT)
     out, err = run.communicate(timeout=60)
     assert err.endswith("ekfslam lecture: stopped\n") and out == "" and run.returncode == 130

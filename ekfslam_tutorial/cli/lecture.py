@@ -1,6 +1,5 @@
 """`ekfslam lecture NN`: the lecture cut of a notebook, live in JupyterLab, or as slides in one HTML file."""
 
-import asyncio
 import json
 import os
 import subprocess
@@ -48,8 +47,10 @@ def run(notebook, folder):
         progress = os.path.join(private, "progress.json")  # the lecturer's own record stays as it is
         try:
             client.execute(env=os.environ | {"EKFSLAM_DPI": str(DPI), "EKFSLAM_PROGRESS": progress})
-        except (AssertionError, asyncio.CancelledError) as error:  # at Ctrl-C nbclient ends the kernel, and misses it
-            raise KeyboardInterrupt from error
+        except BaseException as error:
+            if getattr(client, "_async_cleanup_kernel_future", None) is None:
+                raise
+            raise KeyboardInterrupt from error  # at Ctrl-C nbclient ends the kernel, and then misses it in many ways
     return json.loads(nbformat.writes(nb))
 
 
