@@ -136,7 +136,9 @@ def play(page, nb):
         if "<iframe title=" not in str(nb.cells[i].outputs):
             continue
         page.evaluate(GO_TO_CELL, i)
-        inside = page.locator(".jp-mod-active iframe[srcdoc]").content_frame
+        frame = page.locator(".jp-mod-active iframe[srcdoc]")
+        frame.scroll_into_view_if_needed()  # below a tall film strip it is out of sight, and a browser does not draw it
+        inside = frame.content_frame
         button, status = inside.get_by_role("button", name="Play"), inside.get_by_role("status")
         button.scroll_into_view_if_needed()
         first = status.inner_text()

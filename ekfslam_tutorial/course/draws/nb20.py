@@ -9,7 +9,7 @@ from ...analysis.consistency import anees_band
 from ...graphics import ESTIMATE, TRUTH, line, plot_ellipse, points, sigma_label
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, LIGHT_GREY, ORANGE, PURPLE, VERMILLION
 from .. import museum
-from ..controls import Choice, Int, Toggle
+from ..controls import Choice, Int
 from ..exercises.nb20_quiz import LETTERS, PANELS
 from ..widgets import explorable
 from .nb20_runs import RUNS, TESTS, bench, caught, mutant_case, readings, run, world
@@ -168,14 +168,13 @@ def tests_figure():
 
 @explorable(
     exhibit=Choice("right", {e.name: e.key for e in museum.BY_KEY.values()}, label="exhibit"),
-    hidden=Toggle(False, label="anonymous: choose by number"),
-    case=Int(1, 1, len(HIDDEN), label="showcase (anonymous)"),
+    case=Int(0, 0, len(HIDDEN), label="showcase without a name (0: none)"),
     ranges={"nis": (0, 1e7), "nees": (0, 1e8), "rmse_m": (0, 1e4)},
 )
-def zoo(exhibit, hidden, case):
-    """One exhibit: its map, its errors over time, and what each instrument reads."""
-    key = HIDDEN[case - 1] if hidden else exhibit
-    name = f"showcase {case}" if hidden else museum.BY_KEY[key].name
+def zoo(exhibit, case):
+    """One exhibit: its map, its errors over time, and what each instrument reads. A showcase hides which one it is."""
+    key = HIDDEN[case - 1] if case else exhibit
+    name = f"showcase {case}" if case else museum.BY_KEY[key].name
     r, b = readings(key), bench(key)
     fig = plt.figure(figsize=(12.2, 5.6))
     ax = fig.add_axes((0.055, 0.2, 0.35, 0.7))
@@ -193,7 +192,7 @@ def zoo(exhibit, hidden, case):
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title="run 1 of 20")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=11, frameon=False)
     _dials(fig.add_axes((0.47, 0.13, 0.5, 0.76)), r, b)
-    fig.suptitle(name if hidden else f"{name}: {museum.BY_KEY[key].label}", y=0.985)
+    fig.suptitle(name if case else f"{name}: {museum.BY_KEY[key].label}", y=0.985)
     caption = (
         f"{name[0].upper()}{name[1:]}: RMSE {_short(r.rmse, 5)} m; NIS {_short(r.mean_nis, 100)} (honest: 2); NEES "
         f"{_short(r.mean_nees, 500)} (3); P < 0 in {r.broken} of {RUNS} runs. Sensor covered: position "

@@ -65,7 +65,7 @@ def _axes(fig, left, cell, d):
     """Add axes in a cell of the strip, with room for their numbers; inches."""
     w, h = fig.get_size_inches()
     if d == 3:
-        return fig.add_axes((left / w, 0.55 / h, cell / w, 1 - 0.75 / h), projection="3d", computed_zorder=False)
+        return fig.add_axes((left / w, 0.55 / h, cell / w, 1 - 1.0 / h), projection="3d", computed_zorder=False)
     ax = fig.add_axes(((left + 0.75) / w, 1.25 / h, (cell - 0.85) / w, 1 - 1.65 / h))
     ax.locator_params(nbins=6)
     return ax
