@@ -242,7 +242,7 @@ def ray(u, v, s, s_std, noise):
 
 @explorable(
     views=Int(10, 1, 20, label="views of the board", play=500),
-    part=Float(0.9, 0.2, 1.0, 0.1, "part of the image that the board fills"),
+    part=Float(0.3, 0.2, 1.0, 0.1, "part of the image that the board fills"),
     noise=Choice(0.5, {"0.1 px": 0.1, "0.5 px": 0.5, "2 px": 2.0}, label="noise of a pixel, sigma"),
     n_d=Choice(2, {"none": 0, "d2": 1, "d2, d4": 2, "d2, d4, d6": 3}, label="distortion in the filter"),
     seed=Int(0, 0, 9, label="noise number"),

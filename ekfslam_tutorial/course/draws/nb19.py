@@ -191,19 +191,19 @@ def upkeep_figure(which):
 def park_figure(which, far, error):
     """Path, trees and GPS of the whole log, and how far the two are from each other. Returns (fig, caption)."""
     d, fixes = park(which), recording(which).fixes[1]
-    fig, (ax, low) = plt.subplots(2, 1, figsize=(9.6, 7.6), height_ratios=[3, 1], layout="constrained")
+    fig, (ax, low) = plt.subplots(1, 2, figsize=(12.4, 5.8), width_ratios=[1, 1.1], layout="constrained")
     ax.plot(*fixes[:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
     ax.plot(*d.path.T, **line(ESTIMATE), linewidth=1.4, label="EKF-SLAM")
     ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees of the map")
     low_x, high_x = np.percentile(d.path, [0, 100], axis=0) + [[-45], [45]]
     ax.set(xlim=(low_x[0], high_x[0]), ylim=(low_x[1], high_x[1]))
     ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal", title=f"{which}: {d.t[-1]:.0f} s")
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    ax.legend(loc="lower right", fontsize=11)
     inside = fixes[(fixes[:, 0] >= d.t[0]) & (fixes[:, 0] <= d.t[-1]), 0]
     low.plot(inside, far, **points(MEASUREMENT, markersize=4), label="distance to GPS")
     low.plot(d.t, 3 * d.std, color=BLACK, linestyle="--", label="3σ of the filter")
     low.set(yscale="log", ylim=(0.05, 200), xlabel="time (s)", ylabel="distance (m)")
-    low.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    low.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
     way = np.linalg.norm(np.diff(d.path, axis=0), axis=1).sum()
     return fig, (
         f"{which.capitalize()}: {way / 1000:.1f} km, {d.seen} detections, {100 * d.used / d.seen:.0f} % of them used, "
@@ -213,7 +213,7 @@ def park_figure(which, far, error):
 
 
 @explorable(
-    percent=Int(100, 2, 100, label="time", play=200, tip="Per cent of the log; arrow keys move it"),
+    percent=Int(50, 2, 100, label="time", play=200, tip="Per cent of the log; arrow keys move it"),
     gps=Toggle(True, label="GPS"),
     ranges={"trees": (1, 600)},
 )
