@@ -318,6 +318,7 @@ def test_progress_lists_the_exercises(capsys, monkeypatch, tmp_path):
     assert ekfslam("progress") == 0
     assert "exercises passed" in capsys.readouterr().out
     assert ekfslam("progress", "02") == 0 and "02.1" in capsys.readouterr().out
+    assert ekfslam("progress", "2") == 0 and "02.1" in capsys.readouterr().out
     assert ekfslam("progress", "77") == 2 and "no exercises of a notebook '77'" in capsys.readouterr().err
 
 

@@ -5,5 +5,6 @@ from ..course.checks import progress
 
 def main(options):
     """Run the command."""
-    progress(options.notebook)
+    number = options.notebook
+    progress(number.zfill(2) if number and number.isdecimal() else number)
     return 0
