@@ -213,7 +213,7 @@ def park_figure(which, far, error):
 
 
 @explorable(
-    percent=Int(50, 2, 100, label="time", play=200, tip="Per cent of the log; arrow keys move it"),
+    percent=Int(50, 2, 100, 2, label="time", play=200, tip="Per cent of the log; arrow keys move it"),
     gps=Toggle(True, label="GPS"),
     ranges={"trees": (1, 600)},
 )
