@@ -6,6 +6,7 @@
 Prints one JSON line; the tests run the same with fewer frames.
 """
 
+import argparse
 import json
 import sys
 import time
@@ -68,5 +69,8 @@ def long_run(world, frames, looks=200, progress=False):
 
 
 if __name__ == "__main__":
-    kind, number = sys.argv[1], int(sys.argv[2])
-    print(json.dumps(long_run(kind, number, progress=sys.stderr.isatty())))
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("world", choices=WORLDS)
+    parser.add_argument("frames", type=int)
+    given = parser.parse_args()
+    print(json.dumps(long_run(given.world, given.frames, progress=sys.stderr.isatty())))
