@@ -93,7 +93,7 @@ def test_refresh_writes_once_and_follows_a_change(course):
     assert readme.startswith("above\n") and readme.endswith("\nbelow\n") and "old" not in readme
     path = course / "notebooks" / PATHS[1].name
     text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("About 65 minutes", "About 99 minutes"), encoding="utf-8")
+    path.write_text(text.replace("About 70 minutes", "About 99 minutes"), encoding="utf-8")
     assert {p.name for p in contents.refresh(course)} == tables
     assert "| 99 |" in (course / "README.md").read_text(encoding="utf-8")
 

@@ -1,4 +1,4 @@
-"""Exercise 01.1 and the self-test of notebook 01: sizes and meanings in EKF localisation."""
+"""Exercises 01.1 and 01.5 and the self-test of notebook 01: sizes, limits and meanings in EKF localisation."""
 
 from ..quiz import Quiz
 
@@ -79,6 +79,49 @@ sizes.ask(
         (2, 3): "That is the transpose: K takes 2 numbers and gives 3.",
         (3, 3): "K multiplies the innovation, which has 2 numbers.",
         (2, 2): "K gives a change of the pose, which has 3 numbers.",
+    },
+)
+
+# ---- 01.5 limits of a straight line --------------------------------------------------------------------------------
+
+limits = Quiz(
+    "01.5",
+    "How far does a straight line carry?",
+    name="limits",
+    hints=(
+        "Section 2 has the widget: set a sigma and a distance, and compare the mean of the samples with f(mean).",
+        "Ahead of the robot the samples are at d cos(error of the heading). What is the mean of a cosine near its top?",
+        "cos(a) = 1 - a^2 / 2 + ..., so the mean of d cos(a) is d (1 - sigma^2 / 2), with sigma in radians.",
+    ),
+)
+limits.ask(
+    "ten_percent",
+    "c",
+    "one straight step: from which sigma of the heading is f(mean) 10 % too far?  a: 3 deg  b: 10 deg  c: 26 deg",
+    "Set 10 m in the widget: f(mean) must be 1 m away from the mean of the samples.",
+    {
+        "a": "At 3 deg the mean of the samples is 0.14 % short of f(mean). That is what makes the EKF work.",
+        "b": "At 10 deg = 0.175 rad it is sigma^2 / 2 = 1.5 % short. Compare the mean, not the width of the cloud.",
+    },
+)
+limits.ask(
+    "twice_as_far",
+    "b",
+    "the step is twice as long. That sigma is then  a: half  b: the same  c: twice as large",
+    "Both f(mean) and the mean of the samples are proportional to the distance. And their ratio?",
+    {
+        "a": "The error in metres doubles, but so does the way: the share stays.",
+        "c": "A longer step makes nothing more linear. The error in metres doubles, and so does the way.",
+    },
+)
+limits.ask(
+    "half_sigma",
+    "a",
+    "sigma is halved. The error of f(mean) becomes  a: a quarter  b: half  c: nothing",
+    "The error is d sigma^2 / 2: a straight line leaves out the square.",
+    {
+        "b": "The *width* of the cloud is halved. What the straight line leaves out goes with the square.",
+        "c": "It becomes small, not zero: the cosine is bent everywhere near its top.",
     },
 )
 
