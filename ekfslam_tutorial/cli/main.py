@@ -122,10 +122,11 @@ def _monte_carlo(commands):
 
 
 def _data(commands):
-    data = _command(commands, "data", "Say which data sets are here, verify, fetch or import them.")
+    help = "Say which data sets are here and verify them; or fetch, or import one."
+    data = _command(commands, "data", help, usage="ekfslam data [-h] [--quick] [ACTION ...]")
     data.add_argument("--quick", action="store_true", help="do not read them to the end, only look for them")
     data.set_defaults(action=None)
-    actions = data.add_subparsers(dest="action", metavar="ACTION", title="actions")
+    actions = data.add_subparsers(dest="action", metavar="ACTION", title="actions", prog="ekfslam data")
     fetch = actions.add_parser("fetch", help="Download a data set from its publisher; goes on where it broke off.")
     fetch.add_argument("name", metavar="NAME", help="as `ekfslam data` lists it: mrclam")
     fetch.add_argument(
