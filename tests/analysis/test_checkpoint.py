@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import time
+from multiprocessing import get_all_start_methods, get_context
 from pathlib import Path
 
 import numpy as np
@@ -73,29 +74,25 @@ def test_a_run_that_was_kept_goes_on_to_the_same_end(name, tmp_path):
     assert bits(again) == bits(whole)
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
+@pytest.mark.skipif("forkserver" not in get_all_start_methods(), reason="this system cannot fork")
 def test_killed_at_any_moment_it_goes_on_to_the_same_end(tmp_path):
     """kill -9 at 50 random instants of one run: its end is that of a run that nobody stopped."""
-    rng = np.random.default_rng(8)
+    rng, fresh = np.random.default_rng(8), get_context("forkserver")  # not a copy of this process, which has threads
+    fresh.set_forkserver_preload([__name__])
     whole, stopped = tmp_path / "whole", tmp_path / "stopped"
     whole.mkdir(), stopped.mkdir()
     drive(whole)
     for _ in range(INSTANTS):
-        begun, tell = os.pipe()
-        child = os.fork()
-        if child == 0:
-            try:
-                drive(stopped, pause=0.002, tell=tell)
-            finally:
-                os._exit(0)
-        os.close(tell)  # so that there is an end to read if it fails
+        begun, tell = fresh.Pipe(duplex=False)
+        child = fresh.Process(target=drive, args=(stopped, 0.002, tell))
+        child.start()
+        tell.close()  # so that there is an end to read if it fails
         for _ in range(rng.integers(1, 7)):  # frames, not seconds: it comes on however busy the computer is
-            os.read(begun, 1)
+            begun.recv()
         time.sleep(rng.uniform(0.0, 0.01))  # from here on it is hit at any moment of three frames or so
-        os.kill(child, signal.SIGKILL)
-        _, status = os.waitpid(child, 0)
-        assert os.WIFSIGNALED(status)  # it was still running
-        os.close(begun)
+        child.kill()
+        child.join()
+        assert child.exitcode == -signal.SIGKILL  # it was still running
         if (stopped / "checkpoint.npz").exists():
             plain.load(stopped / "checkpoint.npz")  # whole, wherever it was hit
     assert plain.load(stopped / "checkpoint.npz")["run"]["frames"] > 3  # it came on between the blows
@@ -112,7 +109,7 @@ def drive(folder, pause=0.0, tell=None):
     keeper = Checkpoint(kept, data, recording, history, every=3, n_frames=len(run))
     for s in run:
         if tell is not None:
-            os.write(tell, b".")
+            tell.send(s.k)
         history.add(s)
         keeper.add(s)
         time.sleep(pause)
