@@ -92,13 +92,17 @@ def rooms(fig) -> list:
 
 
 def room(ax) -> tuple:
-    """Return what decides how much room axes need outside their frame."""
+    """Return what decides how much room axes need outside their frame.
+
+    A legend inside the frame needs none, and a title needs as much as it has lines, whatever it says.
+    """
     legend = ax.get_legend()
-    entries = () if legend is None else tuple(t.get_text() for t in legend.get_texts())
+    inside = legend is None or legend.get_bbox_to_anchor() is ax.bbox
+    entries = () if inside else tuple(t.get_text() for t in legend.get_texts())
     beside = tuple(t.get_text() for t in ax.texts if t.get_transform() is not ax.transData)
     formats = tuple(tuple(getattr(axis.get_major_formatter(), "seq", ())) for axis in (ax.xaxis, ax.yaxis))
     view = (ax.elev, ax.azim, ax.get_zlim()) if hasattr(ax, "get_zlim") else ()
-    titles = tuple(ax.get_title(loc) for loc in ("left", "center", "right"))
+    titles = tuple(len(ax.get_title(loc).splitlines()) for loc in ("left", "center", "right"))
     return ax.get_xlim(), ax.get_ylim(), view, titles, ax.get_xlabel(), ax.get_ylabel(), formats, entries, beside
 
 

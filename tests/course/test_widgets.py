@@ -135,6 +135,20 @@ def test_axes_stay_where_they_are_until_they_need_other_room():
     assert narrower[0] > start[0] and type(anew).__name__ == "ConstrainedLayoutEngine"
 
 
+def test_what_a_title_or_a_legend_inside_says_needs_no_other_room():
+    def layout(title, label):
+        fig, ax = plt.subplots(figsize=(3, 2), layout="constrained")
+        ax.plot([0, 1], label=label)
+        ax.set_title(title)
+        ax.legend(loc="upper left")
+        widgets.png(fig, places=places)
+        return type(fig.get_layout_engine()).__name__
+
+    places = Places()
+    engines = [layout("one", "a"), layout("two", "b"), layout("two\nlines", "b")]
+    assert [name == "ConstrainedLayoutEngine" for name in engines] == [True, False, True]
+
+
 def test_a_settled_figure_is_drawn_once(monkeypatch):
     """matplotlib's savefig draws a figure with a layout engine twice, even one that has nothing left to lay out."""
     drawn, places = [], Places()

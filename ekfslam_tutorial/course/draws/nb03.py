@@ -69,7 +69,7 @@ def dial(k, dof):
     pdf = chi2.pdf(grid, dof)
     right.plot(grid, pdf, color=BLUE, label=f"chi-square, {dof} degrees of freedom")
     right.fill_between(grid, pdf, where=grid > k * k, color=VERMILLION, alpha=0.5, hatch="//", label="outside")
-    right.axvline(k * k, color=BLACK, linestyle="--", label=f"$k^2$ = {k * k:.2f}")
+    right.axvline(k * k, color=BLACK, linestyle="--", label=f"k² = {k * k:.2f}")
     right.set(xlabel=r"squared distance $e^\top P^{-1} e$", ylabel="density", ylim=(0, min(1.3 * pdf[5:].max(), 1.2)))
     right.set_title(f"{dof} dimension{'s' * (dof > 1)}: {100 * coverage(k, dof):.1f} % inside")
     right.legend(fontsize=11, loc="upper right")

@@ -190,6 +190,8 @@ def nees_figure(results):
 )
 def split_screen(frame, wrong):
     """The same run twice: a wrong formula for new landmarks on the left, the SLAM formula on the right."""
+    for formula in (MAPPING, ZERO, SLAM):
+        experiment(formula)  # all of them at once, so that no later redraw has to wait
     fig = plt.figure(figsize=(12, 7.3))
     facts = {}
     for side, (formula, key) in enumerate(((wrong, "wrong"), (SLAM, "slam"))):
