@@ -12,7 +12,7 @@ from ekfslam_tutorial.toolbox import RawLog, Recording
 def log(tmp_path_factory):
     """The recording of a simulated walk."""
     out = tmp_path_factory.mktemp("walk")
-    assert main(["run", "range_bearing_2d", "--record", "--set", "time.last=40", "--out", str(out)]) == 0
+    assert main(["run", "range_bearing_2d", "--record", "--set", "time.last=60", "--out", str(out)]) == 0
     return Recording.load(out / "recording.npz")
 
 
@@ -58,3 +58,26 @@ def test_what_the_scenario_leaves_out_is_named(log, played):
     assert played(raw=log.raw | {7: log.raw[1]}) == [
         "note: the recording has more sensors than the scenario; not used: 7"
     ]
+
+
+def test_of_a_few_frames_nothing_is_noted(log, played):
+    """In so few of them no landmark need be seen again."""
+    assert played("--set", "time.last=3") == []
+
+
+def test_models_of_ones_own_are_suspected_first(tmp_path, capsys):
+    assert main(["new", "sensor", "my_sonar", "--dir", str(tmp_path)]) == 0
+    own = tmp_path / "my_sonar.py"
+    text = own.read_text()
+    own.write_text(text.replace("np.arctan2(y, x)], -1), Y_p", "np.arctan2(y, x)], 0), Y_p"))
+    assert own.read_text() != text
+    scenario = tmp_path / "mine.toml"
+    scenario.write_text(
+        '[world]\ntype = "lecture"\n[[robot]]\nmotion = "unicycle"\nv = 1.0\n[[sensor]]\ntype = "my_sonar"\n'
+    )
+    capsys.readouterr()
+    assert main(["run", str(scenario), "--models", str(own), "--out", str(tmp_path / "out")]) == 2
+    (said,) = (line for line in capsys.readouterr().err.splitlines() if line.startswith("ekfslam run: "))
+    assert "shapes" in said and said.endswith(
+        "does each model of your own pass its test? EKFSLAM_TRACEBACK=1 shows where"
+    )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis import History
-from ekfslam_tutorial.cli import robot_views, views
+from ekfslam_tutorial.cli import main, robot_views, views
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
 ROBOT = {"motion": "odometry2", "dx": [0.25, 0.0], "da_deg": 7.2, "dx_std": [0.01, 0.004], "da_std_deg": 0.2}
@@ -83,3 +83,11 @@ def test_groups_of_nis_end_at_gaps_in_time():
     t, value, _, n = robot_views._averaged(nis)
     assert set(value) == {1.0, 7.0} and n.sum() == 4500 and n.max() == 3
     assert not ((t > 2000) & (t < 5000)).any()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("frames", [1, 2])
+@pytest.mark.parametrize("name", ["range_bearing_2d", "localisation_2d", "cloister_idp"])
+def test_the_shortest_runs_have_pictures_too(name, frames, tmp_path, capsys):
+    """In the first frame the pose may be exact, which has no NEES, and nothing is measured a second time."""
+    assert main(["run", name, "--set", f"time.last={frames}", "--out", str(tmp_path)]) == 0, capsys.readouterr().err

@@ -69,7 +69,7 @@ def long_run(world, frames, looks=200, progress=False):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description="Run the filter for very long and look at its covariance.")
     parser.add_argument("world", choices=WORLDS)
     parser.add_argument("frames", type=int)
     given = parser.parse_args()

@@ -18,6 +18,8 @@ SPOKEN = {
 """Figures that are said in one line, where they are known."""
 SURPRISED = 10
 """Squared innovations so many times as large as expected are not a question of tuning: something is wrong."""
+FEW = 50
+"""So many frames may pass without a landmark being measured a second time."""
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
 
@@ -67,7 +69,7 @@ def doubts(figures, history):
     """Sentences on a run whose measurements do not fit what the filter expects of them."""
     used, refused = sum(len(history.nis(id)) for id in history.robots), figures["n_refused"]
     ask = "are units, signs, mounting, ids and noise right?"
-    if not used + refused and figures["frames"] > 1:
+    if not used + refused and figures["frames"] > FEW:
         yield f"no landmark was measured a second time: {ask}"
     if refused > used:
         yield f"of {used + refused} innovations {refused} did not pass the gate: {ask}"

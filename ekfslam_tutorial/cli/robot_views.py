@@ -38,7 +38,7 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
         if track.known.sum() > 1:
             names.append(_save(_errors(track, data.figure.k), out / f"errors-{id}.png"))
         nis = history.nis(id)
-        if len(nis) > 1 or np.isfinite(track.errors()[0]).any():
+        if len(nis) > 1 or np.isfinite(md2(*track.errors())).any():
             names.append(_save(_consistency(track, nis), out / f"consistency-{id}.png"))
     return names
 

@@ -50,7 +50,8 @@ def main(options):
             watchers.append(windows.enter_context(views.Live(data.figure)))
         with views.Film(movie, data.figure) if movie else nullcontext() as film:
             first = state["frames"] if state else 0
-            seconds, costs, interrupted = consume(run, watchers + ([film] if movie else []), first)
+            with suspected(models):
+                seconds, costs, interrupted = consume(run, watchers + ([film] if movie else []), first)
         if keeper and interrupted and history.last is not None:
             keeper.save(history.last)
             print("ekfslam run: the same command with --resume goes on", file=sys.stderr)
@@ -151,6 +152,18 @@ def consume(run, watchers, first=0):
     if interrupted:
         print(f"ekfslam run: stopped after {bar.n} of {len(run)} frames; these are written", file=sys.stderr)
     return seconds, costs, interrupted
+
+
+@contextmanager
+def suspected(models):
+    """Where models of the user's own are in use, what goes wrong in a run is most likely theirs."""
+    try:
+        yield
+    except ValueError as error:
+        if not models:
+            raise
+        ask = "does each model of your own pass its test? EKFSLAM_TRACEBACK=1 shows where"
+        raise ValueError(f"{str(error).strip()}; {ask}") from error
 
 
 @contextmanager

@@ -26,6 +26,11 @@ def _axes(ax: Axes | None, figsize=(8.0, 4.0)) -> Axes:
     return plt.subplots(figsize=figsize, layout="constrained")[1] if ax is None else ax
 
 
+def _span(t):
+    """Limits of the axis of time; matplotlib's own where there is only one instant."""
+    return (t[0], t[-1]) if len(t) and t[-1] > t[0] else None
+
+
 def _legend_above(ax: Axes) -> None:
     """Put the legend over the axes, where it hides no data."""
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0, ncols=3, frameon=False)
@@ -64,7 +69,7 @@ def error_panel(
         ax.plot(
             t[out], error[out], color=REJECTED["color"], marker="x", linestyle="none", label=f"outside: {share:.1f} %"
         )
-    ax.set(xlabel="t (s)", ylabel=f"{name} ({unit})", xlim=(t[0], t[-1]) if len(t) > 1 else None)
+    ax.set(xlabel="t (s)", ylabel=f"{name} ({unit})", xlim=_span(t))
     _legend_above(ax)
     return ax
 
@@ -152,7 +157,7 @@ def consistency_panel(
     else:
         ax.set_ylim(0, 1.1 * top)
     runs_text = f", mean of {runs} runs" if np.ndim(runs) == 0 and runs > 1 else ""
-    ax.set(xlabel="t (s)", ylabel=f"{name}{runs_text} (-)", xlim=(t[0], t[-1]) if len(t) > 1 else None)
+    ax.set(xlabel="t (s)", ylabel=f"{name}{runs_text} (-)", xlim=_span(t))
     _legend_above(ax)
     return ax
 
@@ -195,8 +200,7 @@ def cost_panel(t: Array, seconds: Array, sizes: Array, ax: Axes | None = None) -
     top = 1.3 * np.quantile(ms, 0.99) if len(ms) else 1.0
     ax.plot(t, np.minimum(ms, top), color=SKY_BLUE, marker=".", markersize=2, linestyle="none", label="each frame")
     ax.plot(middle, median, **line(ESTIMATE), label="median")
-    ax.set(xlabel="t (s)", ylabel="time of a frame (ms)", ylim=(0, top))
-    ax.set_xlim(*(t[[0, -1]] if len(t) > 1 else (None, None)))
+    ax.set(xlabel="t (s)", ylabel="time of a frame (ms)", xlim=_span(t), ylim=(0, top))
     right = ax.twinx()
     right.plot(t, sizes, color=VERMILLION, linestyle="--", linewidth=1.5, label="landmarks")
     right.set(ylabel="landmarks (-)", ylim=(0, 1.15 * max(np.max(sizes, initial=0), 1)))

@@ -57,7 +57,7 @@ def check_keys(table, known, also=()):
     """Refuse keys that are neither known nor, without being advertised, accepted `also`."""
     for key in table:
         if key not in known and key not in also:
-            raise ValueError(f"unknown key {key!r}; possible: {', '.join(known)}{nearest(key, known)}")
+            raise ValueError(f"unknown key {key!r}; possible: {', '.join(known) or 'none'}{nearest(key, known)}")
 
 
 def nearest(name, known):

@@ -279,6 +279,7 @@ MISTAKES = [
     (FLAT, "options.association", {"type": "jcbb", "gate": 3}, "association: unknown key 'gate'; possible: confidence"),
     (FLAT, "world.n", "many", r"\[world\]: n must be a whole number, got 'many'"),
     (FLAT, "world.radius", NAN, "radius must be finite, got nan"),
+    (FLAT, "world", {"type": "lecture", "n": 5}, r"\[world\]: unknown key 'n'; possible: none"),
     (FLAT, "world", 7, r"\[world\]: this must be one table, written \[world\], got 7"),
     (FLAT, "robot", 7, r"robot must be tables, each written \[\[robot\]\], got 7"),
     (FLAT, "robot", [], "there is no robot"),
