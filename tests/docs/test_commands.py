@@ -50,3 +50,10 @@ def test_what_is_resumed_is_the_same_scenario():
 
 def test_there_are_commands_on_the_pages():
     assert len(COMMANDS) > 30 and any(page == "monte_carlo.md" for page, _ in COMMANDS)
+
+
+def test_the_readme_names_every_scenario_that_there_is():
+    section = re.split(
+        r"^## ", (ROOT / "README.md").read_text(encoding="utf-8").split("\n## Scenarios\n")[1], flags=re.M
+    )[0]
+    assert set(re.findall(r"`([a-z0-9_]+)`", section)) == set(scenarios())
