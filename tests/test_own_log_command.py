@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from ekfslam_tutorial.cli import main
+from ekfslam_tutorial.cli import main, views
 from ekfslam_tutorial.toolbox import RawLog, Recording
 
 
@@ -17,8 +17,9 @@ def log(tmp_path_factory):
 
 
 @pytest.fixture
-def played(log, tmp_path, capsys):
-    """Play a changed log; what is noted in the end."""
+def played(log, tmp_path, capsys, monkeypatch):
+    """Play a changed log, without pictures; what is noted in the end."""
+    monkeypatch.setattr(views, "write_figures", lambda *arguments: [])
 
     def play(*words, robots=None, raw=None):
         rec = Recording(log.name, log.t, robots or log.robots, raw or log.raw, log.truth)
