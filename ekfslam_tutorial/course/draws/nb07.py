@@ -164,8 +164,9 @@ def with_swap(swap_at: int) -> list[Frame]:
 )
 def swap(frame, swap_at):
     """One wrong match: the map shears, and the NEES never comes back."""
-    for when in WHEN.values():
-        _nees(when), _shape(when)  # all of them at once, so that no later redraw has to wait
+    for when in WHEN.values():  # all of them at once, so that no later redraw has to wait
+        _nees(when)
+        _shape(when)
     frames, good = with_swap(swap_at), with_swap(0)
     now = frames[frame]
     fig = plt.figure(figsize=(13, 6.2))

@@ -173,8 +173,9 @@ def tests_figure():
 )
 def zoo(exhibit, case):
     """One exhibit: its map, its errors over time, and what each instrument reads. A showcase hides which one it is."""
-    for other in museum.BY_KEY:
-        readings(other), bench(other)  # all of them at once, so that no later redraw has to wait
+    for other in museum.BY_KEY:  # all of them at once, so that no later redraw has to wait
+        readings(other)
+        bench(other)
     key = HIDDEN[case - 1] if case else exhibit
     name = f"showcase {case}" if case else museum.BY_KEY[key].name
     r, b = readings(key), bench(key)
