@@ -97,8 +97,9 @@ def room(ax) -> tuple:
     A legend inside the frame needs none, and a title needs as much as it has lines, whatever it says.
     """
     legend = ax.get_legend()
-    outside = legend is not None and legend.get_bbox_to_anchor() is not ax.bbox
-    entries = tuple(t.get_text() for t in legend.get_texts()) if outside else ()
+    entries = ()
+    if legend is not None and legend.get_bbox_to_anchor() is not ax.bbox:
+        entries = tuple(t.get_text() for t in legend.get_texts())
     beside = tuple(t.get_text() for t in ax.texts if t.get_transform() is not ax.transData)
     formats = tuple(tuple(getattr(axis.get_major_formatter(), "seq", ())) for axis in (ax.xaxis, ax.yaxis))
     view = (ax.elev, ax.azim, ax.get_zlim()) if hasattr(ax, "get_zlim") else ()
