@@ -16,6 +16,8 @@ from .archives import DAMAGE, brief, read_npz
 from .checks import covariances, numbers
 
 FORMAT = "ekfslam recording 1"
+YEARS = 1e8
+"""Seconds, 3 years: a log that begins later has the time of day in it."""
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,10 @@ class Recording:
         late = np.flatnonzero(np.diff(self.t, prepend=0.0) < 0)
         if len(late):
             raise ValueError(f"times t must start at 0 or later and not fall, but frame {late[0]} does")
+        if len(self.t) and self.t[0] > YEARS:
+            raise ValueError(
+                f"times t are seconds since the start, but begin at {self.t[0]:.1f}: subtract the first one"
+            )
         self.robots = {i: c if isinstance(c, ControlLog) else ControlLog(c) for i, c in self.robots.items()}
         self.raw, self.met = (
             {i: o if isinstance(o, RawLog) else RawLog.of(i, o) for i, o in logs.items()}

@@ -78,6 +78,14 @@ def test_every_complaint_about_a_folder_says_which(log, tmp_path, file, edit, me
         Recording.load(folder)
 
 
+def test_the_time_of_day_is_no_time_since_the_start(log):
+    """Without the truth to start at, the robot would drive on since 1970 in the first frame."""
+    with pytest.raises(
+        ValueError, match=r"times t are seconds since the start, but begin at 1763750000.5: subtract the first"
+    ):
+        Recording(log.name, log.t + 1763750000, log.robots, log.raw)
+
+
 def test_a_covariance_that_is_none_is_named_with_its_file(log, tmp_path):
     folder = log.save(tmp_path / "hall")
     (folder / "recording.json").write_text('{"format": "ekfslam recording 1", "name": "hall"}')
