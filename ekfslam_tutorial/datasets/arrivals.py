@@ -11,6 +11,7 @@ from ..toolbox.archives import brief, check_zip, read_member, read_npz
 from ..toolbox.writing import replacing
 from . import lost_in_the_woods, victoria_park
 from . import victoria_park_raw as raw
+from .matlab import read_mat
 from .mrclam_log import ROBOTS, read_set
 from .sources import Source
 
@@ -192,9 +193,7 @@ def _names_of_arrays(path):
         if start.startswith(b"PK"):
             return set(read_npz(path))
         if start.startswith(b"MATLAB"):
-            from scipy.io import whosmat
-
-            return {name for name, _, _ in whosmat(path)}
-    except Exception:  # whatever scipy raises at a file that is cut off
+            return set(read_mat(path))
+    except ValueError:
         return set()
     return set()
