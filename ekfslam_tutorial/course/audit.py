@@ -42,7 +42,11 @@ def complaints(exercise) -> list[str]:
 
 def main(arguments: list[str]) -> int:
     """Print one line per exercise, and every complaint."""
-    bad = 0
+    bad, numbers = 0, {exercise.id.split(".")[0] for exercise in registry.everything()}
+    unknown = sorted(set(arguments) - numbers)
+    if unknown:
+        print(f"no exercises of notebook {', '.join(unknown)}; there are {', '.join(sorted(numbers))}", file=sys.stderr)
+        return 2
     for exercise in registry.everything():
         if arguments and exercise.id.split(".")[0] not in arguments:
             continue

@@ -86,7 +86,8 @@ def report(exercise, verdict: Verdict) -> str:
         return f"[{id}] passed"
     if verdict.status == "not attempted":
         return f"[{id}] not attempted yet: the reference solution is used below."
-    lines = [_wrapped(f"[{id}] failed '{verdict.link}': {verdict.message.rstrip('.')}.")]
+    end = "" if verdict.message.endswith(("?", ".")) else "."
+    lines = [_wrapped(f"[{id}] failed '{verdict.link}': {verdict.message}{end}")]
     if verdict.hint:
         lines.append(_wrapped(f"    Hint: {verdict.hint}"))
     if verdict.printed.strip():

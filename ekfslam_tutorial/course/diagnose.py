@@ -47,7 +47,7 @@ def _reversed_differs(want):
 def _turns(got, want):
     """Whether the arrays differ by whole turns only."""
     turns = (got - want) / (2 * np.pi)
-    return same(turns, np.round(turns), atol=1e-6) and bool(np.abs(turns).max() > 0.5)
+    return same(turns, np.round(turns), rtol=0, atol=1e-6) and bool(np.abs(turns).max() > 0.5)
 
 
 # Slips of all entries, the likely ones first. Each: what explains the difference, what to tell the student.

@@ -190,7 +190,7 @@ class Exercise:
         if missing:
             return Verdict("failed", "arguments", missing, "Keep the `def` line of the exercise as it is.")
         f = guard.Guarded(answer, self.may_change, self.parameters())
-        limit = float(os.environ.get("EKFSLAM_CHECK_SECONDS", self.seconds))
+        limit = self._limit()
         at = [self.links[0]]
         try:
             outcome, printed = deadline.run(lambda: self._first_failure(f, at), limit)
@@ -205,6 +205,14 @@ class Exercise:
         known = None if outcome.certain else self.recognise(f.calls, at[0].part)
         hint = known.hint if known else outcome.hint or at[0].help
         return Verdict("failed", at[0].name, str(outcome), hint, known.name if known else "", printed, seconds)
+
+    def _limit(self) -> float:
+        """Seconds after which an answer is stopped."""
+        asked = os.environ.get("EKFSLAM_CHECK_SECONDS", self.seconds)
+        try:
+            return float(asked)
+        except ValueError:
+            raise ValueError(f"EKFSLAM_CHECK_SECONDS must be a number of seconds, got {asked!r}") from None
 
     def _first_failure(self, f, at) -> Failed | None:
         """Test the links in order; return the failure of the first that fails. `at[0]` follows."""

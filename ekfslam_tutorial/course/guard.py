@@ -31,6 +31,7 @@ ADVICE = {
 
 # What numpy says of slips that every student makes once: a part of its message, and what it means.
 SLIPS = {
+    "(0,)": "One of the arrays is empty: a slice that begins behind the end has no entries. Counting starts at 0.",
     "can be converted to Python scalar": "An array came where one number is wanted. The functions of `math` take "
     "single numbers; those of numpy (np.sin, np.arctan2 ...) take arrays, too.",
     "truth value of an array": "`if`, `while`, `and` and `or` decide about one number. For all entries of an array "
@@ -40,6 +41,8 @@ SLIPS = {
     "mismatch in its core dimension": "In A @ B the columns of A must be as many as the rows of B: look at the "
     "order of the factors, and at the transposes (.T).",
     "object is not subscriptable": "What stands before the bracket [ ] is a single number or a function, not an array.",
+    "'tuple' object has no attribute": "A function with several results gives all of them together: take them apart, "
+    "`a, b = f(x)`, or take the first one, `f(x)[0]`.",
     "object is not callable": "What stands before the bracket ( ) is not a function: is a `*` or an `@` missing?",
     "Singular matrix": "This matrix has no inverse. Print it: is it the one that you mean, and is the noise in it?",
 }

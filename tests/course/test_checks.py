@@ -10,7 +10,9 @@ import time
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.course import check, checks, deadline, guard, hint, logbook, progress, registry, reveal
+from ekfslam_tutorial.course import audit, check, checks, deadline, guard, hint, logbook, progress, registry, reveal
+from ekfslam_tutorial.course.diagnose import diagnose
+from ekfslam_tutorial.course.exercise import Verdict
 from ekfslam_tutorial.course.exercises.nb02_q import q
 
 # --- the messages ---
@@ -232,6 +234,12 @@ def test_a_sleeping_answer_does_not_hold_the_notebook(monkeypatch, capsys):
     assert ended(threads)
 
 
+def test_a_limit_that_is_no_number_is_named(monkeypatch):
+    monkeypatch.setenv("EKFSLAM_CHECK_SECONDS", "soon")
+    with pytest.raises(ValueError, match="EKFSLAM_CHECK_SECONDS must be a number of seconds, got 'soon'"):
+        check("02.3", lambda y, x_r: y)
+
+
 def test_an_endless_recursion_is_an_error(capsys):
     def deep(y, x_r):
         return deep(y, x_r)
@@ -286,3 +294,28 @@ def test_equal(a, b, same):
 def test_a_report_without_a_hint_has_no_empty_line():
     verdict = checks.Verdict("failed", "link", "message")
     assert "\n\n" not in checks.report(registry.get("02.3"), verdict)
+
+
+def test_a_large_number_is_not_off_by_whole_turns():
+    want = np.array([[0.3, 0.1], [0.1, 0.2]])
+    assert "turns" not in diagnose(1e6 * np.eye(2), want)
+    assert "whole turns" in diagnose(want + 2 * np.pi, want)
+
+
+@pytest.mark.parametrize(
+    ("answer", "advice"),
+    [(lambda y, x_r: np.ones(2) + np.ones(3)[3:], "starts at 0"), (lambda y, x_r: (y, x_r).sum(), "several results")],
+)
+def test_slips_of_everybody_are_explained(capsys, answer, advice):
+    check("02.3", answer)
+    assert advice in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_message_that_asks_ends_in_one_mark():
+    said = checks.report(registry.get("02.3"), Verdict("failed", "shape", "is it the transpose?"))
+    assert "is it the transpose?\n" in said
+
+
+def test_audit_of_exercises_that_there_are_not(capsys):
+    assert audit.main(["99", "02"]) == 2
+    assert "no exercises of notebook 99; there are 00, 01, 02" in capsys.readouterr().err

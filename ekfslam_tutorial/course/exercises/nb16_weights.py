@@ -38,7 +38,7 @@ def case(rng, H=5):
 
 
 def _weights(result, H):
-    w = expect.array(result, H, "the weights")
+    w = expect.array(result, H, "w")
     expect.true(w.min() >= -1e-12, f"a weight is negative: {w.min():.3g}")
     return w
 
@@ -46,13 +46,13 @@ def _weights(result, H):
 @weighed.link("one for each", "Return one weight for each hypothesis.")
 def _(f, rng):
     for H in (5, 1, 2):
-        expect.array(f(*case(rng, H)), H, "the weights")
+        expect.array(f(*case(rng, H)), H, "w")
 
 
 @weighed.link("sum", "Divide by the sum: weights are probabilities.")
 def _(f, rng):
     for H in (5, 3):
-        got = expect.array(f(*case(rng, H)), H, "the weights")
+        got = expect.array(f(*case(rng, H)), H, "w")
         expect.close(got.sum(), 1.0, "the sum of the weights")
 
 
