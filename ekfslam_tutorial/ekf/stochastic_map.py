@@ -9,6 +9,7 @@ from .html import map_html
 from .triangle import mirror, whole_range, whole_rows
 
 GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
+LINE = 8  # numbers in a line of the cache; a column has an odd number of lines: by a power of two they evict each other
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
 
 
@@ -278,7 +279,7 @@ class Map:
     def _extend(self, n):
         """Let the map reach up to n entries."""
         if n > len(self._x):
-            size = int(GROWTH * n) + 8
+            size = LINE * (int(GROWTH * n) // LINE + 1 | 1)
             x, P, used = np.zeros(size), np.zeros((size, size), order="F"), np.zeros(size, bool)
             x[: self.n], P[: self.n, : self.n], used[: self.n] = self._xn, self._Pn, self._usedn
             self.n = n

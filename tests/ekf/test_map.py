@@ -162,3 +162,11 @@ def test_only_what_is_there_can_be_removed(r):
         map.add(np.zeros(3), np.eye(3))
         map.remove(slice(0, 2))
         map.remove(r)
+
+
+def test_no_column_is_a_power_of_two_apart_from_the_next():
+    """The 512 columns of a storage of 1024 would share a few lines of the cache: a correction takes twice as long."""
+    map = Map()
+    for _ in range(150):
+        map.add(np.zeros(7), np.eye(7))
+        assert len(map._P) % 16 == 8 and len(map._P) >= map.n
