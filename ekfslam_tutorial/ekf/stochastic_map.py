@@ -9,7 +9,7 @@ from .html import map_html
 from .triangle import mirror, whole_range, whole_rows
 
 GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
-LINE = 8  # numbers in a line of the cache; a column has an odd number of lines: by a power of two they evict each other
+LINE = 8  # numbers in a line of the cache
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
 
 
@@ -49,7 +49,7 @@ class Map:
         self.n = self.n_used = 0
         self._lower = False  # only the lower triangle of P is up to date
         self._starts = set()  # where the states in use begin
-        self._store(np.zeros(0), np.zeros((0, 0), order="F"), np.zeros(0, bool))
+        self._store(np.zeros(0), square(0), np.zeros(0, bool))
 
     def __repr__(self):
         room = "" if self.capacity is None else f" of {self.capacity}"
@@ -76,7 +76,9 @@ class Map:
 
     def __setstate__(self, state):
         self.__dict__.update(state)
-        self._store(self._x, np.asfortranarray(self._P), self._used)
+        P = square(len(self._x))
+        P[:] = self._P
+        self._store(self._x, P, self._used)
 
     @property
     def x(self):
@@ -279,13 +281,30 @@ class Map:
     def _extend(self, n):
         """Let the map reach up to n entries."""
         if n > len(self._x):
-            size = LINE * (int(GROWTH * n) // LINE + 1 | 1)
-            x, P, used = np.zeros(size), np.zeros((size, size), order="F"), np.zeros(size, bool)
+            size = roomy(int(GROWTH * n))
+            x, P, used = np.zeros(size), square(size), np.zeros(size, bool)
             x[: self.n], P[: self.n, : self.n], used[: self.n] = self._xn, self._Pn, self._usedn
             self.n = n
             self._store(x, P, used)
         self.n = n
         self._look()
+
+
+def roomy(n):
+    """A size of storage that holds n states, by which columns of P do not evict each other from the cache.
+
+    They do if they are a power of two apart, or nearly so: a correction at n = 1003 takes 206 us in a storage of 1024,
+    and 97 in one of 1048. So a column has 3 lines of the cache more than a multiple of 8 lines.
+    """
+    lines = -(-n // LINE)
+    return LINE * (lines + (3 - lines) % 8)
+
+
+def square(n):
+    """Zeros of shape (n, n), column-major; the first column begins with a line of the cache."""
+    numbers = np.zeros(n * n + LINE)
+    begin = -(numbers.ctypes.data // numbers.itemsize) % LINE
+    return numbers[begin : begin + n * n].reshape(n, n, order="F")
 
 
 def nothing(blocks, n):

@@ -1,5 +1,7 @@
 """The stochastic map: who owns which part, under any sequence of additions and removals."""
 
+import copy
+
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -164,9 +166,13 @@ def test_only_what_is_there_can_be_removed(r):
         map.remove(r)
 
 
-def test_no_column_is_a_power_of_two_apart_from_the_next():
-    """The 512 columns of a storage of 1024 would share a few lines of the cache: a correction takes twice as long."""
+def test_columns_do_not_evict_each_other_from_the_cache():
+    """Neither a multiple of 4096 bytes apart nor a line more or less; each begins with a line, also in a copy."""
     map = Map()
     for _ in range(150):
         map.add(np.zeros(7), np.eye(7))
-        assert len(map._P) % 16 == 8 and len(map._P) >= map.n
+        apart = map._P.strides[1] % 4096
+        assert len(map._P) >= map.n and 64 < apart < 4096 - 64 and apart % 64 == 0
+        assert map._P.ctypes.data % 64 == 0 and map._P.flags.f_contiguous
+    again = copy.deepcopy(map)
+    assert again._P.ctypes.data % 64 == 0 and np.array_equal(again.P, map.P)
