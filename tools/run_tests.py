@@ -22,8 +22,8 @@ import psutil
 ROOT = Path(__file__).resolve().parent.parent
 SOLVED = Path("build/solved")
 NBVAL = ["--nbval-current-env", "--nbval-cell-timeout=120"]
-# Playwright keeps an event loop running in the process that uses it, where the notebooks' client wants its own.
-# Mixed in one process they once crashed the interpreter: what needs a browser runs by itself.
+# Playwright keeps an event loop running in the process that uses it, where other tests want their own: what needs a
+# browser runs by itself.
 IN_BROWSER = ["tests/browser", "tests/site"]
 TOGETHER = ["-n", str(min(2, os.cpu_count() or 1)), "--dist", "loadfile"]
 
@@ -60,7 +60,8 @@ def run(name, *arguments):
         environment["EKFSLAM_PROGRESS"] = str(Path(folder, "progress.json"))  # the user's own stays as it is
         report = Path(folder, "report.xml")
         command = [sys.executable, "-m", "pytest", "-q", *TOGETHER, f"--junitxml={report}", *arguments]
-        code = wait(subprocess.Popen(command, env=environment))
+        with subprocess.Popen(command, env=environment) as process:  # at Ctrl-C it comes to its own end first
+            code = wait(process)
         if code == 2:
             sys.exit("Stopped.")
         counts = count(report)
