@@ -70,7 +70,7 @@ format: env  ## let ruff mend and format the code and the notebooks
 
 lock:  ## write requirements.txt anew from pyproject.toml (needs uv; LOCK_ARGS=--upgrade takes newer versions)
 	@command -v uv >/dev/null 2>&1 || { echo "make lock needs the program uv: install it outside .venv, for example with pipx install uv" >&2; exit 1; }
-	@uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --annotation-style line --only-binary :all: --extra lab --extra test --extra data --extra cluster --extra site $(LOCK_ARGS) --quiet --output-file requirements.txt pyproject.toml
+	@uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --annotation-style line --only-binary :all: --extra lab --extra test --extra data --extra cluster --extra compiled --extra site $(LOCK_ARGS) --quiet --output-file requirements.txt pyproject.toml
 
 # Both programs have environments of their own: what they need is not a part of the course.
 audit:  ## ask whether a locked package has a known security hole (needs pipx and the network)

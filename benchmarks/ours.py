@@ -112,4 +112,5 @@ STEPS = {
     "step, sequential": lambda world: Step(world, Map(), joint=False),
     "step, joint": lambda world: Step(world, Map(), joint=True),
     "step, joint, compressed": lambda world: Step(world, compressed(), joint=True),
+    "step, joint, compiled": lambda world: Step(world, Map(compiled=True), joint=True),
 }

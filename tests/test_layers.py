@@ -15,6 +15,7 @@ FLOORS = [
     "geometry",
     "models",
     "ekf",
+    "compiled",
     "slam",
     "simulation",
     "toolbox",
@@ -24,7 +25,7 @@ FLOORS = [
     "course",
     "cli",
 ]
-CORE = FLOORS[:4]
+CORE = ["geometry", "models", "ekf", "slam"]
 CORE_MAY_IMPORT = {"numpy", "scipy", NAME} | sys.stdlib_module_names
 HEAVY = {"matplotlib", "ipywidgets", "IPython", "tqdm"}
 FILES = sorted(PACKAGE.rglob("*.py"))

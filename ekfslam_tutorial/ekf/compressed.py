@@ -39,6 +39,8 @@ class CompressedMap:
         hand. About four times what is used in one step is best.
     """
 
+    compiled = False  # see `Map`
+
     def __init__(self, capacity=None, active=80):
         if not isinstance(active, (int, np.integer)) or active < 1:
             raise ValueError(f"active must be a positive number of states, got {active!r}")

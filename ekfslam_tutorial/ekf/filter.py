@@ -198,10 +198,14 @@ def augment(map, l, blocks, Q):
         If it does not fit. Nothing has been changed then.
     """
     PLt = cross(map, blocks)
-    P_ll = covariance(PLt, blocks) + Q
+    return insert_new(map, l, covariance(PLt, blocks) + Q, PLt.T)
+
+
+def insert_new(map, l, P_ll, P_lm):
+    """Put a new state into the map, unless it is not finite: `augment`, when its covariances are there. Its range."""
     if not isfinite(np.sum(P_ll)) or not isfinite(np.sum(l)):
         raise ValueError(f"a new state must be finite, got {l} with the covariance {P_ll.tolist()}")
-    return map.insert(l, P_ll, PLt.T)
+    return map.insert(l, P_ll, P_lm)
 
 
 def transform(map, r, x, J):

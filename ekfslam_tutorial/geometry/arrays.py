@@ -5,6 +5,27 @@ from functools import cache
 
 import numpy as np
 
+from .symbols import Symbol, Symbols
+
+FLOAT = np.dtype(float)
+
+
+def floats(x):
+    """An array of floats; of symbols, if it is one (`symbols.py`)."""
+    if isinstance(x, Symbol):
+        return np.array(x, object).view(Symbols)
+    return x if isinstance(x, Symbols) else np.asarray(x, float)
+
+
+def blank(x, *shape):
+    """An array for numbers like those of x, to be filled in."""
+    return np.empty(shape) if x.dtype is FLOAT else np.empty(shape, x.dtype).view(type(x))
+
+
+def zeros(x, *shape):
+    """The same, filled with zeros."""
+    return np.zeros(shape) if x.dtype is FLOAT else np.zeros(shape, x.dtype).view(type(x))
+
 
 @cache
 def identity(n):
@@ -58,9 +79,15 @@ def leading(x, y):
 
 def vector(lead, *entries):
     """The vector with these numbers; of a stack, shape (*lead, n), they are arrays, or the same for all."""
-    if not lead:
-        return np.array(entries, float)
-    out = np.empty((*lead, len(entries)))
+    try:
+        return np.array(entries, float) if not lead else _filled(np.empty((*lead, len(entries))), entries)
+    except TypeError:
+        if not any(isinstance(entry, (Symbol, Symbols)) for entry in entries):
+            raise
+        return _filled(np.empty((*lead, len(entries)), object).view(Symbols), entries)
+
+
+def _filled(out, entries):
     for i, entry in enumerate(entries):
         out[..., i] = entry
     return out
@@ -69,5 +96,8 @@ def vector(lead, *entries):
 def matrix(lead, *rows):
     """The matrix with these rows of numbers, each a list, or a stack of matrices, shape (*lead, m, n)."""
     if not lead:
-        return np.array(rows, float)
+        try:
+            return np.array(rows, float)
+        except TypeError:
+            pass  # symbols, or what `vector` will complain about
     return vector(lead, *sum(rows, [])).reshape(*lead, len(rows), -1)

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .angles import wrap
-from .arrays import cos_sin, identity, leading, matrix, numbers, vector
+from .arrays import blank, cos_sin, floats, identity, leading, matrix, numbers, vector, zeros
 from .lazy import lazy
 from .quaternions import CONJUGATE, q2Q, q2qc, q2R_q, q2v, q_prod, unit
 
@@ -49,7 +49,7 @@ class _Frame:
     _forth_o: Any
 
     def __post_init__(self):
-        x = np.asarray(self.x, dtype=float)
+        x = floats(self.x)
         if x.ndim == 0 or x.shape[-1] != self.size:
             raise ValueError(f"{type(self).__name__} needs {self.size} numbers {self.fields}, got shape {x.shape}")
         object.__setattr__(self, "x", x)
@@ -83,7 +83,7 @@ class _Frame:
         """
         d = p - _weigh(w, self.t)
         pf = _mul(self.Rt, d)
-        PF_f = np.empty((*d.shape, self.size))
+        PF_f = blank(d, *d.shape, self.size)
         PF_f[..., : self.dim] = _weigh(w, self._minus_Rt, matrix=True)
         PF_f[..., self.dim :] = self._back_o(d, pf)
         return pf, PF_f, self.Rt
@@ -106,7 +106,7 @@ class _Frame:
         P_pf : ndarray, shape (..., dim, dim)
         """
         d = _mul(self.R, pf)
-        P_f = np.empty((*d.shape, self.size))
+        P_f = blank(d, *d.shape, self.size)
         P_f[..., : self.dim] = _weigh(w, identity(self.dim), matrix=True)
         P_f[..., self.dim :] = self._forth_o(pf, d)
         return d + _weigh(w, self.t), P_f, self.R
@@ -278,10 +278,10 @@ class Frame3(_Frame):
         """
         t, T_f, T_g = self.from_frame(G.t)
         q, Q_q, Q_gq = q_prod(self.q, G.q)
-        FG_f, FG_g = np.zeros((*t.shape[:-1], 7, 7)), np.zeros((*t.shape[:-1], 7, 7))
+        FG_f, FG_g = zeros(t, *t.shape[:-1], 7, 7), zeros(t, *t.shape[:-1], 7, 7)
         FG_f[..., :3, :], FG_f[..., 3:, 3:] = T_f, Q_q
         FG_g[..., :3, :3], FG_g[..., 3:, 3:] = T_g, Q_gq
-        x = np.empty((*t.shape[:-1], 7))
+        x = blank(t, *t.shape[:-1], 7)
         x[..., :3], x[..., 3:] = t, q
         return Frame3(x), FG_f, FG_g
 
@@ -329,6 +329,6 @@ class Frame3(_Frame):
 
 def _eye_like(J, n):
     """A stack of n x n identities, one for each leading index of J, that may be written to."""
-    E = np.zeros((*J.shape[:-2], n, n))
+    E = zeros(J, *J.shape[:-2], n, n)
     E[...] = identity(n)
     return E

@@ -11,7 +11,7 @@ EKF needs them. Jacobians of a matrix have the shape (3, 3, n).
 
 import numpy as np
 
-from .arrays import identity
+from .arrays import floats, identity
 
 # R(q) is quadratic in q, so its derivative is linear: R_q = T q, and by Euler's theorem on homogeneous
 # functions R = R_q q / 2.  T[i, j, k, l] = d^2 R_ij / dq_k dq_l.
@@ -67,8 +67,8 @@ def unit(v):
     U_v : ndarray, shape (..., n, n)
         The exact derivative: the projector on the plane normal to v, over the norm.
     """
-    v = np.asarray(v, float)
-    n = np.sqrt(v.dot(v) if v.ndim == 1 else (v * v).sum(-1))[..., None]
+    v = floats(v)
+    n = floats(np.sqrt(v.dot(v) if v.ndim == 1 else (v * v).sum(-1)))[..., None]
     u = v / n
     return u, (identity(v.shape[-1]) - u[..., :, None] * u[..., None, :]) / n[..., None]
 
@@ -102,7 +102,7 @@ def q_prod(q1, q2):
 
 def q2qc(q):
     """Conjugate quaternion: the inverse rotation, for a unit quaternion. Returns qc, QC_q."""
-    q = np.asarray(q, float)
+    q = floats(q)
     return q * np.diag(CONJUGATE), np.broadcast_to(CONJUGATE, (*q.shape[:-1], 4, 4))
 
 
@@ -258,7 +258,7 @@ def v2au(v):
 
     The axis of a zero rotation is not defined; it is [1 0 0] with a zero derivative here.
     """
-    v = np.asarray(v, float)
+    v = floats(v)
     a = np.sqrt((v * v).sum(-1))
     zero = a == 0
     safe = np.where(zero[..., None], [1.0, 0.0, 0.0], v)
@@ -268,13 +268,13 @@ def v2au(v):
 
 def au2v(a, u):
     """Angle and axis to rotation vector: v = a u. Returns v, V_a (..., 3), V_u (..., 3, 3)."""
-    a, u = np.asarray(a, float), np.asarray(u, float)
+    a, u = np.asarray(a, float), floats(u)
     return a[..., None] * u, u, a[..., None, None] * np.broadcast_to(_I3, (*u.shape, 3))
 
 
 def au2q(a, u):
     """Angle and axis to quaternion: q = [cos a/2, u sin a/2]. Returns q, Q_a (..., 4), Q_u (..., 4, 3)."""
-    a, u = np.asarray(a, float)[..., None], np.asarray(u, float)
+    a, u = np.asarray(a, float)[..., None], floats(u)
     c, s = np.cos(a / 2), np.sin(a / 2)
     Q_u = np.concatenate([np.zeros((*u.shape[:-1], 1, 3)), s[..., None] * _I3], -2)
     return np.concatenate([c, s * u], -1), np.concatenate([-s, c * u], -1) / 2, Q_u
@@ -285,7 +285,7 @@ def q2au(q):
 
     The angle is 2 atan2(|[b c d]|, a), in [0, 2 pi]: q and -q give angles that add up to 2 pi.
     """
-    q = np.asarray(q, float)
+    q = floats(q)
     w, v = q[..., :1], q[..., 1:]
     n, u, N_v, U_v = v2au(v)
     n = n[..., None]
@@ -306,7 +306,7 @@ def v2q(v):
     q : ndarray, shape (..., 4)
     Q_v : ndarray, shape (..., 4, 3)
     """
-    v = np.asarray(v, float)
+    v = floats(v)
     a2 = (v * v).sum(-1)[..., None]
     a = np.sqrt(a2)
     small = a < SMALL
@@ -333,7 +333,7 @@ def q2v(q):
         Radians. For the shortest rotation give the one of q and -q whose first component is not negative.
     V_q : ndarray, shape (..., 3, 4)
     """
-    q = np.asarray(q, float)
+    q = floats(q)
     w, v = q[..., :1], q[..., 1:]
     n2 = (v * v).sum(-1)[..., None]
     n = np.sqrt(n2)

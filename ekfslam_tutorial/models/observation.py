@@ -61,6 +61,27 @@ def seen_from(F, sensor, lmk, l):
     return v, product(V_ls, LS_f), product(V_ls, LS_l)
 
 
+def expect(Rf, Sf, sensor, lmk, l):
+    """Direct observation model of a stack of landmarks, with all that a filter asks for.
+
+    Parameters are those of `to_sensor`, l of shape (K, lmk.size).
+
+    Returns
+    -------
+    e : ndarray, shape (K, m)
+        Expected measurements.
+    v : ndarray, shape (K, d)
+        Points in the sensor frame, or rays.
+    E_r, E_s, E_l : ndarray, shape (K, m, size)
+        Derivatives of e; E_l of shape (m, size) where it is the same for all.
+    """
+    F, F_r, F_s = Rf.compose(Sf)
+    v, V_f, V_l = seen_from(F, sensor, lmk, l)
+    e, E_v = sensor.project(v)
+    E_f = product(E_v, V_f)
+    return e, v, product(E_f, F_r), product(E_f, F_s), product(E_v, V_l)
+
+
 def sight(F, sensor, lmk, l):
     """The expected measurements of many landmarks, without derivatives: to find those in view.
 

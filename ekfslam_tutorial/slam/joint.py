@@ -11,7 +11,7 @@ import numpy as np
 
 from ..ekf import correct, covariance, cross, innovation
 from .objects import Event
-from .projection import normalize, sightings
+from .projection import compiled, normalize, sightings
 from .reach import in_reach
 from .sightings import Obs
 from .upkeep import delete_bad, most_uncertain, tidy
@@ -52,23 +52,17 @@ def _candidates(map, table, raw, sen, opt):
 
 def _correct(map, rob, sen, table, found, raw, opt, camera):
     """Gate each landmark that was found on its own; correct with all that pass at once."""
-    every = len(found) == len(table.lmks)
-    blocks, e = table.blocks(None if every else found), table.e if every else table.e.take(found, 0)
+    e = table.e if len(found) == len(table.lmks) else table.e.take(found, 0)
     index = [table.index[k] for k in found]
     y, R = raw.y.take(index, 0), sen.model.R if raw.R is None else raw.R.take(index, 0)
     z = sen.model.residual(y, e)
-    PHt = cross(map, blocks)
-    E = covariance(PHt, blocks)
     table.measure(found, y, z, R)
     if isfinite(opt.md2_threshold):
         passed = np.flatnonzero(_distances(z, table.E[found] + R) < opt.md2_threshold).tolist()
         if len(passed) < len(found):
             found, z, R = [found[i] for i in passed], z[passed], R if raw.R is None else R[passed]
-            blocks = table.blocks(found)
-            PHt = cross(map, blocks) if found else PHt
-            E = covariance(PHt, blocks) if found else E
     if found:
-        correct(map, PHt, innovation(z, E, R))
+        correct_with(map, table, found, z, R)
         normalize(map, rob)
         if sen.r is not None:
             normalize(map, sen)
@@ -76,6 +70,15 @@ def _correct(map, rob, sen, table, found, raw, opt, camera):
             table.updated[k] = True
             if hasattr(table.lmks[k].type, "ahead"):
                 tidy(map, table.lmks[k], camera, opt)
+
+
+def correct_with(map, table, found, z, R):
+    """Correct the map with the innovations z of some landmarks of a table, all at once."""
+    if table.J is not None and compiled().correct(map, table.ranges, table.E_r.shape[-1], table.J, found, z, R):
+        return
+    blocks = table.blocks(None if len(found) == len(table.lmks) else found)
+    PHt = cross(map, blocks)
+    correct(map, PHt, innovation(z, covariance(PHt, blocks), R))
 
 
 def _distances(z, Z):

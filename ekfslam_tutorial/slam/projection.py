@@ -1,5 +1,7 @@
 """Where things are according to the map, and what a sensor should see of it."""
 
+from functools import cache
+from importlib import import_module
 from math import inf, isfinite
 from operator import attrgetter
 from typing import NamedTuple
@@ -7,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..ekf import transform
-from ..geometry.arrays import product
-from ..models.observation import seen_from, sight
+from ..models.observation import expect, sight
 from .first_estimates import first_jacobians
 from .sightings import Obs, Sightings, merged
 
@@ -50,10 +51,13 @@ def normalize(map, obj):
     """
     F = obj.frame(map)
     if not F.is_normal and obj.r is not None:
-        N, N_f = F.normalized()
-        o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
-        transform(map, o, N.x[F.dim :], N_f[F.dim :, F.dim :])
-        obj.last = F = N
+        if map.compiled and compiled().normalized(map, obj.r, type(F)):
+            F = obj.frame(map)
+        else:
+            N, N_f = F.normalized()
+            o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
+            transform(map, o, N.x[F.dim :], N_f[F.dim :, F.dim :])
+            obj.last = F = N
     obj.normal = F
     return F
 
@@ -96,36 +100,56 @@ def project_lmks(map, rob, sen, lmks):
     return [Obs(table, at[id(lmk)]) for lmk in lmks]
 
 
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
     """Expected observations of landmarks in one table, the landmarks of a type together; None if there are none.
 
     Rf and Sf are the frames of the robot and the sensor. With `in_view` landmarks may be left out that are not visible.
     """
-    F, F_r, F_s = Rf.compose(Sf)
     parts = []
     for (kind, _), (members, rows) in _groups(sen, lmks).items():
         some = lmks if len(members) == len(lmks) else [lmks[i] for i in members]
         l = np.array([lmk.x for lmk in some]) if rows is None else map.state(rows)
         if in_view and len(some) > MANY:
-            at = _may_be_seen(F, sen.model, kind, l)
+            at = _may_be_seen(Rf.compose(Sf)[0], sen.model, kind, l)
             some, l, rows = [some[i] for i in at.tolist()], l[at], None if rows is None else rows[at]
-        if not some:
-            continue
-
-        v, V_f, V_l = seen_from(F, sen.model, kind, l)
-        e, E_v = sen.model.project(v)
-        E_f = product(E_v, V_f)
-        E_r, E_s, E_l = product(E_f, F_r), product(E_f, F_s), product(E_v, V_l)
-        if E_l.ndim == 2:
-            E_l = np.repeat(E_l[None], len(some), 0)  # the same for all
-        if rob.first is not None:
-            E_r, E_s, E_l = first_jacobians(rob, sen, Sf, some)
-        visible = sen.model.visible(e, v)
-        if not isfinite(np.vdot(E_l, E_l)):
-            visible &= np.isfinite(E_l.sum((-1, -2)))
-        parts.append(Sightings(sen.id, some, e, v, visible, (frame_range(rob, Rf), sen.r, rows), E_r, E_s, E_l))
+        if some:
+            ranges = frame_range(rob, Rf), sen.r, rows
+            part = _compiled(map, rob, sen, some, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
+            parts.append(part or _computed(rob, sen, some, kind, l, Rf, Sf, ranges))
     return merged(parts) if parts else None
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges):
+    """The table of landmarks of one type."""
+    e, v, E_r, E_s, E_l = expect(Rf, Sf, sen.model, kind, l)
+    if E_l.ndim == 2:
+        E_l = np.repeat(E_l[None], len(lmks), 0)  # the same for all
+    if rob.first is not None:
+        E_r, E_s, E_l = first_jacobians(rob, sen, Sf, lmks)
+    visible = sen.model.visible(e, v)
+    if not isfinite(np.vdot(E_l, E_l)):
+        visible &= np.isfinite(E_l.sum((-1, -2)))
+    return Sightings(sen.id, lmks, e, v, visible, ranges, E_r, E_s, E_l)
+
+
+def _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, every):
+    """The same by compiled code, with E; None if that cannot be."""
+    if rob.first is not None:
+        return None
+    found = compiled().expected(map, Rf, Sf, sen.model, kind, l, *ranges, every)
+    if found is None:
+        return None
+    (e, v, visible, J, E), n = found, Rf.size
+    table = Sightings(sen.id, lmks, e, v, visible, ranges, J[..., :n], J[..., n : 2 * n], J[..., 2 * n :], J)
+    table.E = E
+    return table
+
+
+@cache
+def compiled():
+    """The package of compiled code: imported when a map asks for it, because numba takes its time."""
+    return import_module("..compiled", __package__)
 
 
 def _may_be_seen(F, sensor, kind, l):

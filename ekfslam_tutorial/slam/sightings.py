@@ -28,6 +28,8 @@ class Sightings:
         Where the robot's frame, the sensor's frame and each landmark are in the map; None for what is known.
     E_r, E_s, E_l : ndarray, shape (K, m, ·)
         Jacobians of e.
+    J : ndarray, shape (K, m, ·), optional
+        All three side by side, as compiled code has written them.
 
     Attributes
     ----------
@@ -35,10 +37,11 @@ class Sightings:
         The columns of `Obs` of these names.
     """
 
-    def __init__(self, sen, lmks, e, v, visible, ranges, E_r, E_s, E_l):
+    def __init__(self, sen, lmks, e, v, visible, ranges, E_r, E_s, E_l, J=None):
         self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
+        self.J = J
         self.r = list(map(_range, lmks))
         no = [False] * len(lmks)
         self.measured, self.matched, self.updated, self.index = no, no.copy(), no.copy(), [None] * len(lmks)
@@ -53,6 +56,8 @@ class Sightings:
 
     def keep(self, map, some):
         """Note the covariance of the states that some of them depend on: E follows from it when asked for."""
+        if self.J is not None:
+            return  # E is there already
         every = len(some) == len(self.lmks)
         blocks = [(r, J) for r, J in self.blocks(None if every else some) if r is not None]
         rows, k = np.empty((len(some), sum(J.shape[-1] for _, J in blocks)), int), 0

@@ -10,12 +10,13 @@ from operator import attrgetter
 import numpy as np
 
 from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict
+from ..ekf.filter import insert_new
 from ..ekf.stochastic_map import check_covariance
 from ..models.observation import observe, retro_project
 from .first_estimates import begin, check_first_estimates, transport
-from .joint import correct_jointly
+from .joint import correct_jointly, correct_with
 from .objects import Event, Lmk
-from .projection import frame_range, normal_frame, normalize, project_lmks
+from .projection import compiled, frame_range, normal_frame, normalize, project_lmks
 from .upkeep import EUCLIDEAN, delete_bad, most_uncertain, tidy
 
 # --- motion ----------------------------------------------------------------------------------------------------------
@@ -39,6 +40,10 @@ def move(map, rob, dt):
     """
     _check_control(rob, dt)
     normal_frame(map, rob)
+    if map.compiled and rob.r is not None and rob.first is None:
+        if compiled().move(map, rob.r, rob.motion, rob.u, rob.U, dt):
+            normalize(map, rob)
+            return
     before = rob.state(map)
     x, X_x, X_u = rob.motion.move(before, rob.u, dt)
     if rob.r is None:
@@ -127,17 +132,15 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
         return events
 
     lmk.n_match += 1
-    Rf, Sf, e, blocks = rob.normal, sen.normal, table.e[k], o.blocks
+    Rf, Sf, PHt = rob.normal, sen.normal, None
     if opt.reproject and stale:
-        e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
-        table.e[k] = e
-        if rob.first is None:
-            o.blocks = blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
+        _project_again(map, rob, sen, lmk, o, Rf, Sf)
+    if table.J is None or (stale and not opt.reproject):  # E is not there, or not that of now
+        PHt = cross(map, o.blocks)
+        table.E[k] = covariance(PHt, o.blocks)
     y, R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
-    PHt = cross(map, blocks)
-    E = covariance(PHt, blocks)
-    inn = innovation(sen.model.residual(y, e), E, R)
-    table.y[k], table.R[k], table.E[k], table.z[k] = y, R, E, inn.z
+    inn = innovation(sen.model.residual(y, table.e[k]), table.E[k], R)
+    table.y[k], table.R[k], table.z[k] = y, R, inn.z
     accepted = inn.md2 < opt.md2_threshold
     events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))
     if not accepted:
@@ -145,7 +148,10 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
 
     lmk.n_inlier += 1
     camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
-    correct(map, PHt, inn)
+    if PHt is None:
+        correct_with(map, table, [k], inn.z[None], R)
+    else:
+        correct(map, PHt, inn)
     table.updated[k] = True
     normalize(map, rob)
     if sen.r is not None:
@@ -153,6 +159,21 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
     tidy(map, lmk, camera, opt)
     events.append(Event("correction", rob.id, sen.id, lmk.id))
     return events
+
+
+def _project_again(map, rob, sen, lmk, o, Rf, Sf):
+    """The expectation of a landmark from the map as corrected so far."""
+    table, k = o.table, o.k
+    if table.J is not None:
+        rows = table.ranges[2]
+        rows, l = None if rows is None else rows[k : k + 1], lmk.state(map)[None]
+        e, _, _, J, E = compiled().expected(map, Rf, Sf, sen.model, lmk.type, l, *table.ranges[:2], rows, True)
+        table.e[k], table.J[k], table.E[k] = e[0], J[0], E[0]
+        return
+    e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
+    table.e[k] = e
+    if rob.first is None:
+        o.blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
 
 
 def _check_raw(raw, sen):
@@ -235,6 +256,11 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     n, N = (opt.n, opt.N) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
     R = sen.model.R if R is None else R
 
+    if map.compiled and rob.first is None and not opt.first_estimates:
+        new = compiled().started(map, Rf, Sf, sen.model, kind, y, n, R, N, rob.r, sen.r)
+        if new is not None:
+            l, P_lm, P_ll = new
+            return Lmk(id, kind, r=insert_new(map, l, P_ll, P_lm), slot=_free_slot(lmks), n=n, N=N)
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
     if opt.first_estimates:
         check_first_estimates(rob.motion.frame, [kind])
@@ -246,7 +272,8 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
 
 def _free_slot(lmks):
     """The first index that no landmark has."""
-    return min(set(range(len(lmks) + 1)).difference(map(attrgetter("slot"), lmks.values())))
+    taken = set(map(attrgetter("slot"), lmks.values()))
+    return len(taken) if max(taken, default=-1) < len(taken) else min(set(range(len(taken))) - taken)
 
 
 def _well_inside(sensor, y, margin):

@@ -29,7 +29,8 @@ def create_slam_structures(data, landmarks=None, poses=None):
     lmks : dict of int to Lmk
     tim : Tim
     """
-    map = (CompressedMap if data.options.compressed else Map)(data.options.capacity)
+    opt = data.options
+    map = CompressedMap(opt.capacity) if opt.compressed else Map(opt.capacity, compiled=opt.compiled)
     robs = [_create_rob(map, robot, data, (poses or {}).get(robot.id)) for robot in data.robots]
     sens = [_create_sen(map, sensor, data.frame) for sensor in data.sensors]
     first, last = data.time.first, data.time.last

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry import identity, unit
+from ...geometry.arrays import zeros
 from .projective import ahead, anchored, anchored_point, anchored_ray, check_dim, linearity, scalar, weight
 
 
@@ -69,7 +70,7 @@ class AhmPnt:
         """l = [0; v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""
         m, M_v = unit(v)
         d = self.dim
-        L_v = np.zeros((*m.shape[:-1], self.size, d))
+        L_v = zeros(m, *m.shape[:-1], self.size, d)
         L_v[..., d:-1, :] = M_v
         return np.concatenate([np.zeros_like(m), m, scalar(n, m)], -1), L_v, identity(self.size)[:, -1:]
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...geometry.arrays import cos_sin, matrix, numbers, vector
+from ...geometry.arrays import blank, cos_sin, matrix, numbers, vector, zeros
 from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar, weight
 
 POLE = 1e-8  # radians: how near to the z axis a direction may come, see `vec2py`
@@ -49,7 +49,7 @@ def vec2py(v):
     x = np.where(x * x + y * y < (POLE * z) ** 2, POLE * np.abs(z), x)
     r2 = x * x + y * y
     r, n2 = np.sqrt(r2), r2 + z * z
-    py, PY_v = np.empty((*v.shape[:-1], 2)), np.empty((*v.shape[:-1], 2, 3))
+    py, PY_v = blank(v, *v.shape[:-1], 2), blank(v, *v.shape[:-1], 2, 3)
     py[..., 0], py[..., 1] = np.arctan2(z, r), np.arctan2(y, x)
     k = z / (r * n2)
     PY_v[..., 0, 0], PY_v[..., 0, 1], PY_v[..., 0, 2] = -x * k, -y * k, r / n2
@@ -103,7 +103,7 @@ class IdpPnt:
     def from_ray(self, v, n):
         """l = [0; pitch, yaw of v; n], n the prior inverse distance. Returns l, L_v, L_n."""
         py, PY_v = vec2py(v)
-        L_v = np.zeros((*v.shape[:-1], 6, 3))
+        L_v = zeros(v, *v.shape[:-1], 6, 3)
         L_v[..., 3:5, :] = PY_v
         return np.concatenate([np.zeros_like(v), py, scalar(n, v)], -1), L_v, np.eye(6)[:, 5:]
 

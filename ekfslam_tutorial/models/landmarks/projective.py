@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...geometry import identity
+from ...geometry.arrays import blank, zeros
 
 
 def check_dim(lmk):
@@ -33,8 +34,7 @@ def homogeneous(m, rho, M_f, M_m, M_rho):
     """State [m; rho] and its Jacobians by the frame and by the state, from those of m; rho stays what it was."""
     lead, d = M_f.shape[:-2], m.shape[-1]
     l = np.concatenate([m, np.broadcast_to(rho, (*m.shape[:-1], 1))], -1)
-    L_f = np.zeros((*lead, d + 1, M_f.shape[-1]))
-    L_l = np.zeros((*lead, d + 1, d + 1))
+    L_f, L_l = zeros(l, *lead, d + 1, M_f.shape[-1]), zeros(l, *lead, d + 1, d + 1)
     L_f[..., :d, :] = M_f
     L_l[..., :d, :d], L_l[..., :d, d:], L_l[..., d, d] = M_m, M_rho, 1
     return l, L_f, L_l
@@ -44,8 +44,7 @@ def anchored(t, m, rho, T_f, T_t, M_f, M_m):
     """State [t; m; rho] of anchor, direction and inverse distance, with its Jacobians by the frame and the state."""
     lead, d, k = T_f.shape[:-2], t.shape[-1], m.shape[-1]
     l = np.concatenate([t, m, rho], -1)
-    L_f = np.zeros((*lead, d + k + 1, T_f.shape[-1]))
-    L_l = np.zeros((*lead, d + k + 1, d + k + 1))
+    L_f, L_l = zeros(l, *lead, d + k + 1, T_f.shape[-1]), zeros(l, *lead, d + k + 1, d + k + 1)
     L_f[..., :d, :], L_f[..., d : d + k, :] = T_f, M_f
     L_l[..., :d, :d], L_l[..., d : d + k, d : d + k], L_l[..., -1, -1] = T_t, M_m, 1
     return l, L_f, L_l
@@ -56,7 +55,7 @@ def anchored_point(t, m, rho, M_u):
     d, k = M_u.shape[-2:]
     with np.errstate(divide="ignore", invalid="ignore"):
         p = t + m / rho
-        P_l = np.empty((*t.shape[:-1], d, d + k + 1))
+        P_l = blank(t, *t.shape[:-1], d, d + k + 1)
         P_l[..., :d] = identity(d)
         P_l[..., d:-1] = M_u / rho[..., None]
         P_l[..., -1] = -m / rho**2
@@ -66,7 +65,7 @@ def anchored_point(t, m, rho, M_u):
 def anchored_ray(t, m, rho, M_u):
     """Ray v = t rho + m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l."""
     d, k = M_u.shape[-2:]
-    V_l = np.empty((*t.shape[:-1], d, d + k + 1))
+    V_l = blank(t, *t.shape[:-1], d, d + k + 1)
     V_l[..., :d] = rho[..., None] * identity(d)
     V_l[..., d:-1] = M_u
     V_l[..., -1] = t
@@ -77,7 +76,7 @@ def anchored_ray(t, m, rho, M_u):
 def weight(rho, size):
     """Weight w = |rho| of a ray v: p = v / w. Returns w, W_l for a state of this size that ends in rho."""
     s = along(rho)
-    W_l = np.zeros((*rho.shape, size))
+    W_l = zeros(rho, *rho.shape, size)
     W_l[..., -1] = s
     return s * rho, W_l
 

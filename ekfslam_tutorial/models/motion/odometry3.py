@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import Frame3, v2q
+from ...geometry.arrays import floats
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Odometry3:
         X_x : ndarray, shape (..., 7, 7)
         X_u : ndarray, shape (..., 7, 6)
         """
-        u = np.asarray(u, float)
+        u = floats(u)
         q, Q_v = v2q(u[..., 3:])
         F, X_x, X_s = Frame3(x).compose(Frame3(np.concatenate([u[..., :3], q], -1)))
         X_u = np.concatenate([X_s[..., :3], X_s[..., 3:] @ Q_v], -1)

@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import Frame2
+from ...geometry.arrays import blank, floats, zeros
 
 SMALL = 1e-4  # radians: below it sin(a)/a and its like are replaced by series, next term under 1e-17
 
@@ -26,11 +27,11 @@ def arc(u, dt):
         [dx, dy, dtheta], m and rad.
     S_u : ndarray, shape (..., 3, 2)
     """
-    u = np.asarray(u, float)
+    u = floats(u)
     v, a = u[..., 0], u[..., 1] * dt
-    s, c, s_a, c_a = _curve(a) if a.ndim else _curve_of_one(a)
+    s, c, s_a, c_a = _curve_of_one(a) if type(a) is np.float64 else _curve(a)
 
-    step, S_u = np.empty((*a.shape, 3)), np.zeros((*a.shape, 3, 2))
+    step, S_u = blank(u, *a.shape, 3), zeros(u, *a.shape, 3, 2)
     step[..., 0], step[..., 1], step[..., 2] = v * dt * s, v * dt * c, a
     S_u[..., 0, 0], S_u[..., 0, 1] = dt * s, dt * v * dt * s_a
     S_u[..., 1, 0], S_u[..., 1, 1] = dt * c, dt * v * dt * c_a

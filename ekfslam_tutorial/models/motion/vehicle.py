@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import Frame2
+from ...geometry.arrays import blank, floats, zeros
 from .unicycle import arc
 
 
@@ -70,7 +71,7 @@ class Vehicle:
         X_x : ndarray, shape (..., 3, 3)
         X_u : ndarray, shape (..., 3, 3)
         """
-        u = np.asarray(u, float)
+        u = floats(u)
         axle, A_u = self.axle(u[..., :2])
         step, S_a = arc(axle, dt)
         here, H_s, H_slip = self._at_mount(step, u[..., 2])
@@ -91,12 +92,12 @@ class Vehicle:
             [v_c, w], m/s and rad/s.
         A_u : ndarray, shape (..., 2, 2)
         """
-        u = np.asarray(u, float)
+        u = floats(u)
         v, tan = u[..., 0], np.tan(u[..., 1])
         T_s = 1 + tan**2
         k = 1 / (1 - tan * self.track / self.wheelbase)
         K_s = k**2 * T_s * self.track / self.wheelbase
-        a, A_u = np.empty(u.shape), np.empty((*u.shape, 2))
+        a, A_u = blank(u, *u.shape), blank(u, *u.shape, 2)
         a[..., 0], a[..., 1] = k * v, k * v * tan / self.wheelbase
         A_u[..., 0, 0], A_u[..., 0, 1] = k, K_s * v
         A_u[..., 1, 0], A_u[..., 1, 1] = k * tan / self.wheelbase, (K_s * tan + k * T_s) * v / self.wheelbase
@@ -114,7 +115,7 @@ class Vehicle:
         dx, dy, c, s = step[..., 0], step[..., 1], np.cos(slip), np.sin(slip)
         C, S = np.cos(step[..., 2]), np.sin(step[..., 2])
         x, y = C * self.ahead - S * self.left, S * self.ahead + C * self.left  # the mount after the turn
-        here, H_s, H_slip = step.copy(), np.zeros((*step.shape, 3)), np.zeros((*step.shape, 1))
+        here, H_s, H_slip = step.copy(), zeros(step, *step.shape, 3), zeros(step, *step.shape, 1)
         here[..., 0], here[..., 1] = c * dx - s * dy + x - self.ahead, s * dx + c * dy + y - self.left
         H_s[..., 0, 0], H_s[..., 0, 1], H_s[..., 0, 2] = c, -s, -y
         H_s[..., 1, 0], H_s[..., 1, 1], H_s[..., 1, 2] = s, c, x

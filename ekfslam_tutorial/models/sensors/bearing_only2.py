@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import wrap
+from ...geometry.arrays import floats
 from .checks import angle, positive
 from .range_bearing import polar
 
@@ -46,7 +47,7 @@ class BearingOnly2:
 
     def project(self, p):
         """Point or ray in the sensor frame to [bearing]. Returns y, Y_p."""
-        y, Y_p = polar(np.asarray(p, float))
+        y, Y_p = polar(floats(p))
         return y[..., 1:], Y_p[..., 1:, :]
 
     def retro(self, y):

@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import unit
+from ...geometry.arrays import floats
 from .checks import angle, positive, vector
 from .pin_hole import Imager
 
@@ -144,18 +145,18 @@ class OmniCam(Imager):
 
     def project(self, p):
         """Point or ray in the camera frame to pixel. Returns y, Y_p."""
-        y, Y_p, _, _ = omni_cam(np.asarray(p, float), self.k, self.d)
+        y, Y_p, _, _ = omni_cam(floats(p), self.k, self.d)
         return y, Y_p
 
     def retro(self, y):
         """Pixel to a ray of any length; a landmark's birth normalises it. Returns v, V_y."""
-        u, U_y, _ = omni_depixellise(np.asarray(y, float), self.k)
+        u, U_y, _ = omni_depixellise(floats(y), self.k)
         v, V_u, _ = self._exact_retro(u) if self.c is None else omni_ray(u, self.c)
         return v, V_u @ U_y
 
     def project_parameters(self, p):
         """Derivatives of `project` by the camera's parameters. Returns y, Y_k (..., 2, 5), Y_d (..., 2, len(d))."""
-        y, _, Y_k, Y_d = omni_cam(np.asarray(p, float), self.k, self.d)
+        y, _, Y_k, Y_d = omni_cam(floats(p), self.k, self.d)
         return y, Y_k, Y_d
 
     def retro_parameters(self, y):
@@ -163,7 +164,7 @@ class OmniCam(Imager):
 
         Without a backward polynomial the last one is by the forward polynomial d, whose exact inverse is used then.
         """
-        u, _, U_k = omni_depixellise(np.asarray(y, float), self.k)
+        u, _, U_k = omni_depixellise(floats(y), self.k)
         v, V_u, V_c = self._exact_retro(u) if self.c is None else omni_ray(u, self.c)
         return v, V_u @ U_k, V_c
 

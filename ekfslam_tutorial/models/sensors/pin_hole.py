@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import identity
-from ...geometry.arrays import inverse, matrix, numbers
+from ...geometry.arrays import blank, floats, inverse, matrix, numbers
 from ...geometry.arrays import vector as stacked
 from .checks import positive, vector
 
@@ -128,7 +128,7 @@ def depixellise(u, k):
     """Pixel to metric image point [(u - u0)/au, (v - v0)/av]. Returns ud, UD_u (2, 2), UD_k (..., 2, 4)."""
     centre, focal = np.array(k[:2]), np.array(k[2:])
     ud, UD_u = (u - centre) / focal, np.diag(1 / focal)
-    UD_k = np.empty((*ud.shape, 4))
+    UD_k = blank(ud, *ud.shape, 4)
     UD_k[..., :2] = -UD_u
     UD_k[..., 2:] = -ud[..., None] * UD_u
     return ud, UD_u, UD_k
@@ -249,19 +249,19 @@ class PinHole(Imager):
 
     def project(self, p):
         """Point or ray in the camera frame to pixel. Returns y, Y_p."""
-        y, Y_p, _, _ = pin_hole(np.asarray(p, float), self.k, self.d)
+        y, Y_p, _, _ = pin_hole(floats(p), self.k, self.d)
         return y, Y_p
 
     def retro(self, y):
         """Pixel to the ray [x/z, y/z, 1]. Returns v, V_y."""
-        ud, UD_y, _ = depixellise(np.asarray(y, float), self.k)
+        ud, UD_y, _ = depixellise(floats(y), self.k)
         up, UP_ud, *_ = exact_undistort(ud, np.asarray(self.d)) if self.c is None else undistort(ud, self.c)
         v, V_up, _ = retro(up, np.ones((*up.shape[:-1], 1)))
         return v, V_up @ UP_ud @ UD_y
 
     def project_parameters(self, p):
         """Derivatives of `project` by the camera's parameters. Returns y, Y_k (..., 2, 4), Y_d (..., 2, len(d))."""
-        y, _, Y_k, Y_d = pin_hole(np.asarray(p, float), self.k, self.d)
+        y, _, Y_k, Y_d = pin_hole(floats(p), self.k, self.d)
         return y, Y_k, Y_d
 
     def retro_parameters(self, y):
@@ -269,7 +269,7 @@ class PinHole(Imager):
 
         Without a correction vector the last one is by the distortion d, whose exact inverse is used then.
         """
-        ud, _, UD_k = depixellise(np.asarray(y, float), self.k)
+        ud, _, UD_k = depixellise(floats(y), self.k)
         if self.c is None:
             up, UP_ud = exact_undistort(ud, np.asarray(self.d))
             UP_c = -UP_ud @ distort(up, self.d)[2]  # distort(up, d) = ud, differentiated by d

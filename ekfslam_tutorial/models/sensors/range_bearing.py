@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import wrap
-from ...geometry.arrays import cos_sin, matrix, numbers, vector
+from ...geometry.arrays import blank, cos_sin, floats, matrix, numbers, vector
 from .checks import angle, positive
 
 
@@ -25,7 +25,7 @@ def polar(p):
     r = np.hypot(x, y)
     with np.errstate(divide="ignore", invalid="ignore"):
         c, s = x / r, y / r
-        e, E_p = np.empty((*r.shape, 2)), np.empty((*r.shape, 2, 2))
+        e, E_p = blank(p, *r.shape, 2), blank(p, *r.shape, 2, 2)
         e[..., 0], e[..., 1] = r, np.arctan2(y, x)
         E_p[..., 0, 0], E_p[..., 0, 1] = c, s
         E_p[..., 1, 0], E_p[..., 1, 1] = -s / r, c / r
@@ -68,11 +68,11 @@ class RangeBearing:
 
     def project(self, p):
         """Point in the sensor frame to [range, bearing]. Returns y, Y_p."""
-        return polar(np.asarray(p, float))
+        return polar(floats(p))
 
     def retro(self, y):
         """[range, bearing] to a point in the sensor frame: r [cos beta, sin beta]. Returns v, V_y."""
-        y = np.asarray(y, float)
+        y = floats(y)
         (r, b), lead = numbers(y), y.shape[:-1]
         c, s = cos_sin(b)
         return vector(lead, r * c, r * s), matrix(lead, [c, -r * s], [s, r * c])

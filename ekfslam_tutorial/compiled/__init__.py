@@ -1,0 +1,19 @@
+"""The arithmetic of a step, compiled: for `Map(compiled=True)`, if numba is installed.
+
+A step in a small map is hundreds of calls for a handful of numbers each. Here it is five.
+
+* A step in a small map is hundreds of calls for a handful of numbers each. Here it is five.
+
+* The models are not written a second time. They are run once with symbols instead of numbers (`geometry/symbols.py`),
+  and what they do is written down as straight code and compiled (`program.py`).
+* The filter's equations stand here once more, as loops over P (`kernels.py`), and are held against `ekf/filter.py` by
+  the tests.
+* `step.py` has the pieces of a step that `slam/` calls. What cannot be compiled, a model with a loop that ends by
+  itself, or one that may change, is computed as ever: the pieces return None or False then.
+
+Nothing above `models` and `ekf` may be imported here, and nothing imports this before a map asks for it.
+"""
+
+from .step import correct, expected, move, normalized, started
+
+__all__ = ["correct", "expected", "move", "normalized", "started"]

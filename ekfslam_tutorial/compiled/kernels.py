@@ -1,0 +1,245 @@
+"""The filter's equations in loops, on the storage of a map: what `ekf/filter.py` says, one number at a time.
+
+P is the map's storage, column-major, of which the first n rows and columns count. Where `lower` is set only the lower
+triangle of it is true. A range that is not in the map begins at -1; its Jacobian drops out.
+
+The file is compiled; read `ekf/filter.py`. The tests hold the two against each other.
+"""
+
+from math import isfinite, sqrt
+
+import numpy as np
+from numba import njit
+
+compiled = njit(error_model="numpy", cache=True, nogil=True)
+
+
+@compiled
+def rows_of(P, n, lower, start, k, out):
+    """Rows of P, `Map.rows`: k of them from start on; the upper triangle is taken from the lower one."""
+    for a in range(k):
+        i = start + a
+        begin = i if lower else 0
+        for j in range(begin):
+            out[a, j] = P[i, j]
+        for j in range(begin, n):
+            out[a, j] = P[j, i]
+
+
+@compiled
+def put(P, n, lower, start, P_rm, P_rr):
+    """Rows and columns of P, `Map.put`."""
+    k = len(P_rr)
+    for a in range(k):
+        i = start + a
+        for j in range(start if lower else 0, n):
+            P[j, i] = P_rm[a, j]
+        for j in range(start if lower else n):
+            P[i, j] = P_rm[a, j]
+    for a in range(k):
+        for b in range(k):
+            P[start + a, start + b] = 0.5 * (P_rr[a, b] + P_rr[b, a])
+
+
+@compiled
+def propagate(P, n, lower, start, J, Q):
+    """P_rm = J P_rm, P_rr = J P_rr J' + Q for the range that begins at start: `predict`, and `transform`."""
+    k = len(J)
+    rows, P_rm, P_rr = np.empty((k, n)), np.zeros((k, n)), Q.copy()
+    rows_of(P, n, lower, start, k, rows)
+    for a in range(k):
+        for b in range(k):
+            if J[a, b] != 0:
+                for j in range(n):
+                    P_rm[a, j] += J[a, b] * rows[b, j]
+    for a in range(k):
+        for b in range(k):
+            for c in range(k):
+                P_rr[a, b] += P_rm[a, start + c] * J[b, c]
+    put(P, n, lower, start, P_rm, P_rr)
+
+
+@compiled
+def sandwich(A, Q, out):
+    """out = A Q A'."""
+    m, k = A.shape
+    for i in range(m):
+        for j in range(m):
+            out[i, j] = 0.0
+        for a in range(k):
+            AQ = 0.0
+            for b in range(k):
+                AQ += A[i, b] * Q[b, a]
+            for j in range(m):
+                out[i, j] += AQ * A[j, a]
+
+
+@compiled
+def columns_of(r, s, n_r, n_s, n_l, known):
+    """Which columns of a Jacobian [E_r E_s E_l] belong to states in the map, and those of robot and sensor: where."""
+    cols, at, q = np.empty(n_r + n_s + n_l, np.int64), np.empty(n_r + n_s + n_l, np.int64), 0
+    for c in range(n_r + n_s + n_l):
+        if c < n_r:
+            state = r + c if r >= 0 else -1
+        elif c < n_r + n_s:
+            state = s + c - n_r if s >= 0 else -1
+        else:
+            state = -1 if known else 0
+        if state >= 0:
+            cols[q], at[q] = c, state
+            q += 1
+    return cols[:q], at[:q]
+
+
+@compiled
+def covariance_of(P, lower, J, cols, at, rows, k, n_before, E):
+    """E = H P H' of landmark k alone, `covariance`: the blocks of P are read where they stand."""
+    m, q = len(E), len(cols)
+    for c in range(q):
+        if cols[c] >= n_before:
+            at[c] = rows[k, cols[c] - n_before]
+    for a in range(m):
+        for b in range(a + 1):
+            E[a, b] = 0.0
+    for c in range(q):
+        for a in range(m):
+            HP = 0.0
+            for d in range(q):
+                i, j = at[d], at[c]
+                HP += J[k, a, cols[d]] * (P[j, i] if lower and i < j else P[i, j])
+            for b in range(a + 1):
+                E[a, b] += HP * J[k, b, cols[c]]
+    for a in range(m):
+        for b in range(a):
+            E[b, a] = E[a, b]
+
+
+@compiled
+def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
+    """HP = H P and E = H P H' of the stack of those found: `cross` and `covariance`."""
+    K, m, n_l = len(found), J.shape[1], rows.shape[1]
+    n_rs = n_r + n_s
+    shared, own = np.empty((n_rs, n)), np.empty((n_l, n))
+    if r >= 0:
+        rows_of(P, n, lower, r, n_r, shared[:n_r])
+    if s >= 0:
+        rows_of(P, n, lower, s, n_s, shared[n_r:])
+    HP[:] = 0.0
+    for i in range(K):
+        k = found[i]
+        for c in range(n_l):
+            rows_of(P, n, lower, rows[k, c], 1, own[c:])
+        for a in range(m):
+            out = HP[i * m + a]
+            for c in range(n_rs + n_l):
+                if c < n_r and r < 0 or n_r <= c < n_rs and s < 0 or J[k, a, c] == 0:
+                    continue
+                h, row = J[k, a, c], shared[c] if c < n_rs else own[c - n_rs]
+                for j in range(n):
+                    out[j] += h * row[j]
+    for i in range(K):
+        k = found[i]
+        for a in range(m):
+            for p in range(K * m):
+                total = 0.0
+                if r >= 0:
+                    for c in range(n_r):
+                        total += HP[p, r + c] * J[k, a, c]
+                if s >= 0:
+                    for c in range(n_s):
+                        total += HP[p, s + c] * J[k, a, n_r + c]
+                for c in range(n_l):
+                    total += HP[p, rows[k, c]] * J[k, a, n_rs + c]
+                E[p, i * m + a] = total
+
+
+@compiled
+def whiten(z, Z, HP):
+    """With Z = L L': z becomes L^-1 z and HP becomes W' = L^-1 H P, in place. Whether Z is positive definite."""
+    M, n = HP.shape
+    for j in range(M):
+        for i in range(j, M):
+            total = Z[i, j]
+            for c in range(j):
+                total -= Z[i, c] * Z[j, c]
+            if i == j:
+                if not (total > 0 and isfinite(total)):
+                    return False
+                Z[j, j] = sqrt(total)
+            else:
+                Z[i, j] = total / Z[j, j]
+    for i in range(M):
+        for c in range(i):
+            h = Z[i, c]
+            z[i] -= h * z[c]
+            for j in range(n):
+                HP[i, j] -= h * HP[c, j]
+        h = 1 / Z[i, i]
+        z[i] *= h
+        for j in range(n):
+            HP[i, j] *= h
+    return True
+
+
+@compiled
+def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R, few):
+    """`correct` by the stack of those found: x is moved; P too, if that is little work.
+
+    Returns
+    -------
+    Wt : ndarray, shape (K m, n)
+        W', for P = P - W W'.
+    Z : ndarray, shape (K m, K m)
+        Covariance of the innovation, if it is not positive definite, or z not finite: nothing has been changed then.
+    done : int
+        1 if P is corrected as well, 0 if that is still to be done, -1 if it cannot be.
+    """
+    K, m = z.shape
+    M = K * m
+    HP, Z = np.empty((M, n)), np.empty((M, M))
+    products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, Z)
+    for i in range(K):
+        for a in range(m):
+            for b in range(m):
+                Z[i * m + a, i * m + b] += R[i if len(R) > 1 else 0, a, b]
+    w = z.copy().reshape(M)
+    if not isfinite(np.sum(w)):
+        return HP, Z, -1
+    L = Z.copy()
+    if not whiten(w, L, HP):
+        return HP, Z, -1
+    for i in range(M):
+        for j in range(n):
+            x[j] += w[i] * HP[i, j]
+    if lower or n * n * M > few:
+        return HP, Z, 0
+    for i in range(M):
+        for j in range(n):
+            h = HP[i, j]
+            for c in range(n):
+                P[c, j] -= h * HP[i, c]
+    return HP, Z, 1
+
+
+@compiled
+def joined(P, n, lower, r, s, n_r, n_s, L, Q):
+    """P_lm = L_x P and P_ll = L_x P L_x' + Q of a new state: `augment`, until it is put into the map."""
+    k = len(L)
+    P_lm, P_ll = np.zeros((k, n)), Q.copy()
+    shared = np.empty((max(n_r, n_s), n))
+    for start, first, size in ((r, 0, n_r), (s, n_r, n_s)):
+        if start < 0:
+            continue
+        rows_of(P, n, lower, start, size, shared)
+        for a in range(k):
+            for c in range(size):
+                for j in range(n):
+                    P_lm[a, j] += L[a, first + c] * shared[c, j]
+    for start, first, size in ((r, 0, n_r), (s, n_r, n_s)):
+        if start < 0:
+            continue
+        for a in range(k):
+            for b in range(k):
+                for c in range(size):
+                    P_ll[a, b] += P_lm[a, start + c] * L[b, first + c]
+    return P_lm, P_ll

@@ -1,0 +1,129 @@
+"""From a model to a program: trace it, write its operations down as source, compile that with numba.
+
+The source is kept in the user's cache folder, one file for each different text, and numba keeps the machine code beside
+it. So each model is compiled once on a machine: a second or two; after that loading it takes some milliseconds.
+"""
+
+import hashlib
+import os
+import sys
+import tempfile
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from types import ModuleType
+
+import numba
+import numpy as np
+
+from ..geometry.symbols import Symbol
+from . import kernels
+
+HEAD = '''"""Written by ekfslam_tutorial from its models; it can be deleted at any time."""
+
+import math
+from math import isfinite
+
+import numpy as np
+from numba import njit
+
+from ekfslam_tutorial.compiled.kernels import columns_of, covariance_of, propagate, sandwich
+
+
+@njit("{signature}", error_model="numpy", cache=True, nogil=True)
+def run({arguments}):
+'''
+
+
+def straight_code(tape, outputs, each=None):
+    """The operations on a tape that lead to some outputs, as lines of Python.
+
+    Parameters
+    ----------
+    tape : Tape
+    outputs : list of (str, ndarray)
+        Where to write, with braces for the indices, "E[k, {}, {}]", and the symbols or numbers to be written.
+    each : str, optional
+        What depends on inputs that contain this, "[k", is computed in a loop; the rest of it before, once.
+
+    Returns
+    -------
+    before, loop : list of str
+    """
+    arrays = [(target, np.array(a, object)) for target, a in outputs]
+    assigned = [(target.format(*i), a[i]) for target, a in arrays for i in np.ndindex(a.shape)]
+    needed, todo = set(), [value.at for _, value in assigned if isinstance(value, Symbol)]
+    while todo:
+        at = todo.pop()
+        if at not in needed:
+            needed.add(at)
+            todo += [arg.at for arg in tape.operations[at][1] if isinstance(arg, Symbol)]
+    before, loop, varies = [], [], set()
+    for at in sorted(needed):
+        template, args = tape.operations[at]
+        if each and (each in template or any(isinstance(arg, Symbol) and arg.at in varies for arg in args)):
+            varies.add(at)
+        line = f"t{at} = {template.format(*map(_name, args)) if args else template}"
+        (loop if at in varies else before).append(line)
+    (loop if each else before).extend(f"{target} = {_name(value)}" for target, value in assigned)
+    return before, loop
+
+
+def _name(value):
+    """A symbol's variable, or a number."""
+    if isinstance(value, Symbol):
+        return f"t{value.at}"
+    number = float(value)
+    return repr(number) if number == number and abs(number) != float("inf") else f"float('{number}')"
+
+
+def build(signature, arguments, lines):
+    """The compiled function with this body.
+
+    Parameters
+    ----------
+    signature : str
+        Types of the arguments, as numba writes them.
+    arguments : str
+        Their names, with commas.
+    lines : list of str
+        Body of the function, four spaces less.
+
+    Returns
+    -------
+    callable
+    """
+    head = HEAD.format(signature=signature, arguments=arguments)
+    text = head + "".join(f"    {line}\n" for line in lines)
+    inside = Path(kernels.__file__).read_text(encoding="utf-8") + numba.__version__  # is in the machine code as well
+    name = "program_" + hashlib.sha256((text + inside).encode()).hexdigest()[:20]
+    if name not in sys.modules:
+        path = _cache() / f"{name}.py"
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            _write(path, text)
+        loader = SourceFileLoader(name, str(path))
+        module = sys.modules[name] = ModuleType(name)  # before it runs: stored machine code asks for it by this name
+        module.__file__ = str(path)
+        try:
+            loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+    return sys.modules[name].run
+
+
+def _cache():
+    """The folder for programs: EKFSLAM_CACHE, or the user's own; a temporary one where that cannot be written."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    folder = Path(os.environ.get("EKFSLAM_CACHE") or Path(home) / "ekfslam_tutorial") / "compiled"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return Path(tempfile.mkdtemp())
+    return folder
+
+
+def _write(path, text):
+    """All of a file or nothing of it, also where several programs write the same one."""
+    part = path.with_suffix(f".{os.getpid()}.part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)

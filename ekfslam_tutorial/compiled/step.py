@@ -1,0 +1,259 @@
+"""Compiled pieces of a step: what `slam/` calls for a map with `compiled`, instead of numpy's small arrays."""
+
+from functools import lru_cache
+
+import numpy as np
+from numba.core.errors import NumbaError
+
+from ..ekf import Innovation
+from ..ekf import correct as correct_by
+from ..geometry.symbols import Tape
+from ..models.observation import expect, retro_project
+from . import kernels
+from .program import build, straight_code
+
+FEW = 20_000  # products of P - W W' up to which a loop is faster than a call of BLAS
+MANY_ROWS = 48  # of W' from which on BLAS is faster than the loops
+NONE = np.zeros((1, 1)), np.zeros((0, 0), np.int64)
+ERRORS = TypeError, AttributeError, ValueError, IndexError, NumbaError  # of a model that is not made for symbols
+KEEP = 256  # programs
+
+_programs = {}
+
+
+def _program(write, *key):
+    """The program for these models, written when it is needed for the first time; None where it cannot be."""
+    at = write, *map(id, key)
+    if at not in _programs:
+        if len(_programs) >= KEEP:
+            _programs.clear()
+        _programs[at] = key, _written(write, *key)  # the models are kept, so that their ids stay theirs
+    return _programs[at][1]
+
+
+@lru_cache(KEEP)
+def _traced(write, *key):
+    """The program, or None; models that are equal share it."""
+    try:
+        return write(*key)
+    except ERRORS:
+        return None
+
+
+def _written(write, *key):
+    if not all(isinstance(model, type) or _cannot_change(model) for model in key):
+        return None
+    try:
+        hash(key)
+    except TypeError:  # parameters in lists
+        return _traced.__wrapped__(write, *key)
+    return _traced(write, *key)
+
+
+def _cannot_change(model):
+    """Whether a model is a frozen dataclass: its parameters become a part of the program."""
+    parameters = getattr(type(model), "__dataclass_params__", None)
+    return parameters is not None and parameters.frozen
+
+
+# --- motion ----------------------------------------------------------------------------------------------------------
+
+
+def move(map, r, motion, u, U, dt):
+    """`motion.move` and `predict`. Whether it could be done."""
+    run = _program(_write_move, motion)
+    if run is None:
+        return False
+    x, P, n, lower = map.storage
+    run(x, P, n, lower, r.start, np.asarray(u, float), np.ascontiguousarray(U, float), float(dt))
+    return True
+
+
+def _write_move(motion):
+    m, size = sum(motion.control_fields.values()), motion.size
+    tape = Tape()
+    x, u, dt = tape.inputs("x[r + {}]", size), tape.inputs("u[{}]", m), tape.note("dt")
+    x2, X_x, X_u = map(_single, motion.move(x[None], u[None], dt), (1, 2, 2))
+    outputs = ("x2[{}]", x2), ("X_x[{}, {}]", X_x), ("X_u[{}, {}]", X_u)
+    lines = [
+        f"x2, X_x, X_u = np.empty({size}), np.empty(({size}, {size})), np.empty(({size}, {m}))",
+        f"Q = np.empty(({size}, {size}))",
+        *straight_code(tape, outputs)[0],
+        "sandwich(X_u, U, Q)",
+        "propagate(P, n, lower, r, X_x, Q)",
+        f"x[r : r + {size}] = x2",
+    ]
+    return build("void(f8[::1], f8[::1, :], i8, b1, i8, f8[::1], f8[:, ::1], f8)", "x, P, n, lower, r, u, U, dt", lines)
+
+
+def normalized(map, r, frame):
+    """`transform` of the orientation of the frame that begins at r to its normal form. Whether it could be done."""
+    run = _program(_write_normalized, frame)
+    if run is None:
+        return False
+    x, P, n, lower = map.storage
+    run(x, P, n, lower, r.start)
+    return True
+
+
+def _write_normalized(frame):
+    tape = Tape()
+    N, N_f = frame(tape.inputs("x[r + {}]", frame.size)).normalized()
+    o = frame.size - frame.dim
+    outputs = ("o[{}]", N.x[frame.dim :]), ("J[{}, {}]", N_f[frame.dim :, frame.dim :])
+    lines = [
+        f"o, J, Q = np.empty({o}), np.empty(({o}, {o})), np.zeros(({o}, {o}))",
+        *straight_code(tape, outputs)[0],
+        f"propagate(P, n, lower, r + {frame.dim}, J, Q)",
+        f"x[r + {frame.dim} : r + {frame.size}] = o",
+    ]
+    return build("void(f8[::1], f8[::1, :], i8, b1, i8)", "x, P, n, lower, r", lines)
+
+
+# --- corrections -----------------------------------------------------------------------------------------------------
+
+
+def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
+    """`expect`, what is visible, and the covariance of each: `covariance`.
+
+    Parameters
+    ----------
+    Rf, Sf, sensor, kind, l
+        As in `expect`, l of shape (K, k).
+    r, s : slice or None
+        Ranges of both frames in the map.
+    rows : ndarray of int, shape (K, k), or None
+        Where the landmarks are in the map.
+    every : bool
+        Compute E of all of them, not of the visible ones only.
+
+    Returns
+    -------
+    e, v, visible, J, E : ndarray, or None
+        J is [E_r E_s E_l], shape (K, m, ·); E is NaN where it was not computed.
+    """
+    program = _program(_write_expected, type(Rf), sensor, kind)
+    if program is None:
+        return None
+    run, m, d, size = program
+    K = len(l)
+    e, v, visible = np.empty((K, m)), np.empty((K, d)), np.empty(K, bool)
+    J, E = np.empty((K, m, size)), np.empty((K, m, m))
+    x, P, n, lower = map.storage
+    known = rows is None
+    run(Rf.x, Sf.x, l, P, lower, _begin(r), _begin(s), NONE[1] if known else rows, known, every, e, v, visible, J, E)
+    return e, v, visible, J, E
+
+
+def _begin(r):
+    return -1 if r is None else r.start
+
+
+def _write_expected(frame, sensor, kind):
+    tape, n_f, n_l = Tape(), frame.size, kind.size
+    Rf, Sf = frame(tape.inputs("rf[{}]", n_f)), frame(tape.inputs("sf[{}]", n_f))
+    e, v, E_r, E_s, E_l = expect(Rf, Sf, sensor, kind, tape.inputs("l[k, {}]", n_l)[None])
+    visible = np.asarray(sensor.visible(e, v))[0]
+    J = np.concatenate([_single(E, 2) for E in (E_r, E_s, E_l)], -1)
+    m, d, size = e.shape[-1], v.shape[-1], J.shape[-1]
+    outputs = ("e[k, {}]", e[0]), ("v[k, {}]", v[0]), ("visible[k]", visible), ("J[k, {}, {}]", J)
+    before, loop = straight_code(tape, outputs, each="[k")
+    loop += [
+        "visible[k] = visible[k] and isfinite(np.sum(J[k]))",
+        "if every or visible[k]:",
+        f"    covariance_of(P, lower, J, cols, at, rows, k, {2 * n_f}, E[k])",
+        "else:",
+        "    E[k] = np.nan",
+    ]
+    lines = [
+        f"cols, at = columns_of(r, s, {n_f}, {n_f}, {n_l}, known)",
+        *before,
+        "for k in range(len(l)):",
+        *(f"    {line}" for line in loop),
+    ]
+    signature = (
+        "void(f8[::1], f8[::1], f8[:, ::1], f8[::1, :], b1, i8, i8, i8[:, ::1], b1, b1, "
+        "f8[:, ::1], f8[:, ::1], b1[::1], f8[:, :, ::1], f8[:, :, ::1])"
+    )
+    arguments = "rf, sf, l, P, lower, r, s, rows, known, every, e, v, visible, J, E"
+    return build(signature, arguments, lines), m, d, size
+
+
+def _single(a, ndim):
+    """An array of the only member of a stack; one that is the same for all may stand without the stack."""
+    return a[0] if a.ndim > ndim else a
+
+
+def correct(map, ranges, n_f, J, found, z, R):
+    """`cross`, `covariance`, `innovation` and `correct` with the stack of those found. Whether it could be done.
+
+    Parameters
+    ----------
+    map : Map
+    ranges : tuple
+        r, s and rows, as in `expected`.
+    n_f : int
+        Numbers of a frame.
+    J : ndarray, shape (K, m, ·)
+        From `expected`.
+    found : list of int
+        Which of them.
+    z : ndarray, shape (k, m)
+        Innovations of those.
+    R : ndarray, shape (m, m), or (k, m, m)
+
+    Raises
+    ------
+    ValueError
+        As `correct`. Nothing has been changed then.
+    """
+    if z.size > MANY_ROWS:
+        return False
+    (r, s, rows), (x, P, n, lower) = ranges, map.storage
+    rows = np.zeros((len(J), 0), np.int64) if rows is None else rows
+    found, R = np.array(found), np.array(R, float, ndmin=3)
+    Wt, Z, done = kernels.update(x, P, n, lower, _begin(r), _begin(s), rows, n_f, n_f, J, found, z, R, FEW)
+    if done < 0:
+        correct_by(map, Wt.T, Innovation(z.ravel(), Z))  # says what is wrong
+    if done == 0:
+        map.subtract(Wt)
+    return True
+
+
+# --- new landmarks ---------------------------------------------------------------------------------------------------
+
+
+def started(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
+    """`retro_project`, and what `augment` puts into the map.
+
+    Returns
+    -------
+    l, P_lm, P_ll : ndarray, or None
+    """
+    program = _program(_write_started, type(Rf), sensor, kind)
+    if program is None:
+        return None
+    run, size, n_f = program
+    l, L, Q = np.empty(size), np.empty((size, 2 * n_f)), np.empty((size, size))
+    run(Rf.x, Sf.x, np.asarray(y, float), n, np.ascontiguousarray(R), N, l, L, Q)
+    x, P, n_states, lower = map.storage
+    return l, *kernels.joined(P, n_states, lower, _begin(r), _begin(s), n_f, n_f, L, Q)
+
+
+def _write_started(frame, sensor, kind):
+    tape, n_f, n_l = Tape(), frame.size, kind.size
+    m, n_n = len(sensor.R), 1 if sensor.bearing_only else 0
+    Rf, Sf = frame(tape.inputs("rf[{}]", n_f)), frame(tape.inputs("sf[{}]", n_f))
+    y, n = tape.inputs("y[{}]", m), tape.inputs("n[{}]", n_n)
+    l, *Ls = retro_project(Rf, Sf, sensor, kind, y[None], n[None])
+    L_r, L_s, L_y, L_n = (_single(L, 2) for L in Ls)
+    outputs = ("l[{}]", l[0]), ("L[{}, {}]", np.concatenate([L_r, L_s], -1)), ("L_y[{}, {}]", L_y), ("L_n[{}, {}]", L_n)
+    lines = [
+        f"L_y, L_n, Q_n = np.empty(({n_l}, {m})), np.empty(({n_l}, {n_n})), np.empty(({n_l}, {n_l}))",
+        *straight_code(tape, outputs)[0],
+        "sandwich(L_y, R, Q)",
+        "sandwich(L_n, N, Q_n)",
+        "Q += Q_n",
+    ]
+    signature = "void(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])"
+    return build(signature, "rf, sf, y, n, R, N, l, L, Q", lines), n_l, n_f
