@@ -19,6 +19,7 @@ from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks, pl
 from .agreement import compared
 from .clock import Variant, compare
 from .machine import bandwidth_variant, gemm_variant, gflops, gigabytes, limit_us, triangle_bytes
+from .ours import COMPILED
 
 LMKS, UPDATES, FRAMES = 100, 20, 20
 AHEAD = np.concatenate([np.zeros(3), e2q(np.radians([-90, 0, -90]))[0]])  # a camera that looks ahead
@@ -27,9 +28,10 @@ AHEAD = np.concatenate([np.zeros(3), e2q(np.radians([-90, 0, -90]))[0]])  # a ca
 class Scene:
     """A camera at the origin, landmarks in front of it, and frames of noisy measurements of all of them."""
 
-    def __init__(self, joint=False, seed=1):
+    def __init__(self, joint=False, seed=1, compiled=False):
         rng = np.random.default_rng(seed)
-        self.map, camera, kind = Map(), PinHole(image_size=(640, 480), k=(320, 240, 320, 320), pixel_std=1.0), IdpPnt()
+        self.map, kind = Map(compiled=compiled), IdpPnt()
+        camera = PinHole(image_size=(640, 480), k=(320, 240, 320, 320), pixel_std=1.0)
         self.rob, self.sen = Rob(1, ConstantVelocity(), sensors=[1]), Sen(1, 1, camera, Frame3)
         self.opt = Options(lmk_type=kind, n_updates=UPDATES, joint=joint)
         place(self.map, self.sen, AHEAD)
@@ -122,6 +124,8 @@ class Textbook:
 MAKERS = {
     "whole frame, sequential": ("step", lambda: Scene(joint=False)),
     "whole frame, joint": ("step", lambda: Scene(joint=True)),
+    "whole frame, sequential, compiled": ("step", lambda: Scene(joint=False, compiled=True)),
+    "whole frame, joint, compiled": ("step", lambda: Scene(joint=True, compiled=True)),
     "filter, sequential": ("filter", lambda: Filter(joint=False)),
     "filter, joint": ("filter", lambda: Filter(joint=True)),
     "textbook numpy, sequential": ("peer", lambda: Textbook(joint=False)),
@@ -150,6 +154,7 @@ def run(budget):
     variants = [
         Variant(name, lambda make=make: make().step, singly=True, info={"kind": kind})
         for name, (kind, make) in MAKERS.items()
+        if COMPILED or "compiled" not in name
     ]
     n = 13 + 6 * LMKS
     results = compare([*variants, gemm_variant(), bandwidth_variant(triangle_bytes(n))], budget)

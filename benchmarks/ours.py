@@ -1,5 +1,6 @@
 """ekfslam_tutorial on the benchmark's world: the filter with given blocks, and whole steps as a user writes them."""
 
+from importlib.util import find_spec
 from types import SimpleNamespace
 
 import numpy as np
@@ -112,5 +113,7 @@ STEPS = {
     "step, sequential": lambda world: Step(world, Map(), joint=False),
     "step, joint": lambda world: Step(world, Map(), joint=True),
     "step, joint, compressed": lambda world: Step(world, compressed(), joint=True),
-    "step, joint, compiled": lambda world: Step(world, Map(compiled=True), joint=True),
 }
+COMPILED = find_spec("numba") is not None  # if it is not, the report names it among what is missing
+if COMPILED:
+    STEPS["step, joint, compiled"] = lambda world: Step(world, Map(compiled=True), joint=True)

@@ -12,7 +12,7 @@ from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation, pr
 from ekfslam_tutorial.slam import correct_known_lmks, init_new_lmks, move
 
 from .clock import Variant, compare
-from .ours import JointFilter, Step
+from .ours import COMPILED, JointFilter, Step
 from .world import R, U, lap
 
 LMKS = 10
@@ -22,12 +22,11 @@ def pieces(m):
     """Names and functions of a step; each on its own filter."""
     world = lap(LMKS, m)
 
-    def whole():
-        return Step(world, Map(), joint=True).step
+    def compiled(work):
+        return lambda: work(ready(Step(world, Map(compiled=True), joint=True)))
 
-    def moved():
-        s = ready(Step(world, Map(), joint=True))
-        return lambda k: move(s.map, s.rob, 1.0)
+    def plain(work):
+        return lambda: work(ready(Step(world, Map(), joint=True)))
 
     def model():
         s = ready(Step(world, Map(), joint=True))
@@ -38,10 +37,6 @@ def pieces(m):
         f = JointFilter(world, Map())
         g = f.given[0]
         return lambda k: predict(f.map, f.rob, g.x, g.X_x, g.X_u, U)
-
-    def corrected():
-        s = ready(Step(world, Map(), joint=True))
-        return lambda k: correct_known_lmks(s.map, s.rob, s.sen, s.lmks, s.obs, s.raw[0], s.opt)
 
     def equations():
         f = JointFilter(world, Map())
@@ -63,15 +58,25 @@ def pieces(m):
         return lambda k: A.dot(A)
 
     return {
-        "whole step": whole,
-        "1. move": moved,
+        "whole step": plain(WORK["whole step"]),
+        "1. move": plain(WORK["1. move"]),
         "of it: motion model with Jacobians": model,
         "of it: predict": predicted,
-        "2. correct_known_lmks": corrected,
+        "2. correct_known_lmks": plain(WORK["2. correct_known_lmks"]),
         "of it: cross, covariance, innovation, correct": equations,
         "3. init_new_lmks, nothing to start": started,
+        **({f"{name}, compiled": compiled(work) for name, work in WORK.items()} if COMPILED else {}),
         "for comparison: one product of two 3 x 3 matrices": product,
     }
+
+
+WORK = {
+    "whole step": lambda s: s.step,
+    "1. move": lambda s: lambda k: move(s.map, s.rob, 1.0),
+    "2. correct_known_lmks": lambda s: (
+        lambda k: correct_known_lmks(s.map, s.rob, s.sen, s.lmks, s.obs, s.raw[0], s.opt)
+    ),
+}
 
 
 def ready(step):

@@ -22,6 +22,7 @@ STYLES = {
     "filter, joint": ("this package: filter, joint", BLUE, "-", "o"),
     "filter, joint, compressed": ("this package: filter, compressed, mean", SKY, "-", "D"),
     "step, joint": ("this package: whole step, joint", GREEN, "-", "s"),
+    "step, joint, compiled": ("this package: whole step, compiled", RED, "-", "p"),
     "step, joint, compressed": ("this package: whole step, compressed", GREEN, ":", "D"),
     "step, sequential": ("this package: whole step, one by one", SKY, ":", "s"),
     "filterpy": ("filterpy", RED, "--", "^"),

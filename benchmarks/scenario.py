@@ -11,6 +11,7 @@ from ekfslam_tutorial.toolbox import UserData, universal_slam
 from ekfslam_tutorial.toolbox.recording import Recorder
 
 from .clock import quiet, statistics
+from .ours import COMPILED
 from .peers.registry import ROOT
 
 FILE = ROOT / "data" / "scenarios" / "cloister_idp.toml"
@@ -19,10 +20,10 @@ OCTAVE_MS = 34.0  # his toolbox under Octave, CPU for each estimated frame; meas
 
 def run(repeats, frames=200):
     """Rows: variant, times of the estimation of one frame."""
-    data = {
-        "sequential": UserData.from_toml(FILE, {"time.last": frames}),
-        "joint": UserData.from_toml(FILE, {"time.last": frames, "options.joint": True}),
-    }
+    changes = {"sequential": {}, "joint": {"options.joint": True}}
+    if COMPILED:
+        changes |= {f"{way}, compiled": change | {"options.compiled": True} for way, change in changes.items()}
+    data = {way: UserData.from_toml(FILE, {"time.last": frames} | change) for way, change in changes.items()}
     recorder = Recorder()
     for snapshot in universal_slam(data["sequential"]):
         recorder.add(snapshot)

@@ -14,7 +14,7 @@ from .program import build, straight_code
 
 FEW = 20_000  # products of P - W W' up to which a loop is faster than a call of BLAS
 MANY_ROWS = 48  # of W' from which on BLAS is faster than the loops
-NONE = np.zeros((1, 1)), np.zeros((0, 0), np.int64)
+NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
 ERRORS = TypeError, AttributeError, ValueError, IndexError, NumbaError  # of a model that is not made for symbols
 KEEP = 256  # programs
 
@@ -136,12 +136,12 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
     if program is None:
         return None
     run, m, d, size = program
-    K = len(l)
+    K, l, known = len(l), np.ascontiguousarray(l, float), rows is None
     e, v, visible = np.empty((K, m)), np.empty((K, d)), np.empty(K, bool)
     J, E = np.empty((K, m, size)), np.empty((K, m, m))
     x, P, n, lower = map.storage
-    known = rows is None
-    run(Rf.x, Sf.x, l, P, lower, _begin(r), _begin(s), NONE[1] if known else rows, known, every, e, v, visible, J, E)
+    rows = NO_ROWS if known else rows
+    run(Rf.x, Sf.x, l, P, lower, _begin(r), _begin(s), rows, known, every, e, v, visible, J, E)
     return e, v, visible, J, E
 
 
@@ -159,7 +159,7 @@ def _write_expected(frame, sensor, kind):
     outputs = ("e[k, {}]", e[0]), ("v[k, {}]", v[0]), ("visible[k]", visible), ("J[k, {}, {}]", J)
     before, loop = straight_code(tape, outputs, each="[k")
     loop += [
-        "visible[k] = visible[k] and isfinite(np.sum(J[k]))",
+        f"visible[k] = visible[k] and isfinite(np.sum(J[k, :, {2 * n_f}:]))",
         "if every or visible[k]:",
         f"    covariance_of(P, lower, J, cols, at, rows, k, {2 * n_f}, E[k])",
         "else:",
@@ -221,6 +221,19 @@ def correct(map, ranges, n_f, J, found, z, R):
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------
+
+
+def inside(sensor, y):
+    """Whether a measurement is one of something visible: `sensor.visible` of `sensor.retro`. None if not compiled."""
+    run = _program(_write_inside, sensor)
+    return None if run is None else run(np.array(y))
+
+
+def _write_inside(sensor):
+    tape = Tape()
+    y = tape.inputs("y[{}]", len(sensor.R))[None]
+    visible = np.asarray(sensor.visible(y, sensor.retro(y)[0]))[0]
+    return build("b1(f8[::1])", "y", [*straight_code(tape, [("seen", visible)])[0], "return bool(seen)"])
 
 
 def started(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):

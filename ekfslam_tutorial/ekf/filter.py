@@ -203,7 +203,7 @@ def augment(map, l, blocks, Q):
 
 def insert_new(map, l, P_ll, P_lm):
     """Put a new state into the map, unless it is not finite: `augment`, when its covariances are there. Its range."""
-    if not isfinite(np.sum(P_ll)) or not isfinite(np.sum(l)):
+    if not isfinite(P_ll.sum()) or not isfinite(l.sum()):
         raise ValueError(f"a new state must be finite, got {l} with the covariance {P_ll.tolist()}")
     return map.insert(l, P_ll, P_lm)
 

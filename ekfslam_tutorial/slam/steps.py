@@ -222,7 +222,7 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
         if n_max is not None and len(events) >= n_max:
             break
         id = opt.association.birth_id(raw, i, lmks)
-        if id is None or not _well_inside(sen.model, np.asarray(raw.y[i], float), opt.init_margin):
+        if id is None or not _well_inside(map, sen.model, np.asarray(raw.y[i], float), opt.init_margin):
             continue
         try:
             lmk = add_landmark(map, rob, sen, lmks, id, raw.y[i], None if raw.R is None else raw.R[i], opt)
@@ -276,11 +276,13 @@ def _free_slot(lmks):
     return len(taken) if max(taken, default=-1) < len(taken) else min(set(range(len(taken))) - taken)
 
 
-def _well_inside(sensor, y, margin):
+def _well_inside(map, sensor, y, margin):
     """Whether a measurement would still be visible if each of its numbers were off by the margin.
 
     The margin is in the unit of the first number, pixels for a camera; a depth in metres is left alone.
     """
+    if map.compiled and not margin and (inside := compiled().inside(sensor, y)) is not None:
+        return inside
     if margin:
         units = getattr(sensor, "units", None) or ("",) * len(y)
         off = margin * np.diag([float(unit == units[0]) for unit in units])
