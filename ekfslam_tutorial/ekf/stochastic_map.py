@@ -12,6 +12,7 @@ from .triangle import mirror, whole_range, whole_rows
 GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
 LINE = 8  # numbers in a line of the cache
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
+ONE_TRIANGLE_COMPILED = 150  # the same where rows of half a matrix are read by compiled code
 
 
 class MapFull(RuntimeError):
@@ -237,7 +238,7 @@ class Map:
 
     def subtract(self, Wt):
         """P = P - W W', given W' of shape (m, n)."""
-        self._lower = self._lower or self.n >= ONE_TRIANGLE
+        self._lower = self._lower or self.n >= (ONE_TRIANGLE_COMPILED if self.compiled else ONE_TRIANGLE)
         self._downdate(Wt, self._lower)
 
     def insert(self, x, P_xx, P_xm):

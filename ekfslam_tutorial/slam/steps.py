@@ -272,8 +272,8 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
 
 def _free_slot(lmks):
     """The first index that no landmark has."""
-    taken = set(map(attrgetter("slot"), lmks.values()))
-    return len(taken) if max(taken, default=-1) < len(taken) else min(set(range(len(taken))) - taken)
+    slots = [lmk.slot for lmk in lmks.values()]
+    return len(slots) if max(slots, default=-1) < len(slots) else min(set(range(len(slots))).difference(slots))
 
 
 def _well_inside(map, sensor, y, margin):
