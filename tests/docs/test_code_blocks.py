@@ -1,10 +1,11 @@
 """Every piece of code in docs/ is true: python blocks run and print what the page says, excerpts are the source.
 
-Three rules for a page:
+Four rules for a page:
 
 * ```` ```python ```` blocks run from top to bottom in one namespace, as a reader would type them;
 * a ```` ```text ```` block that follows at once is what the block before it prints, or the error it ends with;
-* after `<!-- source: FILE NAME ... -->` the block is not run: its lines stand, docstrings apart, in those functions.
+* after `<!-- source: FILE NAME ... -->` the block is not run: its lines stand, docstrings apart, in those functions;
+* after `<!-- needs: NAME -->` the block is run where that optional package is installed.
 """
 
 import ast
@@ -13,6 +14,7 @@ import io
 import re
 import textwrap
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,7 @@ import ekfslam_tutorial
 PACKAGE = Path(ekfslam_tutorial.__file__).parent
 PAGES = sorted((Path(__file__).parents[2] / "docs").glob("*.md"))
 MARK = re.compile(r"<!-- source: (\S+) (.+) -->")
+NEEDS = re.compile(r"<!-- needs: (\w+) -->")
 
 
 @dataclass
@@ -33,24 +36,26 @@ class Block:
     code: str
     source: tuple | None = None  # (file, [names]) of an excerpt
     output: str | None = None  # of the text block that follows at once
+    needs: str | None = None  # a package
 
 
 def blocks_of(text):
     """The fenced blocks of a page, in order."""
-    blocks, fence, mark, last = [], None, None, None
+    blocks, fence, mark, needs, last = [], None, None, None, None
     for number, line in enumerate(text.splitlines(), 1):
         if fence is None and line.startswith("```"):
-            fence = Block(line[3:].strip(), number + 1, "", mark)
+            fence = Block(line[3:].strip(), number + 1, "", mark, needs=needs)
         elif fence is not None and line.startswith("```"):
             if fence.language == "text" and last is not None:
                 last.output = fence.code
             blocks.append(fence)
-            last, fence, mark = (fence if fence.language == "python" else None), None, None
+            last, fence, mark, needs = (fence if fence.language == "python" else None), None, None, None
         elif fence is not None:
             fence.code += line + "\n"
         elif line.strip():
             found = MARK.fullmatch(line.strip())
             mark, last = ((found[1], found[2].split()) if found else None), None
+            needs = package[1] if (package := NEEDS.fullmatch(line.strip())) else None
     assert fence is None, f"the block at line {fence.line} has no end"
     return blocks
 
@@ -93,9 +98,12 @@ def test_excerpts_stand_in_the_source(page):
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
 def test_code_blocks_run_and_print_what_the_page_says(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path))
     namespace = {"__name__": page.stem}
     for block in blocks_of(page.read_text(encoding="utf-8")):
         if block.language != "python" or block.source is not None:
+            continue
+        if block.needs is not None and find_spec(block.needs) is None:
             continue
         printed = run(block, page, namespace)
         if block.output is not None and printed != block.output:
@@ -129,5 +137,7 @@ def test_the_checks_themselves_see_a_wrong_page():
     assert stands_in([line], source_of("geometry/angles.py", "wrap"))
     with pytest.raises(ZeroDivisionError):
         run(Block("python", 1, "1 / 0"), Path("page.md"), {})
+    (optional,) = blocks_of("<!-- needs: numba -->\n```python\n1 / 0\n```\n")
+    assert optional.needs == "numba"
     announced = Block("python", 1, "1 / 0", output="ZeroDivisionError: division by zero\n")
     assert run(announced, Path("page.md"), {}) == announced.output
