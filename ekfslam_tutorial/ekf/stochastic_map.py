@@ -56,7 +56,8 @@ class Map:
         self.n = self.n_used = 0
         self._lower = False  # only the lower triangle of P is up to date
         self._starts = set()  # where the states in use begin
-        self._store(np.zeros(0), square(0), np.zeros(0, bool))
+        size = roomy(1)  # not zero: that array would be row-major as well, and compiled code asks for one order
+        self._store(np.zeros(size), square(size), np.zeros(size, bool))
 
     def __repr__(self):
         room = "" if self.capacity is None else f" of {self.capacity}"
@@ -335,6 +336,14 @@ def check_compiled(error):
     """Refuse to compile where numba is not installed."""
     if find_spec("numba") is None:
         raise error("a compiled map needs numba: pip install 'ekfslam_tutorial[compiled]'")
+
+
+def are_covariances(P):
+    """Whether all matrices of a stack, shape (K, n, n), are what `check_covariance` accepts."""
+    tiny = 1e-8 * np.abs(P).max((-1, -2), initial=0.0)
+    if not np.isfinite(P).all() or (np.abs(P - np.swapaxes(P, -1, -2)).max((-1, -2), initial=0.0) > tiny).any():
+        return False
+    return bool((np.linalg.eigvalsh(P)[..., 0] >= -tiny).all())
 
 
 def check_covariance(P, n, name="P"):

@@ -1,0 +1,54 @@
+"""Programs executed as plain Python: what numba would compile, without the seconds that it takes.
+
+The text is the same, the arguments are refused where numba would refuse them, and numbers behave as numba's: a division
+by zero is infinite, a root of a negative number is NaN. So `step.py` and the programs are tested on every model.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numba import typeof
+from numba.core.registry import cpu_target
+from numba.core.sigutils import normalize_signature
+
+from ekfslam_tutorial.compiled import kernels, step
+
+NAMES = {name: name.replace("a", "arc", 1) for name in ("acos", "asin", "atan", "atan2")}
+NAMES |= {name: name for name in ("cos", "sin", "tan", "sqrt", "exp", "log", "sinh", "cosh", "tanh", "hypot")}
+MATH = SimpleNamespace(**{name: getattr(np, numpys) for name, numpys in NAMES.items()})
+SPACE = {"math": MATH, "np": np, "isfinite": np.isfinite}
+SPACE |= {name: getattr(kernels, name) for name in ("columns_of", "covariance_of", "propagate", "sandwich")}
+
+
+def build(signature, arguments, lines):
+    """In the place of `program.build`."""
+    types, _ = normalize_signature(signature)
+    space, text = dict(SPACE), "".join(f"    {line}\n" for line in lines)
+    exec(f"def run({arguments}):\n{text}", space)
+
+    def run(*given):
+        assert len(given) == len(types)
+        for value, wanted in zip(given, types, strict=True):
+            if cpu_target.typing_context.can_convert(typeof(value), wanted) is None:
+                raise TypeError(f"No matching definition: {typeof(value)} is not {wanted}")
+        with np.errstate(all="ignore"):
+            return space["run"](*given)
+
+    run.lines = lines
+    return run
+
+
+def forget():
+    """Forget all programs."""
+    step._programs.clear()
+    step._traced.cache_clear()
+
+
+@pytest.fixture
+def interpreted(monkeypatch):
+    """Programs are interpreted, not compiled."""
+    forget()
+    monkeypatch.setattr(step, "build", build)
+    yield
+    forget()
