@@ -25,7 +25,7 @@ def tum_rows(t, x):
     """Rows (F, 8) of poses x (F, 3), [x y theta], or (F, 7), [t; q] with the scalar first."""
     if x.shape[1] == 7:
         return np.column_stack([t, x[:, :3], x[:, 4:], x[:, 3]])
-    q = np.array([e2q(np.array([0.0, 0.0, heading]))[0] for heading in x[:, 2]]).reshape(-1, 4)
+    q = e2q(x[:, 2:] * [0.0, 0.0, 1.0])[0]
     return np.column_stack([t, x[:, :2], np.zeros(len(t)), q[:, 1:], q[:, 0]])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict
 from ..ekf.filter import insert_new
-from ..ekf.stochastic_map import check_covariance
+from ..ekf.stochastic_map import are_covariances, check_covariance
 from ..models.observation import observe, retro_project
 from .first_estimates import begin, check_first_estimates, transport
 from .joint import correct_jointly, correct_with
@@ -184,8 +184,9 @@ def _check_raw(raw, sen):
         raise ValueError(
             f"sensor {sen.id}: noise covariances must have shape {(len(ids), m, m)}, got {np.shape(raw.R)}"
         )
-    for id, R in zip(ids, () if raw.R is None else raw.R, strict=False):
-        check_covariance(R, m, f"sensor {sen.id}: the noise covariance of landmark {id}")
+    if raw.R is not None and not are_covariances(np.asarray(raw.R, float)):
+        for id, R in zip(ids, raw.R, strict=True):
+            check_covariance(R, m, f"sensor {sen.id}: the noise covariance of landmark {id}")
     if y.shape != (len(ids), m):
         raise ValueError(
             f"sensor {sen.id}: measurements must have shape {(len(ids), m)}, one row per id, got {y.shape}"
