@@ -1,6 +1,8 @@
 """The command line: every scenario runs, results are whole and repeatable, mistakes are told before the run."""
 
 import csv
+import importlib.metadata
+import importlib.util
 import json
 import os
 import re
@@ -8,7 +10,9 @@ import shlex
 import signal
 import subprocess
 import sys
+import tempfile
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -311,6 +315,32 @@ def test_doctor_has_a_cure_of_one_line_for_each_problem(monkeypatch, capsys, tmp
     assert {out[i].split()[1] for i in problems} == {"numpy", "ipywidgets", "kernel", "widgets", "data"}
     assert all("cure: " in out[i + 1] for i in problems) and out[-1] == "5 problems"
     assert "1.25.3, older than 1.26" in "\n".join(out)
+
+
+def test_doctor_says_whether_steps_can_be_compiled(monkeypatch, tmp_path):
+    monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path))
+    if importlib.util.find_spec("numba"):
+        found, cure = doctor.compiled()[1:]
+        assert (tmp_path / "compiled").is_dir() and str(tmp_path / "compiled") in found and cure == ""
+        assert importlib.metadata.version("numba") in found
+
+        monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+        (tmp_path / "a file").write_text("")
+        monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path / "a file"))  # no folder can be made in it
+        assert "EKFSLAM_CACHE" in doctor.compiled()[2]
+
+        monkeypatch.setattr(importlib.metadata, "version", lambda name: "0.1")
+        assert "older than" in doctor.compiled()[1] and "[compiled]" in doctor.compiled()[2]
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    found, cure = doctor.compiled()[1:]
+    assert "ekfslam_tutorial[compiled]" in found and cure == ""
+
+
+def test_doctor_asks_for_the_numba_of_the_extra():
+    file = Path(__file__).resolve().parents[1] / "pyproject.toml"
+    project = tomllib.loads(file.read_text(encoding="utf-8"))["project"]
+    (asked,) = project["optional-dependencies"]["compiled"]
+    assert asked.startswith(f"numba>={doctor.NUMBA};")
 
 
 def test_progress_lists_the_exercises(capsys, monkeypatch, tmp_path):

@@ -82,7 +82,7 @@ def test_every_locked_package_has_an_exact_version_and_hashes():
 def test_the_lock_holds_every_package_that_pyproject_asks_for():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     extras = project["project"]["optional-dependencies"]
-    asked = project["project"]["dependencies"] + extras["lab"] + extras["test"] + extras["data"]
+    asked = project["project"]["dependencies"] + extras["lab"] + extras["test"] + extras["data"] + extras["compiled"]
     asked += project["build-system"]["requires"]
     names = {re.split(r"[<>=!~\[ ;]", item)[0].lower() for item in asked}
     assert names - set(locked()) == set()

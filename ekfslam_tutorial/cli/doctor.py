@@ -13,6 +13,7 @@ from .files import PACKAGE, scenarios, shipped
 
 NEEDED = {"numpy": "1.26", "scipy": "1.11", "matplotlib": "3.8", "ipywidgets": "8.1", "tqdm": "4.66"}
 LAB = {"jupyterlab": "4.2", "ipykernel": "6", "jupyterlab_widgets": "3"}
+NUMBA = "0.61"
 
 
 def main(options):
@@ -38,6 +39,7 @@ def findings():
     yield files("notebooks", list(shipped("notebooks").glob("*.ipynb")))
     yield files("scenarios", list(scenarios()))
     yield data()
+    yield compiled()
     yield "movies", "MP4 (ffmpeg)" if shutil.which("ffmpeg") else "GIF (no ffmpeg: that is enough)", ""
     yield results()
 
@@ -110,6 +112,24 @@ def data():
             "set EKFSLAM_DATA to the folder of the logs",
         )
     return "data", named or "EKFSLAM_DATA is not set: simulated twins stand in for the real logs", ""
+
+
+def compiled():
+    """Whether steps can be compiled, and where the programs are kept. Not to have numba is no problem."""
+    extra = "python -m pip install --upgrade 'ekfslam_tutorial[compiled]'"
+    if importlib.util.find_spec("numba") is None:
+        return "compiled", f"no numba: `compiled = true` needs it ({extra})", ""
+    _, version, cure = package("numba", NUMBA, extra)
+    if cure:
+        return "compiled", f"numba {version}", cure
+    try:
+        from ..compiled.program import _cache as kept_in
+    except ImportError as error:  # numba and numpy do not fit, or one of them is damaged
+        return "compiled", f"numba {version} cannot be imported: {error}", extra
+    folder = kept_in()  # a temporary one if the user's cannot be made
+    good = folder.name == "compiled" and os.access(folder, os.W_OK)
+    cure = "" if good else "set EKFSLAM_CACHE to a folder of your own, to compile once and not in each run"
+    return "compiled", f"numba {version}; programs are kept in {folder}", cure
 
 
 def results():
