@@ -3,7 +3,6 @@
 from functools import lru_cache
 
 import numpy as np
-from numba.core.errors import NumbaError
 
 from ..ekf import Innovation
 from ..ekf import correct as correct_by
@@ -15,7 +14,6 @@ from .program import build, straight_code
 FEW = 20_000  # products of P - W W' up to which a loop is faster than a call of BLAS
 MANY_ROWS = 48  # of W' from which on BLAS is faster than the loops
 NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
-ERRORS = TypeError, AttributeError, ValueError, IndexError, NumbaError  # of a model that is not made for symbols
 KEEP = 256  # programs
 
 _programs = {}
@@ -36,7 +34,7 @@ def _traced(write, *key):
     """The program, or None; models that are equal share it."""
     try:
         return write(*key)
-    except ERRORS:
+    except Exception:  # a model that is not made for symbols may fail in any way; with numbers it says what is wrong
         return None
 
 
@@ -182,6 +180,24 @@ def _write_expected(frame, sensor, kind):
 def _single(a, ndim):
     """An array of the only member of a stack; one that is the same for all may stand without the stack."""
     return a[0] if a.ndim > ndim else a
+
+
+def residual(sensor, y, e):
+    """`sensor.residual` of a stack, shape (K, m). None if not compiled."""
+    run = _program(_write_residual, sensor)
+    if run is None:
+        return None
+    z = np.empty(e.shape)
+    run(np.ascontiguousarray(y, float), e, z)
+    return z
+
+
+def _write_residual(sensor):
+    tape, m = Tape(), len(sensor.R)
+    z = sensor.residual(tape.inputs("y[k, {}]", m)[None], tape.inputs("e[k, {}]", m)[None])
+    _, loop = straight_code(tape, [("z[k, {}]", z[0])], each="[k")
+    lines = ["for k in range(len(z)):", *(f"    {line}" for line in loop)]
+    return build("void(f8[:, ::1], f8[:, ::1], f8[:, ::1])", "y, e, z", lines)
 
 
 def correct(map, ranges, n_f, J, found, z, R):

@@ -108,6 +108,14 @@ class Symbol:
     def __abs__(self):
         return self.tape.note("abs({})", self)
 
+    @_with_arrays
+    def __eq__(self, other):  # and so it cannot be hashed: a set decides by values, too
+        return self.tape.note("{} == {}", self, other)
+
+    @_with_arrays
+    def __ne__(self, other):
+        return self.tape.note("{} != {}", self, other)
+
     def __lt__(self, other):
         return self.tape.note("{} < {}", self, other)
 
@@ -167,7 +175,9 @@ for _name in ("cos", "sin", "tan", "arctan", "arcsin", "arccos", "sqrt", "exp", 
 
 
 OF_TWO = {np.arctan2: _of_two("arctan2"), np.hypot: _of_two("hypot")}
-COMPARISONS = {np.less, np.less_equal, np.greater, np.greater_equal}
+COMPARISONS = {np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal}
+BLIND = {np.nan_to_num}
+"""Functions of numpy that leave objects as they are, whatever they would do with numbers."""
 
 
 class Symbols(np.ndarray):
@@ -178,7 +188,9 @@ class Symbols(np.ndarray):
     """
 
     def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
-        if ufunc in COMPARISONS:
+        if "where" in kwargs:
+            return NotImplemented
+        if ufunc in COMPARISONS or "dtype" in kwargs:
             kwargs["dtype"] = object
         if "out" in kwargs:
             kwargs["out"] = tuple(map(_plain, kwargs["out"]))
@@ -187,6 +199,8 @@ class Symbols(np.ndarray):
     def __array_function__(self, function, types, args, kwargs):
         if function is np.where:
             return _symbols(_where(*map(_plain, args)))
+        if function in BLIND:
+            return NotImplemented
         return _symbols(super().__array_function__(function, types, args, kwargs))
 
 
