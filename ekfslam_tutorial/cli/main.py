@@ -8,6 +8,7 @@ import sys
 from .. import __version__
 
 USER_ERRORS = (ValueError, OSError)  # told in one sentence; anything else is a mistake of ours
+CHANGE = "change a key of the scenario: time.last=50, data.set=7, options.compiled=true; docs/scenarios.md has all"
 
 
 def main(arguments=None):
@@ -83,7 +84,7 @@ def _command(commands, name, help, module=None, **more):
 def _run(commands):
     run = _command(commands, "run", "Run a scenario and write result.json, trajectory.csv, map.csv and figures.")
     run.add_argument("scenario", help="a TOML file, or the name of a scenario that comes with the package")
-    run.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario: data.set=7")
+    run.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=CHANGE)
     run.add_argument("--out", metavar="DIR", help="folder for the results; results/NAME if not given")
     run.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
     run.add_argument("--recording", metavar="PATH", help="play this recording (.npz or CSV folder), do not simulate")
@@ -114,9 +115,7 @@ def _monte_carlo(commands):
     many.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster of this scheduler: tcp://HOST:8786")
     many.add_argument("--out", metavar="DIR", help="folder for the results; results/NAME-monte-carlo if not given")
     many.add_argument("--resume", action="store_true", help="go on with the series in that folder")
-    many.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change the scenario: time.last=50"
-    )
+    many.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=CHANGE)
     many.add_argument("--seed", type=int, metavar="N", help="of the whole series, instead of the scenario's")
     many.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
 
