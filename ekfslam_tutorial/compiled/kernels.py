@@ -11,7 +11,13 @@ from math import isfinite, sqrt
 import numpy as np
 from numba import njit
 
-compiled = njit(error_model="numpy", cache=True, nogil=True)
+
+def compiled(function):
+    """Compile a function when it is called for the first time; the machine code is kept if there is a place for it."""
+    try:
+        return njit(error_model="numpy", cache=True, nogil=True)(function)
+    except RuntimeError:  # neither beside this file nor in the user's cache
+        return njit(error_model="numpy", nogil=True)(function)
 
 
 @compiled

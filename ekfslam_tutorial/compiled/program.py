@@ -8,6 +8,7 @@ import hashlib
 import os
 import sys
 import tempfile
+from functools import cache
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
@@ -98,17 +99,29 @@ def build(signature, arguments, lines):
     name = "program_" + hashlib.sha256((text + inside).encode()).hexdigest()[:20]
     if name not in sys.modules:
         path = _cache() / f"{name}.py"
-        if not path.exists() or path.read_text(encoding="utf-8") != text:
+        if not path.exists() or path.read_bytes() != text.encode():
             _write(path, text)
-        loader = SourceFileLoader(name, str(path))
-        module = sys.modules[name] = ModuleType(name)  # before it runs: stored machine code asks for it by this name
-        module.__file__ = str(path)
         try:
-            loader.exec_module(module)
-        except BaseException:
-            del sys.modules[name]
-            raise
+            _load(name, path)
+        except Exception:
+            stored = list(path.parent.glob(f"__pycache__/{name}.*"))
+            if not stored:
+                raise
+            for file in stored:  # may be damaged
+                file.unlink(missing_ok=True)
+            _load(name, path)
     return sys.modules[name].run
+
+
+def _load(name, path):
+    """Run a program's file: it compiles itself, or takes the machine code that is stored beside it."""
+    module = sys.modules[name] = ModuleType(name)  # before it runs: stored machine code asks for it by this name
+    module.__file__ = str(path)
+    try:
+        SourceFileLoader(name, str(path)).exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
 
 
 def _cache():
@@ -117,13 +130,20 @@ def _cache():
     folder = Path(os.environ.get("EKFSLAM_CACHE") or Path(home) / "ekfslam_tutorial") / "compiled"
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError:
-        return Path(tempfile.mkdtemp())
+        return Path(_temporary().name)
     return folder
+
+
+@cache
+def _temporary():
+    """A folder that goes with this process."""
+    return tempfile.TemporaryDirectory(prefix="ekfslam_")
 
 
 def _write(path, text):
     """All of a file or nothing of it, also where several programs write the same one."""
     part = path.with_suffix(f".{os.getpid()}.part")
-    part.write_text(text, encoding="utf-8")
+    part.write_bytes(text.encode())
     part.replace(path)
