@@ -22,6 +22,9 @@ from threadpoolctl import threadpool_info
 from ekfslam_tutorial.cli import doctor, main, views
 from ekfslam_tutorial.cli import run as run_command
 from ekfslam_tutorial.cli.files import file_name, find_scenario, replacing, scenarios, shipped
+from ekfslam_tutorial.cli.templates import motion as new_motion
+from ekfslam_tutorial.cli.templates import sensor as new_sensor
+from ekfslam_tutorial.geometry.symbols import Symbol, Tape
 from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -238,6 +241,15 @@ def test_a_new_model_passes_its_own_test_and_runs_in_a_scenario(kind, tmp_path, 
     before = model.read_bytes()
     assert ekfslam("new", kind, "my_thing", "--dir", tmp_path) == 2
     assert "is there already, and nothing is overwritten" in capsys.readouterr().err and model.read_bytes() == before
+
+
+def test_a_new_model_can_be_called_with_symbols_and_so_be_compiled():
+    tape = Tape()
+    p, x, u = tape.inputs("p[{}]", 2)[None], tape.inputs("x[{}]", 3)[None], tape.inputs("u[{}]", 2)[None]
+    y, Y_p = new_sensor.NewSensor().project(p)
+    assert isinstance(Y_p[0, 1, 1], Symbol) and isinstance(new_sensor.NewSensor().visible(y, p)[0], Symbol)
+    assert isinstance(new_sensor.NewSensor().retro(y)[1][0, 1, 1], Symbol)
+    assert isinstance(new_motion.NewMotion().move(x, u, tape.note("dt"))[1][0, 1, 2], Symbol)
 
 
 def test_a_bare_model_stops_where_code_is_needed(tmp_path):
