@@ -54,16 +54,28 @@ def _cannot_change(model):
     return parameters is not None and parameters.frozen
 
 
+def _floats(a):
+    """An array as programs take it: whatever its type and order, and whether or not it may be written to."""
+    return np.array(a, float, order="C")
+
+
+def _check_shapes(*arrays):
+    """Refuse a model whose results have other shapes than they should: a program would not notice."""
+    for a, *shape in arrays:
+        if a.shape != tuple(shape):
+            raise ValueError(f"expected the shape {tuple(shape)}, got {a.shape}")
+
+
 # --- motion ----------------------------------------------------------------------------------------------------------
 
 
 def move(map, r, motion, u, U, dt):
     """`motion.move` and `predict`. Whether it could be done."""
     run = _program(_write_move, motion)
-    if run is None:
+    if run is None or r.stop - r.start != motion.size:
         return False
     x, P, n, lower = map.storage
-    run(x, P, n, lower, r.start, np.asarray(u, float), np.ascontiguousarray(U, float), float(dt))
+    run(x, P, n, lower, r.start, _floats(u), _floats(U), float(dt))
     return True
 
 
@@ -72,6 +84,7 @@ def _write_move(motion):
     tape = Tape()
     x, u, dt = tape.inputs("x[r + {}]", size), tape.inputs("u[{}]", m), tape.note("dt")
     x2, X_x, X_u = map(_single, motion.move(x[None], u[None], dt), (1, 2, 2))
+    _check_shapes((x2, size), (X_x, size, size), (X_u, size, m))
     outputs = ("x2[{}]", x2), ("X_x[{}, {}]", X_x), ("X_u[{}, {}]", X_u)
     lines = [
         f"x2, X_x, X_u = np.empty({size}), np.empty(({size}, {size})), np.empty(({size}, {m}))",
@@ -131,7 +144,7 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
         J is [E_r E_s E_l], shape (K, m, ·); E is NaN where it was not computed.
     """
     program = _program(_write_expected, type(Rf), sensor, kind)
-    if program is None:
+    if program is None or type(Sf) is not type(Rf) or l.shape[-1] != kind.size:
         return None
     run, m, d, size = program
     K, l, known = len(l), np.ascontiguousarray(l, float), rows is None
@@ -152,8 +165,11 @@ def _write_expected(frame, sensor, kind):
     Rf, Sf = frame(tape.inputs("rf[{}]", n_f)), frame(tape.inputs("sf[{}]", n_f))
     e, v, E_r, E_s, E_l = expect(Rf, Sf, sensor, kind, tape.inputs("l[k, {}]", n_l)[None])
     visible = np.asarray(sensor.visible(e, v))[0]
-    J = np.concatenate([_single(E, 2) for E in (E_r, E_s, E_l)], -1)
-    m, d, size = e.shape[-1], v.shape[-1], J.shape[-1]
+    E_r, E_s, E_l = (_single(E, 2) for E in (E_r, E_s, E_l))
+    m = len(sensor.R)
+    _check_shapes((e[0], m), (E_r, m, n_f), (E_s, m, n_f), (E_l, m, n_l))
+    J = np.concatenate([E_r, E_s, E_l], -1)
+    d, size = v.shape[-1], J.shape[-1]
     outputs = ("e[k, {}]", e[0]), ("v[k, {}]", v[0]), ("visible[k]", visible), ("J[k, {}, {}]", J)
     before, loop = straight_code(tape, outputs, each="[k")
     loop += [
@@ -260,11 +276,14 @@ def started(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
     l, P_lm, P_ll : ndarray, or None
     """
     program = _program(_write_started, type(Rf), sensor, kind)
-    if program is None:
+    if program is None or type(Sf) is not type(Rf):
         return None
-    run, size, n_f = program
+    run, size, n_f, n_n = program
+    y, n, R, N, m = _floats(y), _floats(n), _floats(R), _floats(N), len(sensor.R)
+    if y.shape != (m,) or R.shape != (m, m) or n.shape != (n_n,) or N.shape != (n_n, n_n):
+        return None
     l, L, Q = np.empty(size), np.empty((size, 2 * n_f)), np.empty((size, size))
-    run(Rf.x, Sf.x, np.asarray(y, float), n, np.ascontiguousarray(R), N, l, L, Q)
+    run(Rf.x, Sf.x, y, n, R, N, l, L, Q)
     x, P, n_states, lower = map.storage
     return l, *kernels.joined(P, n_states, lower, _begin(r), _begin(s), n_f, n_f, L, Q)
 
@@ -276,6 +295,7 @@ def _write_started(frame, sensor, kind):
     y, n = tape.inputs("y[{}]", m), tape.inputs("n[{}]", n_n)
     l, *Ls = retro_project(Rf, Sf, sensor, kind, y[None], n[None])
     L_r, L_s, L_y, L_n = (_single(L, 2) for L in Ls)
+    _check_shapes((l[0], n_l), (L_r, n_l, n_f), (L_s, n_l, n_f), (L_y, n_l, m), (L_n, n_l, n_n))
     outputs = ("l[{}]", l[0]), ("L[{}, {}]", np.concatenate([L_r, L_s], -1)), ("L_y[{}, {}]", L_y), ("L_n[{}, {}]", L_n)
     lines = [
         f"L_y, L_n, Q_n = np.empty(({n_l}, {m})), np.empty(({n_l}, {n_n})), np.empty(({n_l}, {n_l}))",
@@ -285,4 +305,4 @@ def _write_started(frame, sensor, kind):
         "Q += Q_n",
     ]
     signature = "void(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])"
-    return build(signature, "rf, sf, y, n, R, N, l, L, Q", lines), n_l, n_f
+    return build(signature, "rf, sf, y, n, R, N, l, L, Q", lines), n_l, n_f, n_n

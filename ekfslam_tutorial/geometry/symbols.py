@@ -188,7 +188,7 @@ class Symbols(np.ndarray):
     """
 
     def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
-        if "where" in kwargs:
+        if kwargs.get("where", True) is not True:
             return NotImplemented
         if ufunc in COMPARISONS or "dtype" in kwargs:
             kwargs["dtype"] = object

@@ -4,6 +4,6 @@ import pytest
 
 pytest.importorskip("numba", reason="numba, the extra `compiled`, is not installed")
 
-from .interpreter import interpreted  # noqa: E402
+from .interpreter import interpreted
 
 __all__ = ["interpreted"]

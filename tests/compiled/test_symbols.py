@@ -75,7 +75,7 @@ SPECIAL = {
 
 
 def landmarks(F, kind, p):
-    """Landmarks of a type at these points, seen from F; where they have an inverse distance, with -rho and zero, too."""
+    """Landmarks of a type at these points, seen from F; with an inverse distance also at -rho and zero."""
     with np.errstate(all="ignore"):
         l = kind.from_frame(F, kind.from_point(p)[0])[0]
     if not isinstance(kind, EucPnt):
