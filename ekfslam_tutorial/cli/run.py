@@ -36,6 +36,8 @@ def main(options):
     movie = views.movie_path(out) if options.movie else None
 
     print(f"linear algebra on {options.threads} thread{'s' * (options.threads > 1)} (--threads)", file=sys.stderr)
+    if data.options.compiled:
+        print("steps compiled: the first run of a model on a machine takes some seconds more", file=sys.stderr)
     history, recorder = History(), Recorder()
     state = taken_up(options, out, data, recording, history)
     run = universal_slam(data, recording, resume=state)

@@ -14,6 +14,6 @@ A step in a small map is hundreds of calls for a handful of numbers each. Here i
 Nothing above `models` and `ekf` may be imported here, and nothing imports this before a map asks for it.
 """
 
-from .step import correct, expected, inside, move, normalized, started
+from .step import correct, expected, inside, move, normalized, residual, started
 
-__all__ = ["correct", "expected", "inside", "move", "normalized", "started"]
+__all__ = ["correct", "expected", "inside", "move", "normalized", "residual", "started"]

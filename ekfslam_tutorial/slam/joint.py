@@ -26,7 +26,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     table = sightings(map, rob, sen, list(lmks.values()), Rf, Sf, in_view=by_id)
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
-    in_view = np.flatnonzero(table.visible).tolist()
+    in_view = table.visible.nonzero()[0].tolist()
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
     table.keep(map, near)
     seen = [Obs(table, k) for k in in_view]
@@ -55,7 +55,8 @@ def _correct(map, rob, sen, table, found, raw, opt, camera):
     e = table.e if len(found) == len(table.lmks) else table.e.take(found, 0)
     index = [table.index[k] for k in found]
     y, R = raw.y.take(index, 0), sen.model.R if raw.R is None else raw.R.take(index, 0)
-    z = sen.model.residual(y, e)
+    z = compiled().residual(sen.model, y, e) if map.compiled else None
+    z = sen.model.residual(y, e) if z is None else z
     table.measure(found, y, z, R)
     if isfinite(opt.md2_threshold):
         passed = np.flatnonzero(_distances(z, table.E[found] + R) < opt.md2_threshold).tolist()
