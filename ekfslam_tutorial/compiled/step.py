@@ -204,7 +204,7 @@ def residual(sensor, y, e):
     if run is None:
         return None
     z = np.empty(e.shape)
-    run(np.ascontiguousarray(y, float), e, z)
+    run(_floats(y), _floats(e), z)
     return z
 
 

@@ -186,6 +186,18 @@ def test_a_measurement_is_inside_where_the_model_says_so(name, rng):
         assert all(type(each) is bool for each in got) and (all(got) or len(set(got)) == 2)
 
 
+@pytest.mark.parametrize("name", SENSORS)
+def test_innovations_are_those_of_the_model(name, rng):
+    """Also of angles that differ by pi, and of e as a part of another array, in which its numbers are apart."""
+    sensor = SENSORS[name]
+    m = len(sensor.R)
+    y, e = rng.uniform(-7, 7, (200, m)), rng.uniform(-7, 7, (200, m + 1))[:, 1:]
+    y[:4], e[:4] = [[np.pi], [-np.pi], [2.0], [2.0 - np.pi]], [[-np.pi], [np.pi], [2.0 - np.pi], [2.0]]
+    z = step.residual(sensor, y, e)
+    assert z is not None, "no longer compiled"
+    assert np.array_equal(z, sensor.residual(y, e))
+
+
 # --- motion ----------------------------------------------------------------------------------------------------------
 
 MOTIONS = {
