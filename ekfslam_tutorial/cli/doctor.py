@@ -126,9 +126,8 @@ def compiled():
         from ..compiled.program import _cache as kept_in
     except ImportError as error:  # numba and numpy do not fit, or one of them is damaged
         return "compiled", f"numba {version} cannot be imported: {error}", extra
-    folder = kept_in()  # a temporary one if the user's cannot be made
-    good = folder.name == "compiled" and os.access(folder, os.W_OK)
-    cure = "" if good else "set EKFSLAM_CACHE to a folder of your own, to compile once and not in each run"
+    folder = kept_in()  # a temporary one if the user's cannot be written
+    cure = "" if folder.name == "compiled" else "set EKFSLAM_CACHE to a folder of your own, to compile once and not in each run"
     return "compiled", f"numba {version}; programs are kept in {folder}", cure
 
 
