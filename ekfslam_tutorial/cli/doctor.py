@@ -127,7 +127,7 @@ def compiled():
     except ImportError as error:  # numba and numpy do not fit, or one of them is damaged
         return "compiled", f"numba {version} cannot be imported: {error}", extra
     folder = kept_in()  # a temporary one if the user's cannot be written
-    cure = "" if folder.name == "compiled" else "set EKFSLAM_CACHE to a folder of your own, to compile once and not in each run"
+    cure = "" if folder.name == "compiled" else "set EKFSLAM_CACHE to a folder of your own, to compile once only"
     return "compiled", f"numba {version}; programs are kept in {folder}", cure
 
 
