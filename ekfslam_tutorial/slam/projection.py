@@ -51,11 +51,14 @@ def normalize(map, obj):
     """
     F = obj.frame(map)
     if not F.is_normal and obj.r is not None:
-        if map.compiled and compiled().normalized(map, obj.r, type(F)):
+        o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
+        if F.dim == 2:  # whole turns are added to the heading, which changes no covariance
+            map.move(o, F.normalized()[0].x[F.dim :])
+            F = obj.frame(map)
+        elif map.compiled and compiled().normalized(map, obj.r, type(F)):
             F = obj.frame(map)
         else:
             N, N_f = F.normalized()
-            o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
             transform(map, o, N.x[F.dim :], N_f[F.dim :, F.dim :])
             obj.last = F = N
     obj.normal = F
