@@ -70,10 +70,17 @@ def main(options):
         if keeper and not interrupted:
             keeper.path.unlink(missing_ok=True)  # the whole result is there
         print(results.sentence(summary))
-        for doubt in results.doubts(summary, history):
-            print(f"note: {doubt}", file=sys.stderr)
+        for note in [*results.doubts(summary, history), *(not_compiled() if data.options.compiled else [])]:
+            print(f"note: {note}", file=sys.stderr)
         print(f"written to {out}: {', '.join(written)}", flush=True)
     return 130 if interrupted else 0
+
+
+def not_compiled():
+    """A sentence for what the run has computed without compiling."""
+    from ..compiled import left_out  # numba takes its time: not for every command
+
+    return [f"not compiled, computed by numpy: {', '.join(left_out())}"] if left_out() else []
 
 
 def read(options, models):

@@ -2,8 +2,6 @@
 
 A step in a small map is hundreds of calls for a handful of numbers each. Here it is five.
 
-* A step in a small map is hundreds of calls for a handful of numbers each. Here it is five.
-
 * The models are not written a second time. They are run once with symbols instead of numbers (`geometry/symbols.py`),
   and what they do is written down as straight code and compiled (`program.py`).
 * The filter's equations stand here once more, as loops over P (`kernels.py`), and are held against `ekf/filter.py` by
@@ -14,6 +12,6 @@ A step in a small map is hundreds of calls for a handful of numbers each. Here i
 Nothing above `models` and `ekf` may be imported here, and nothing imports this before a map asks for it.
 """
 
-from .step import correct, expected, inside, move, normalized, residual, started
+from .step import correct, expected, inside, left_out, move, normalized, residual, started
 
-__all__ = ["correct", "expected", "inside", "move", "normalized", "residual", "started"]
+__all__ = ["correct", "expected", "inside", "left_out", "move", "normalized", "residual", "started"]

@@ -54,6 +54,13 @@ def _cannot_change(model):
     return parameters is not None and parameters.frozen
 
 
+def left_out():
+    """What could not be compiled so far and is computed as ever, in words: "inside: PinHole"."""
+    missing = [(at[0], key) for at, (key, program) in _programs.items() if program is None]
+    words = lambda key: ", ".join(type(model).__name__ for model in key if not isinstance(model, type))  # no frames
+    return sorted({f"{write.__name__.removeprefix('_write_')}: {words(key)}" for write, key in missing})
+
+
 def _floats(a):
     """An array as programs take it: whatever its type and order, and whether or not it may be written to."""
     return np.array(a, float, order="C")
