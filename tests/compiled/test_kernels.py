@@ -1,0 +1,182 @@
+"""The loops on the map's storage against the seven functions of `ekf/filter.py`.
+
+A tolerance of 1e-11 of the largest number: sums of a few hundred products, in another order.
+"""
+
+import copy
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.compiled import kernels, step
+from ekfslam_tutorial.ekf import (
+    Map,
+    augment,
+    correct,
+    covariance,
+    cross,
+    innovation,
+    predict,
+    stochastic_map,
+    transform,
+)
+
+N_R, M = 3, 2
+KNOWN = [(), ("r",), ("s",), ("r", "s")]
+
+
+def close(a, b):
+    return np.allclose(a, b, rtol=0, atol=1e-11 * np.abs(b).max(initial=1.0))
+
+
+@pytest.fixture(params=["both", "lower", "large"])
+def scene(request, rng, monkeypatch):
+    """A map of a robot, a sensor and landmarks, with gaps where some have been removed; r, s, and those that are left.
+
+    Of the covariance both triangles are there, or the upper one is NaN, as if nobody had ever written to it.
+    """
+    n = 130 if request.param == "large" else 8  # 400 states and more, where a map keeps one triangle by itself
+    map = Map(compiled=True)
+    r, first, s = (
+        map.add(rng.normal(size=N_R), np.eye(N_R)),
+        map.add(np.ones(2), np.eye(2)),
+        map.add(np.ones(3), np.eye(3)),
+    )
+    lmks = [map.add(rng.normal(size=3), np.eye(3)) for _ in range(n)]
+    A = rng.normal(size=map.P.shape) / np.sqrt(map.n)
+    map.P[:] = A @ A.T + 0.1 * np.eye(map.n)
+    for gone in (first, lmks[2], lmks[n // 2]):
+        map.remove(gone)
+    del lmks[n // 2], lmks[2]
+    if request.param != "both":
+        monkeypatch.setattr(stochastic_map, "ONE_TRIANGLE", 0)
+        monkeypatch.setattr(stochastic_map, "ONE_TRIANGLE_COMPILED", 0, raising=False)
+        map._Pn[np.triu_indices(map.n, 1)] = np.nan
+        map._lower = True
+    return map, r, s, lmks
+
+
+def plain(map):
+    """A copy for the functions that are the measure."""
+    other = copy.deepcopy(map)
+    assert other._lower == map._lower
+    return other
+
+
+def same(map, other):
+    """Whether two maps hold the same, and both triangles of P, when asked for, are the same to the last bit."""
+    return np.array_equal(map.P, map.P.T) and close(map.P, other.P) and close(map.x, other.x)
+
+
+def test_rows(scene):
+    map, *_, lmks = scene
+    x, P, n, lower = map.storage
+    out = np.empty((3, n))
+    for r in (lmks[0], lmks[-1]):
+        kernels.rows_of(P, n, lower, r.start, 3, out)
+        assert np.array_equal(out, map.rows(r))
+
+
+def test_a_prediction(scene, rng):
+    map, r, s, _ = scene
+    for at in (r, s):
+        X_x, X_u, B = rng.normal(size=(3, 3)), rng.normal(size=(3, 2)), rng.normal(size=(2, 2))
+        X_x[1, 2] = X_x[0, 0] = 0.0
+        Q, other = np.empty((3, 3)), plain(map)
+        kernels.sandwich(X_u, B @ B.T, Q)
+        x, P, n, lower = map.storage
+        kernels.propagate(P, n, lower, at.start, X_x, Q)
+        predict(other, at, other.x[at].copy(), X_x, X_u, B @ B.T)
+        assert close(Q, X_u @ B @ B.T @ X_u.T) and map._lower == other._lower
+        assert same(plain(map), plain(other))
+
+
+def test_a_state_that_is_replaced_by_a_function_of_itself(scene, rng):
+    map, *_, lmks = scene
+    other, J = plain(map), rng.normal(size=(3, 3))
+    x, P, n, lower = map.storage
+    kernels.propagate(P, n, lower, lmks[3].start, J, np.zeros((3, 3)))
+    transform(other, lmks[3], other.state(lmks[3]), J)
+    assert same(map, other)
+
+
+@pytest.mark.parametrize("known", KNOWN, ids=lambda known: " and ".join(known) + " known")
+def test_a_new_state(scene, known, rng):
+    map, r, s, _ = scene
+    r, s = None if "r" in known else r, None if "s" in known else s
+    other, L_r, L_s, B = plain(map), rng.normal(size=(4, 3)), rng.normal(size=(4, 3)), rng.normal(size=(4, 4))
+    x, P, n, lower = map.storage
+    L = np.concatenate([L_r, L_s], -1)
+    P_lm, P_ll = kernels.joined(P, n, lower, step._begin(r), step._begin(s), 3, 3, L, B @ B.T)
+    got = map.insert(np.ones(4), P_ll, P_lm)
+    assert got == augment(other, np.ones(4), ((r, L_r), (s, L_s)), B @ B.T)
+    assert same(map, other)
+
+
+def stack(lmks, n_l, some, rng):
+    """Landmarks in a stack: where they are, and Jacobians with a few zeros in them."""
+    rows = np.array([np.arange(lmk.start, lmk.stop) for lmk in lmks])[:, :n_l]
+    J = rng.normal(size=(len(lmks), M, 6 + n_l))
+    J[:, 0, 1] = J[0, 1, -1] = 0.0
+    return rows, J, list(some)
+
+
+def blocks_of(r, s, rows, J, found):
+    J = J[found]
+    return (r, J[..., :3]), (s, J[..., 3:6]), (None if rows is None else rows[found], J[..., 6:])
+
+
+@pytest.mark.parametrize(
+    "known", [*KNOWN, ("l",), ("l", "s"), ("l", "r", "s")], ids=lambda known: " and ".join(known) + " known"
+)
+def test_expectations(scene, known, rng):
+    map, r, s, lmks = scene
+    r, s = None if "r" in known else r, None if "s" in known else s
+    rows, J, _ = stack(lmks[:5], 3, (), rng)
+    rows = None if "l" in known else rows
+    x, P, n, lower = map.storage
+    cols, at = kernels.columns_of(step._begin(r), step._begin(s), 3, 3, 3, rows is None)
+    E = np.full((5, M, M), np.nan)
+    for k in range(5):
+        kernels.covariance_of(P, lower, J, cols, at, step.NO_ROWS if rows is None else rows, k, 6, E[k])
+        blocks = [(a, b[0]) for a, b in blocks_of(r, s, None, J, [k])[:2]]
+        blocks.append((None if rows is None else lmks[k], J[k, :, 6:]))
+        assert close(E[k], covariance(cross(map, blocks), blocks)) and np.array_equal(E[k], E[k].T)
+
+
+@pytest.mark.parametrize("each", [False, True], ids=["R for all", "R for each"])
+@pytest.mark.parametrize("some", [[0], [3, 1, 4], list(range(6))], ids=str)
+@pytest.mark.parametrize(
+    "known", [*KNOWN, ("l",), ("l", "s"), ("l", "r", "s")], ids=lambda known: " and ".join(known) + " known"
+)
+def test_corrections(scene, known, some, each, rng):
+    """Small maps by loops; where that is much work, P by BLAS."""
+    map, r, s, lmks = scene
+    r, s = None if "r" in known else r, None if "s" in known else s
+    rows, J, found = stack(lmks[:6], 3, some, rng)
+    rows = None if "l" in known else rows
+    B = rng.normal(size=(len(found), M, M)) if each else rng.normal(size=(M, M))
+    R, z = B @ np.swapaxes(B, -1, -2) + 0.1 * np.eye(M), 0.1 * rng.normal(size=(len(found), M))
+    other, blocks = plain(map), blocks_of(r, s, rows, J, found)
+    assert step.correct(map, (r, s, rows), 3, J, found, z, R)
+    PHt = cross(other, blocks)
+    correct(other, PHt, innovation(z, covariance(PHt, blocks), R))
+    assert map._lower == other._lower and same(map, other)
+    free = ~map.used
+    assert not map.x[free].any() and not map.P[free].any()
+
+
+def test_the_loops_end_where_blas_is_faster(rng, monkeypatch):
+    """The same on both sides of the border between them."""
+    ends = []
+    for few in (0, step.FEW):
+        monkeypatch.setattr(step, "FEW", few)
+        rng = np.random.default_rng(1)
+        map = Map(compiled=True)
+        r = map.add(rng.normal(size=3), np.eye(3))
+        rows = np.array([np.arange(a.start, a.stop) for a in (map.add(np.ones(2), np.eye(2)) for _ in range(4))])
+        z, J = rng.normal(size=(4, 2)), rng.normal(size=(4, 2, 8))
+        assert step.correct(map, (r, None, rows), 3, J, [0, 1, 2, 3], z, np.eye(2))
+        ends.append(map)
+    assert same(*ends)
+    assert not step.correct(map, (r, None, rows), 3, J, [0, 1, 2, 3], np.zeros((step.MANY_ROWS + 1, 1)), np.eye(2))
