@@ -1,0 +1,122 @@
+"""Arrays as they come: read-only, as parts of others, column by column, of integers; and a map with nothing in it."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.compiled import step
+from ekfslam_tutorial.geometry import Frame2
+from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt
+from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
+from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks
+
+from .interpreter import build
+from .scenes import POINTS, Pair, raw
+
+SENSOR = RangeBearing(0.1, 0.02)
+
+
+def read_only(a):
+    a = np.array(a)
+    a.flags.writeable = False
+    return a
+
+
+def apart(a):
+    """The same numbers, with others in between."""
+    wide = np.full([2 * n for n in np.shape(a)], 77.0)
+    part = wide[tuple(slice(None, None, 2) for _ in np.shape(a))]
+    part[...] = a
+    return part
+
+
+AS = {
+    "read-only": read_only,
+    "apart": apart,
+    "backwards": lambda a: np.array(a)[..., ::-1].copy()[..., ::-1],
+    "column by column": np.asfortranarray,
+    "short floats": lambda a: np.asarray(a, np.float32),
+    "integers": lambda a: np.rint(a).astype(int),
+    "broadcast": lambda a: np.broadcast_to(a, np.shape(a)),
+}
+
+
+@pytest.mark.parametrize("joint", [False, True], ids=["sequential", "joint"])
+@pytest.mark.parametrize("noise", [False, True], ids=["R of the sensor", "R for each"])
+@pytest.mark.parametrize("form", AS)
+def test_controls_and_measurements(form, noise, joint, interpreted, rng):
+    pair, given = Pair(SENSOR, joint=joint), AS[form]
+    for _ in range(3):
+        pair.move(given(np.array([1.0, 0.02, 0.05])), given(np.eye(3) + 1e-3))
+        R = given(np.array([np.eye(2)] * 5)) if noise else None
+        events = pair.look(raw(range(5), given(pair.measured(rng)), R))
+    assert len(events) >= 5 and any(o.updated for o in pair.compiled.obs.values())
+
+
+@pytest.mark.parametrize("form", AS)
+def test_parameters_of_sensors(form, interpreted):
+    if form == "short floats":
+        return  # the parameters are other numbers then
+    given = AS[form]
+    lens = PinHole(k=given([320.0, 240.0, 300.0, 300.0]), d=given([1.0, 2.0]), c=given([0.0, 1.0]))
+    y = np.array([[100.0, 200.0]])
+    assert step.inside(lens, y[0]) == lens.visible(y, lens.retro(y)[0])[0]
+    assert np.array_equal(step.residual(lens, given(y), given(0 * y)), y)
+
+
+@pytest.mark.parametrize("form", AS)
+def test_priors_of_a_landmark(form, interpreted, rng):
+    given = AS[form]
+    pair = Pair(BearingOnly2(0.02), lmk_type=AhmPnt(2), n=given([1.0]), N=given([[1.0]]))
+    for _ in range(2):
+        pair.move(np.array([0.1, 0.3, 0.05]))
+        pair.look(raw(range(5), pair.measured(rng)))
+    assert len(pair.compiled.lmks) == 5
+
+
+@pytest.mark.parametrize("joint", [False, True], ids=["sequential", "joint"])
+@pytest.mark.parametrize("form", AS)
+def test_known_states(form, joint, interpreted, rng):
+    """Nothing is estimated, or the sensor's frame only: known robots and landmarks are whatever the user gave."""
+    given = AS[form]
+    for calibrate in (False, True):
+        pair = Pair(SENSOR, joint=joint)
+        for scene in (pair.plain, pair.compiled):
+            scene.map.remove(scene.rob.r)
+            scene.rob = Rob(1, scene.rob.motion, x=given(np.zeros(3)))
+            scene.sen = Sen(1, 1, SENSOR, Frame2, x=given(np.zeros(3)))
+            if calibrate:
+                scene.sen.x, scene.sen.r = None, scene.map.add([0.2, 0.0, 0.1], 0.01 * np.eye(3))
+            scene.lmks = {i: Lmk(i, EucPnt(2), x=given(p), slot=i) for i, p in enumerate(np.rint(POINTS))}
+        events = pair.look(raw(range(5), pair.measured(rng)))
+        assert len(events) >= 5
+
+
+def test_an_empty_map_with_numba():
+    """A map in which nothing is, ever was, or is left."""
+    assert step.build is not build
+    for states in (0, 1, 2):
+        pair = Pair(SENSOR)
+        scene = pair.compiled
+        scene.map.remove(scene.rob.r)
+        scene.map = type(scene.map)(compiled=True) if states == 0 else scene.map
+        scene.rob, scene.opt = Rob(1, scene.rob.motion, x=np.zeros(3)), Options(joint=states == 2)
+        lmks = {1: Lmk(1, EucPnt(2), x=np.array([3, 1]))}
+        y = np.array([[3.1, 0.3]])
+        events, _ = correct_known_lmks(scene.map, scene.rob, scene.sen, lmks, scene.obs, raw([1], y), scene.opt)
+        assert [e.kind for e in events] == ["search", "innovation", "correction"] and scene.map.n_used == 0
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda map: pickle.loads(pickle.dumps(map))], ids=["copy", "pickle"])
+def test_copies_of_a_map_go_on_alone(copied, interpreted, rng):
+    pair = Pair(SENSOR)
+    pair.go(rng), pair.go(rng)
+    old = pair.compiled.map
+    x, P = old.x.copy(), old.P.copy()
+    pair.compiled.map = copied(old)
+    for _ in range(3):
+        pair.go(rng)
+    assert pair.compiled.map.compiled and not np.array_equal(pair.compiled.map.P, P)
+    assert np.array_equal(old.x, x) and np.array_equal(old.P, P)
