@@ -99,9 +99,9 @@ class Step:
         return np.array(self.map.x)[order], np.array(self.map.P)[np.ix_(order, order)]
 
 
-def compressed():
+def compressed(**how):
     """A map that keeps the landmarks at hand apart from the rest."""
-    return ekf.CompressedMap()
+    return ekf.CompressedMap(**how)
 
 
 FILTERS = {
@@ -117,3 +117,4 @@ STEPS = {
 COMPILED = find_spec("numba") is not None  # if it is not, the report names it among what is missing
 if COMPILED:
     STEPS["step, joint, compiled"] = lambda world: Step(world, Map(compiled=True), joint=True)
+    STEPS["step, joint, compressed, compiled"] = lambda world: Step(world, compressed(compiled=True), joint=True)

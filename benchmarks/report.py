@@ -136,7 +136,7 @@ def _circuit(r):
     text += "\nSteps at the end of it, microseconds: median of the last tenth / longest step of the whole circuit:\n\n"
     text += table(head, [[name, *(late(one(n, name)) for n in sizes)] for name in names])
     rows = []
-    for mine in "step, joint", "step, joint, compressed", "step, joint, compiled":
+    for mine in "step, joint", "step, joint, compressed", "step, joint, compiled", "step, joint, compressed, compiled":
         for peer in "filterpy", "GTSAM iSAM2", "GTSAM batch", "MRPT":
             ways = ("MRPT, joint", "MRPT, one by one") if peer == "MRPT" else (peer,)
             found = [ratio(least(*(r.total(n, way) for way in ways)), r.total(n, mine)) for n in sizes]

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..ekf import Innovation
+from ..ekf import Innovation, Map
 from ..ekf import correct as correct_by
 from ..geometry.symbols import Tape
 from ..models.observation import expect, retro_project
@@ -79,17 +79,19 @@ def _check_shapes(*arrays):
 def move(map, r, motion, u, U, dt):
     """`motion.move` and `predict`. Whether it could be done."""
     run = _program(_write_move, motion)
-    if run is None or r.stop - r.start != motion.size:
+    here, *_ = map.at_hand(r)
+    if run is None or r.stop - r.start != motion.size or not isinstance(here, slice):
         return False
-    x, P, n, lower = map.storage
-    run(x, P, n, lower, r.start, _floats(u), _floats(U), float(dt))
+    x, (_, P, n, lower) = map.state(r), map.storage
+    run(x, P, n, lower, here.start, _floats(u), _floats(U), float(dt))
+    map.move(r, x)
     return True
 
 
 def _write_move(motion):
     m, size = sum(motion.control_fields.values()), motion.size
     tape = Tape()
-    x, u, dt = tape.inputs("x[r + {}]", size), tape.inputs("u[{}]", m), tape.note("dt")
+    x, u, dt = tape.inputs("x[{}]", size), tape.inputs("u[{}]", m), tape.note("dt")
     x2, X_x, X_u = map(_single, motion.move(x[None], u[None], dt), (1, 2, 2))
     _check_shapes((x2, size), (X_x, size, size), (X_u, size, m))
     outputs = ("x2[{}]", x2), ("X_x[{}, {}]", X_x), ("X_u[{}, {}]", X_u)
@@ -99,7 +101,7 @@ def _write_move(motion):
         *straight_code(tape, outputs)[0],
         "sandwich(X_u, U, Q)",
         "propagate(P, n, lower, r, X_x, Q)",
-        f"x[r : r + {size}] = x2",
+        "x[:] = x2",
     ]
     return build("void(f8[::1], f8[::1, :], i8, b1, i8, f8[::1], f8[:, ::1], f8)", "x, P, n, lower, r, u, U, dt", lines)
 
@@ -107,23 +109,25 @@ def _write_move(motion):
 def normalized(map, r, frame):
     """`transform` of the orientation of the frame that begins at r to its normal form. Whether it could be done."""
     run = _program(_write_normalized, frame)
-    if run is None:
+    here, *_ = map.at_hand(r)
+    if run is None or not isinstance(here, slice):
         return False
-    x, P, n, lower = map.storage
-    run(x, P, n, lower, r.start)
+    x, (_, P, n, lower) = map.state(r), map.storage
+    run(x, P, n, lower, here.start)
+    map.move(r, x)
     return True
 
 
 def _write_normalized(frame):
     tape = Tape()
-    N, N_f = frame(tape.inputs("x[r + {}]", frame.size)).normalized()
+    N, N_f = frame(tape.inputs("x[{}]", frame.size)).normalized()
     o = frame.size - frame.dim
     outputs = ("o[{}]", N.x[frame.dim :]), ("J[{}, {}]", N_f[frame.dim :, frame.dim :])
     lines = [
         f"o, J, Q = np.empty({o}), np.empty(({o}, {o})), np.zeros(({o}, {o}))",
         *straight_code(tape, outputs)[0],
         f"propagate(P, n, lower, r + {frame.dim}, J, Q)",
-        f"x[r + {frame.dim} : r + {frame.size}] = o",
+        f"x[{frame.dim} : {frame.size}] = o",
     ]
     return build("void(f8[::1], f8[::1, :], i8, b1, i8)", "x, P, n, lower, r", lines)
 
@@ -148,7 +152,7 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
     Returns
     -------
     e, v, visible, J, E : ndarray, or None
-        J is [E_r E_s E_l], shape (K, m, ·); E is NaN where it was not computed.
+        J is [E_r E_s E_l], shape (K, m, ·); E is NaN where it was not computed, and None for a compressed map.
     """
     program = _program(_write_expected, type(Rf), sensor, kind)
     if program is None or type(Sf) is not type(Rf) or l.shape[-1] != kind.size:
@@ -157,7 +161,10 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
     K, l, known = len(l), np.ascontiguousarray(l, float), rows is None
     e, v, visible = np.empty((K, m)), np.empty((K, d)), np.empty(K, bool)
     J, E = np.empty((K, m, size)), np.empty((K, m, m))
-    x, P, n, lower = map.storage
+    _, P, n, lower = map.storage
+    if not isinstance(map, Map):  # which has not all at hand
+        run(Rf.x, Sf.x, l, P, lower, -1, -1, NO_ROWS, True, False, e, v, visible, J, E)
+        return e, v, visible, J, None
     rows = NO_ROWS if known else rows
     run(Rf.x, Sf.x, l, P, lower, _begin(r), _begin(s), rows, known, every, e, v, visible, J, E)
     return e, v, visible, J, E
@@ -248,10 +255,13 @@ def correct(map, ranges, n_f, J, found, z, R):
     """
     if z.size > MANY_ROWS:
         return False
-    (r, s, rows), (x, P, n, lower) = ranges, map.storage
-    rows = np.zeros((len(J), 0), np.int64) if rows is None else rows
     found, R = np.array(found), np.array(R, float, ndmin=3)
-    Wt, Z, done = kernels.update(x, P, n, lower, _begin(r), _begin(s), rows, n_f, n_f, J, found, z, R, FEW)
+    r, s, rows = map.at_hand(*ranges, found)
+    if not isinstance(r, slice | None) or not isinstance(s, slice | None):
+        return False
+    rows = np.zeros((len(J), 0), np.int64) if rows is None else rows
+    (x, P, n, lower), few = map.storage, FEW if isinstance(map, Map) else 0  # who compresses must know what he has
+    Wt, Z, done = kernels.update(x, P, n, lower, _begin(r), _begin(s), rows, n_f, n_f, J, found, z, R, few)
     if done < 0:
         correct_by(map, Wt.T, Innovation(z.ravel(), Z))  # says what is wrong
     if done == 0:
@@ -289,9 +299,12 @@ def started(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
     y, n, R, N, m = _floats(y), _floats(n), _floats(R), _floats(N), len(sensor.R)
     if y.shape != (m,) or R.shape != (m, m) or n.shape != (n_n,) or N.shape != (n_n, n_n):
         return None
+    r, s, _ = map.at_hand(r, s)
+    if not isinstance(r, slice | None) or not isinstance(s, slice | None):
+        return None
     l, L, Q = np.empty(size), np.empty((size, 2 * n_f)), np.empty((size, size))
     run(Rf.x, Sf.x, y, n, R, N, l, L, Q)
-    x, P, n_states, lower = map.storage
+    _, P, n_states, lower = map.storage
     return l, *kernels.joined(P, n_states, lower, _begin(r), _begin(s), n_f, n_f, L, Q)
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from .columns import Columns
 from .html import map_html
-from .stochastic_map import Map, nothing, symmetric
+from .stochastic_map import Map, check_compiled, nothing, symmetric
 from .virtual import VirtualStates, cholesky
 
 
@@ -37,14 +37,16 @@ class CompressedMap:
     active : int
         Most states at hand. After the correction that takes more, all is put back, and only those used last stay at
         hand. About four times what is used in one step is best.
+    compiled : bool
+        As in `Map`.
     """
 
-    compiled = False  # see `Map`
-
-    def __init__(self, capacity=None, active=80):
+    def __init__(self, capacity=None, active=80, *, compiled=False):
         if not isinstance(active, (int, np.integer)) or active < 1:
             raise ValueError(f"active must be a positive number of states, got {active!r}")
-        self._far, self.active = Map(capacity), active
+        if compiled:
+            check_compiled(ImportError)
+        self._far, self.active, self.compiled = Map(capacity), active, compiled
         self._at = np.zeros(0, int)  # where each state of the map is at hand; -1 for the far ones
         self._used_at = np.zeros(0, int)  # when it was used last
         self._now = self.layout = 0
@@ -62,12 +64,13 @@ class CompressedMap:
         return {
             "far": self._far.__getstate__(),
             "active": self.active,
+            "compiled": self.compiled,
             "used_at": self._used_at.copy(),
             "now": self._now,
         }
 
     def __setstate__(self, state):
-        self.__init__(active=state["active"])
+        self.__init__(active=state["active"], compiled=state.get("compiled", False))
         self._far.__setstate__(state["far"])
         self._used_at, self._now = np.array(state["used_at"]), state["now"]
         self._at = np.full(len(self._used_at), -1)
@@ -195,6 +198,24 @@ class CompressedMap:
             self._here[r.start, r.stop] = here
         return here
 
+    @property
+    def storage(self):
+        """As `Map.storage`, of what is at hand; x is how far the mean has moved since it was brought up to date."""
+        return self._near.storage
+
+    def at_hand(self, r, s=None, rows=None, some=None):
+        """Where these states stand in `storage`; they are brought to hand to be used. Of the rows, (K, k), only some."""
+        self._now += 1
+        self._moved = True
+        here = None
+        if rows is not None:
+            here, used = np.zeros(rows.shape, int), rows[some]
+            here[some], self._used_at[used] = self.here(used), self._now
+        for each in r, s:
+            if each is not None:
+                self._used_at[each] = self._now
+        return *(None if each is None else self.here(each) for each in (r, s)), here
+
     def _bring(self, i):
         """Bring those of these states to hand that are not. Returns where each state is."""
         far = self._at[i] < 0
@@ -218,7 +239,11 @@ class CompressedMap:
 
     def move(self, r, x):
         """Set the mean of the state in range r, and leave its covariance as it is."""
-        self._settle()
+        here = self._at[r]
+        if here.min(initial=0) < 0:
+            self._settle()
+        else:
+            self._near.x[here] = 0.0
         self._far.move(r, x)
 
     def shift(self, dx):
@@ -257,7 +282,7 @@ class CompressedMap:
 
     def _begin(self):
         """Nothing is at hand."""
-        self._near, self._virtual, self._v = Map(), VirtualStates(self.n), np.zeros(0, int)
+        self._near, self._virtual, self._v = Map(compiled=self.compiled), VirtualStates(self.n), np.zeros(0, int)
         self._at[:], self._hand, self._here, self._moved = -1, np.zeros(0, int), {}, False
         self.layout += 1
 

@@ -152,6 +152,10 @@ class Map:
         """For compiled code: storage of x and P, how much of it counts, and whether of P only the lower triangle."""
         return self._x, self._P, self.n, self._lower
 
+    def at_hand(self, r, s=None, rows=None, some=None):
+        """Where these states stand in `storage`: at their ranges; of the rows, (K, k), at least some."""
+        return r, s, rows
+
     # --- what the operations of the filter are made of ---------------------------------------------------------------
 
     def state(self, r):

@@ -145,7 +145,8 @@ def _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, every):
         return None
     (e, v, visible, J, E), n = found, Rf.size
     table = Sightings(sen.id, lmks, e, v, visible, ranges, J[..., :n], J[..., n : 2 * n], J[..., 2 * n :], J)
-    table.E = E
+    if E is not None:
+        table.E, table.has_E = E, True
     return table
 
 

@@ -33,6 +33,8 @@ class Sightings:
 
     Attributes
     ----------
+    has_E : bool
+        Whether E was computed with the rest, by compiled code.
     y, R, z, index, measured, matched, updated : sequences of length K
         The columns of `Obs` of these names.
     """
@@ -41,7 +43,7 @@ class Sightings:
         self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
-        self.J = J
+        self.J, self.has_E = J, False
         self.r = list(map(_range, lmks))
         no = [False] * len(lmks)
         self.measured, self.matched, self.updated, self.index = no, no.copy(), no.copy(), [None] * len(lmks)
@@ -56,8 +58,8 @@ class Sightings:
 
     def keep(self, map, some):
         """Note the covariance of the states that some of them depend on: E follows from it when asked for."""
-        if self.J is not None:
-            return  # E is there already
+        if self.has_E:
+            return
         every = len(some) == len(self.lmks)
         blocks = [(r, J) for r, J in self.blocks(None if every else some) if r is not None]
         rows, k = np.empty((len(some), sum(J.shape[-1] for _, J in blocks)), int), 0

@@ -135,7 +135,7 @@ def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
     Rf, Sf, PHt = rob.normal, sen.normal, None
     if opt.reproject and stale:
         _project_again(map, rob, sen, lmk, o, Rf, Sf)
-    if table.J is None or (stale and not opt.reproject):  # E is not there, or not that of now
+    if not table.has_E or (stale and not opt.reproject):  # E is not there, or not that of now
         PHt = cross(map, o.blocks)
         table.E[k] = covariance(PHt, o.blocks)
     y, R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
@@ -168,7 +168,9 @@ def _project_again(map, rob, sen, lmk, o, Rf, Sf):
         rows = table.ranges[2]
         rows, l = None if rows is None else rows[k : k + 1], lmk.state(map)[None]
         e, _, _, J, E = compiled().expected(map, Rf, Sf, sen.model, lmk.type, l, *table.ranges[:2], rows, True)
-        table.e[k], table.J[k], table.E[k] = e[0], J[0], E[0]
+        table.e[k], table.J[k] = e[0], J[0]
+        if E is not None:
+            table.E[k] = E[0]
         return
     e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
     table.e[k] = e

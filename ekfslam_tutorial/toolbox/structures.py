@@ -30,7 +30,7 @@ def create_slam_structures(data, landmarks=None, poses=None):
     tim : Tim
     """
     opt = data.options
-    map = CompressedMap(opt.capacity) if opt.compressed else Map(opt.capacity, compiled=opt.compiled)
+    map = (CompressedMap if opt.compressed else Map)(opt.capacity, compiled=opt.compiled)
     robs = [_create_rob(map, robot, data, (poses or {}).get(robot.id)) for robot in data.robots]
     sens = [_create_sen(map, sensor, data.frame) for sensor in data.sensors]
     first, last = data.time.first, data.time.last

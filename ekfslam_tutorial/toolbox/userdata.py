@@ -127,8 +127,6 @@ class Options(SlamOptions):
             value = getattr(self, name)
             if value is not None and value < 0:
                 raise ValueError(f"{name} must not be negative, got {value}")
-        if self.compressed and self.compiled:
-            raise ValueError("a map is either compressed or compiled, got both")
         if self.compiled:
             check_compiled(ValueError)
         for name in ("min_match_ratio", "min_inlier_ratio"):
