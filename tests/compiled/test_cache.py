@@ -1,0 +1,170 @@
+"""Programs are kept: compiled once on a machine, whatever happens to the files, and however many write them."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.analysis import monte_carlo
+from ekfslam_tutorial.compiled import program
+from ekfslam_tutorial.toolbox import UserData
+
+STEP = """
+import numpy as np
+from numba.core import event
+compilations = []
+class Watch(event.Listener):
+    def on_start(self, event): compilations.append(event)
+    def on_end(self, event): pass
+watch = event.install_listener("numba:compile", Watch())
+with watch:
+    from ekfslam_tutorial.compiled import step
+    from ekfslam_tutorial.ekf import Map
+    from ekfslam_tutorial.geometry import Frame3
+    map = Map(compiled=True)
+    r = map.add([0.0, 0, 0, 2, 0, 0, 0], np.eye(7))
+    done = step.normalized(map, r, Frame3)
+print(done, map.x[3], len(compilations))
+"""
+"""The shortest program: one quaternion is normalised."""
+
+
+def start(cache, code=STEP, **environment):
+    """A process of its own."""
+    environment = {"EKFSLAM_CACHE": str(cache), "OPENBLAS_NUM_THREADS": "1"} | environment
+    return subprocess.Popen(
+        [sys.executable, "-c", code],
+        env=os.environ | environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def result(process):
+    """Whether it was compiled code, and how much had to be compiled for it."""
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    done, one, compilations = out.split()
+    assert done == "True" and float(one) == 1.0
+    return int(compilations)
+
+
+def files(cache):
+    """All there is, and when it was written."""
+    return {path: path.stat().st_mtime_ns for path in Path(cache).rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    """A folder in which two processes have just put the same program, at the same time."""
+    folder = tmp_path_factory.mktemp("programs")
+    both = start(folder), start(folder)
+    for process in both:
+        result(process)
+    return folder
+
+
+def test_two_processes_write_the_same_program_and_the_next_ones_load_it(cache):
+    (source,) = cache.glob("compiled/program_*.py")
+    result(start(cache))  # of two that wrote at once, one may have dated the other's machine code
+    before = files(cache)
+    assert {path.suffix for path in before} >= {".py", ".nbi", ".nbc"}
+    assert not list(cache.rglob("*.part")) and source in before
+    assert result(start(cache)) == 0
+    assert files(cache) == before
+
+
+@pytest.mark.parametrize("suffix", [".py", ".nbi", ".nbc"])
+@pytest.mark.parametrize("content", [b"", b"raise SystemExit('not ours')", b"\xff\xfe\x00\x80"], ids=repr)
+def test_files_that_are_not_ours_are_replaced(content, suffix, tmp_path, cache, monkeypatch):
+    """One process for all kinds of damage: `build` does not know which program it loads."""
+    monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path))
+    lines = [f"return {ord(suffix[-1])} + x + {len(content)}"]  # so that each test has a program of its own
+    before = program.build("f8(f8)", "x", lines)
+    (source,) = tmp_path.glob("compiled/program_*.py")
+    text = source.read_text(encoding="utf-8")
+    damaged = [path for path in files(tmp_path) if path.suffix == suffix]
+    assert damaged
+    for path in damaged:
+        path.write_bytes(content)
+    sys.modules.pop(source.stem)  # as in the next process
+    again = program.build("f8(f8)", "x", lines)
+    assert again is not before and again(2.0) == before(2.0)
+    assert source.read_text(encoding="utf-8") == text
+
+
+def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path, monkeypatch):
+    """Neither one that cannot be made nor one in which nothing can be put. Root may write everywhere: it is played."""
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path / "file"))
+    assert program.build("f8(f8)", "x", ["return 3.0 * x"])(2.0) == 6.0
+
+    def refuse(dir=None, **_):
+        raise PermissionError(dir)
+
+    own = SimpleNamespace(TemporaryFile=refuse, TemporaryDirectory=tempfile.TemporaryDirectory)
+    monkeypatch.setattr(program, "tempfile", own)
+    monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path))
+    assert program.build("f8(f8)", "x", ["return 4.0 * x"])(2.0) == 8.0
+    assert program._cache() == program._cache() and not list((tmp_path / "compiled").glob("*.py"))
+
+
+def test_where_programs_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path / "named"))
+    assert program._cache() == tmp_path / "named" / "compiled"
+    monkeypatch.delenv("EKFSLAM_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "users"))
+    assert program._cache() == tmp_path / "users" / "ekfslam_tutorial" / "compiled"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
+    assert program._cache() == tmp_path / "home" / ".cache" / "ekfslam_tutorial" / "compiled"
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, -0.0, 1e-320, 0.1 + 0.2, True])
+def test_numbers_of_a_model_are_written_to_the_last_bit(value):
+    got = eval(program._name(value))
+    assert np.float64(got).tobytes() == np.float64(value).tobytes() or np.isnan(value) and np.isnan(got)
+
+
+def test_numba_comes_only_when_it_is_asked_for(tmp_path):
+    code = """
+import sys
+from ekfslam_tutorial import analysis, ekf, slam, toolbox
+from ekfslam_tutorial.ekf import Map
+Map()
+print("numba" in sys.modules)
+Map(compiled=True)
+print("numba" in sys.modules)
+"""
+    out, err = start(tmp_path, code).communicate(timeout=60)
+    assert out.split() == ["False", "False"], err  # the first step imports it
+
+
+def test_runs_of_another_process_are_those_of_this_one():
+    data = UserData.from_dict(
+        {
+            "name": "many",
+            "seed": 7,
+            "time": {"dt": 0.5, "last": 6},
+            "world": {"type": "ring", "n": 6, "radius": 4},
+            "robot": [{"motion": "unicycle", "v": 1.0, "w_deg": 10, "v_std": 0.1, "w_std_deg": 2.0}],
+            "sensor": [{"type": "range_bearing", "range_std": 0.1, "bearing_std_deg": 1.0, "max_range": 5.0}],
+            "options": {"joint": True, "compiled": True},
+        }
+    )
+    here = monte_carlo(data, 3)
+    with ProcessPoolExecutor(1, get_context("spawn")) as workers:
+        there = monte_carlo(data, 3, workers)
+    plain = monte_carlo(replace(data, options=replace(data.options, compiled=False)), 3)
+    assert here.nees.size and np.array_equal(here.nees, there.nees, equal_nan=True)
+    assert np.allclose(here.nees, plain.nees, rtol=1e-9, equal_nan=True)  # other orders of sums, as in whole runs
