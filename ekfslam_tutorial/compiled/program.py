@@ -8,6 +8,7 @@ import hashlib
 import os
 import sys
 import tempfile
+import threading
 from functools import cache
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -33,6 +34,9 @@ from ekfslam_tutorial.compiled.kernels import columns_of, covariance_of, propaga
 @njit("{signature}", error_model="numpy", cache=True, nogil=True)
 def run({arguments}):
 '''
+
+
+_one_at_a_time = threading.Lock()
 
 
 def straight_code(tape, outputs, each=None):
@@ -97,19 +101,20 @@ def build(signature, arguments, lines):
     text = head + "".join(f"    {line}\n" for line in lines)
     inside = Path(kernels.__file__).read_text(encoding="utf-8") + numba.__version__  # is in the machine code as well
     name = "program_" + hashlib.sha256((text + inside).encode()).hexdigest()[:20]
-    if name not in sys.modules:
-        path = _cache() / f"{name}.py"
-        if not path.exists() or path.read_bytes() != text.encode():
-            _write(path, text)
-        try:
-            _load(name, path)
-        except Exception:
-            stored = list(path.parent.glob(f"__pycache__/{name}.*"))
-            if not stored:
-                raise
-            for file in stored:  # may be damaged
-                file.unlink(missing_ok=True)
-            _load(name, path)
+    with _one_at_a_time:
+        if name not in sys.modules:
+            path = _cache() / f"{name}.py"
+            if not path.exists() or path.read_bytes() != text.encode():
+                _write(path, text)
+            try:
+                _load(name, path)
+            except Exception:
+                stored = list(path.parent.glob(f"__pycache__/{name}.*"))
+                if not stored:
+                    raise
+                for file in stored:  # may be damaged
+                    file.unlink(missing_ok=True)
+                _load(name, path)
     return sys.modules[name].run
 
 

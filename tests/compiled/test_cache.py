@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -128,6 +128,13 @@ def test_where_programs_are_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
     assert program._cache() == tmp_path / "home" / ".cache" / "ekfslam_tutorial" / "compiled"
+
+
+def test_threads_share_a_program(tmp_path, monkeypatch):
+    monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path))
+    with ThreadPoolExecutor(4) as threads:
+        runs = [threads.submit(program.build, "f8(f8)", "x", ["return 5.0 * x"]) for _ in range(4)]
+    assert len({id(run.result()) for run in runs}) == 1 and runs[0].result()(2.0) == 10.0
 
 
 @pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, -0.0, 1e-320, 0.1 + 0.2, True])
