@@ -204,7 +204,7 @@ class CompressedMap:
         return self._near.storage
 
     def at_hand(self, r, s=None, rows=None, some=None):
-        """Where these states stand in `storage`; they are brought to hand to be used. Of the rows, (K, k), only some."""
+        """Where these states stand in `storage`; they are brought there to be used. Of the rows, (K, k), only some."""
         self._now += 1
         self._moved = True
         here = None

@@ -36,7 +36,7 @@ def test_a_circuit_is_that_of_a_plain_map(active, joint):
 
 @pytest.mark.parametrize("joint", [True, False], ids=["joint", "sequential"])
 @pytest.mark.parametrize("name", ["cloister_idp", "two_robots_four_cameras", "constant_velocity", "localisation_2d"])
-def test_scenarios(name, joint):
+def test_scenarios(name, joint, interpreted):
     """Two cameras of the second are calibrated, so that the sensor is in the map, too."""
     ends = []
     for compiled in (False, True):
