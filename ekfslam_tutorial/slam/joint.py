@@ -35,7 +35,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     expected = seen if by_id else [Obs(table, k) for k in near]
     matches = opt.association(map, expected, raw, sen.model)
     wanted = in_view if opt.n_updates is None else [o.k for o in most_uncertain(seen, opt.n_updates)]
-    found = table.match(matches.pairs, wanted)
+    found = sorted(table.match(matches.pairs, wanted))  # in the order of the table, of which they may be all
     if found:
         camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
         _correct(map, rob, sen, table, found, raw, opt, camera)

@@ -138,3 +138,14 @@ def test_on_the_axis_of_the_camera_there_is_no_pole():
     l = IdpPnt().from_point(np.array([5.0, 0.0, 0.0]))[0]
     v, *V = to_sensor(Frame3(np.eye(7)[3]), Sf, PinHole(), IdpPnt(), l)
     assert np.allclose(v, [0, 0, 1], atol=1e-15) and max(np.abs(J).max() for J in V) < 10
+
+
+def test_a_limit_that_all_are_within_changes_nothing():
+    """The most uncertain come first in the list of what is looked for, but not in the table of what is expected."""
+    ends = []
+    for n_updates in (None, 4):
+        scene = posts(n_updates=n_updates)
+        correct_known_lmks(*scene.all, scene.obs, scene.see(POINTS), scene.opt)
+        assert all(o.updated for o in scene.obs.values()) and len(scene.obs) == 4
+        ends.append(scene.map)
+    assert np.array_equal(ends[0].x, ends[1].x) and np.array_equal(ends[0].P, ends[1].P)
