@@ -49,10 +49,11 @@ class Machine(RuleBasedStateMachine):
 
     @rule(ids=st.sets(st.integers(0, len(POINTS) - 1), min_size=1), n_max=st.sampled_from([None, 2]), own=st.booleans())
     def look(self, ids, n_max, own):
-        ids = sorted(ids)
+        """No two landmarks are equally uncertain where the most uncertain comes first: rounding would decide."""
+        ids, opt, R = sorted(ids), self.pair.plain.opt, self.pair.plain.sen.model.R
         y = self.pair.measured(self.rng, POINTS[ids])
-        R = self.pair.plain.sen.model.R
-        self.pair.look(raw(ids, y, np.array([(1 + i) * R for i in range(len(ids))]) if own else None), n_max)
+        own = own or not opt.joint or opt.n_updates is not None
+        self.pair.look(raw(ids, y, self.rng.uniform(1, 2, (len(ids), 1, 1)) * R if own else None), n_max)
 
     @precondition(lambda self: self.pair.plain.lmks)
     @rule(data=st.data())
