@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis import monte_carlo
+from ekfslam_tutorial.cli.files import find_scenario
 from ekfslam_tutorial.compiled import program
 from ekfslam_tutorial.toolbox import UserData
 
@@ -158,17 +159,8 @@ print("numba" in sys.modules)
 
 
 def test_runs_of_another_process_are_those_of_this_one():
-    data = UserData.from_dict(
-        {
-            "name": "many",
-            "seed": 7,
-            "time": {"dt": 0.5, "last": 6},
-            "world": {"type": "ring", "n": 6, "radius": 4},
-            "robot": [{"motion": "unicycle", "v": 1.0, "w_deg": 10, "v_std": 0.1, "w_std_deg": 2.0}],
-            "sensor": [{"type": "range_bearing", "range_std": 0.1, "bearing_std_deg": 1.0, "max_range": 5.0}],
-            "options": {"joint": True, "compiled": True},
-        }
-    )
+    changes = {"options.joint": True, "options.compiled": True, "time.last": 6}
+    data = UserData.from_toml(find_scenario("range_bearing_2d"), changes)
     here = monte_carlo(data, 3)
     with ProcessPoolExecutor(1, get_context("spawn")) as workers:
         there = monte_carlo(data, 3, workers)
