@@ -169,7 +169,7 @@ class CompressedMap:
         What has happened since then has only made them smaller: far states do not move.
         """
         here, far = self._at[r], self._far.variances(r)
-        return np.where(here >= 0, self._near.variances(here), far)
+        return np.where(here >= 0, self._near.variances(here), far) if len(self._hand) else far
 
     def fetch(self, blocks):
         """As `Map.fetch`, of all that is at hand. The states of the blocks are brought there."""

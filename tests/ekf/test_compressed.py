@@ -352,3 +352,11 @@ def test_states_that_are_functions_of_others_need_no_virtual_state(rng):
     r = both.add(np.zeros(2), np.ones((2, 2)))  # one number, twice
     both.rows(r)
     assert both._virtual.size == 1
+
+
+def test_variances_are_there_when_nothing_is_at_hand():
+    map = CompressedMap(active=10)
+    r = map.add([1.0, 2.0], np.diag([3.0, 4.0]))
+    assert np.array_equal(map.variances(r), [3.0, 4.0])
+    map.fetch([(r, np.eye(2))])
+    assert np.array_equal(map.P.diagonal(), [3.0, 4.0]) and np.array_equal(map.variances(r), [3.0, 4.0])
