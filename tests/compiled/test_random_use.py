@@ -11,6 +11,7 @@ from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing
 from ekfslam_tutorial.slam import NearestNeighbour
 
 from .scenes import Pair, raw
+from .side_by_side import assert_same_maps
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -36,11 +37,12 @@ class Machine(RuleBasedStateMachine):
         options=OPTIONS,
         kind=st.sampled_from([(FAR, EucPnt(2)), (FAR, AhmPnt(2)), (BearingOnly2(0.02), AhmPnt(2)), (FAR, HmgPnt(2))]),
         by_name=st.booleans(),
+        active=st.sampled_from([None, None, 5, 15]),
     )
-    def begin(self, options, kind, by_name):
+    def begin(self, options, kind, by_name, active):
         sensor, lmk_type = kind
         extra = {} if by_name else {"association": NearestNeighbour()}
-        self.pair = Pair(sensor, lmk_type=lmk_type, n=[0.2], N=[[0.01]], **options, **extra)
+        self.pair = Pair(sensor, lmk_type=lmk_type, n=[0.2], N=[[0.01]], active=active, **options, **extra)
         self.rng = np.random.default_rng(3)
 
     @rule(u=st.lists(st.floats(-0.3, 0.3), min_size=3, max_size=3), big=st.booleans())
@@ -76,6 +78,10 @@ class Machine(RuleBasedStateMachine):
     def ask_for_all_of_P(self):
         """Which makes a map of one triangle one of both."""
         self.pair.both(lambda scene: float(scene.map.P.trace() > 0))
+
+    def teardown(self):
+        if hasattr(self, "pair"):
+            assert_same_maps(self.pair.plain.map, self.pair.compiled.map)
 
 
 TestMachine = Machine.TestCase
