@@ -20,6 +20,7 @@ from ekfslam_tutorial.ekf import (
     stochastic_map,
     transform,
 )
+from ekfslam_tutorial.models.motion import Odometry2
 
 N_R, M = 3, 2
 KNOWN = [(), ("r",), ("s",), ("r", "s")]
@@ -180,3 +181,21 @@ def test_the_loops_end_where_blas_is_faster(rng, monkeypatch):
         ends.append(map)
     assert same(*ends)
     assert not step.correct(map, (r, None, rows), 3, J, [0, 1, 2, 3], np.zeros((step.MANY_ROWS + 1, 1)), np.eye(2))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_an_innovation_that_is_not_finite_changes_nothing(scene, bad, rng):
+    map, r, s, lmks = scene
+    rows, J, found = stack(lmks[:6], 3, [1, 2], rng)
+    x, before = map.x.copy(), plain(map).P
+    with pytest.raises(ValueError, match="the innovation must be finite, got"):
+        step.correct(map, (r, s, rows), 3, J, found, np.array([[0.1, 0.2], [bad, 0.0]]), np.eye(M))
+    assert np.array_equal(map.x, x) and np.array_equal(map.P, before)
+
+
+def test_a_state_of_the_wrong_length_is_not_moved_with_its_neighbour():
+    map = Map(compiled=True)
+    short = map.add(np.zeros(2), np.eye(2))
+    map.add(np.ones(3), np.eye(3))
+    assert not step.move(map, short, Odometry2(), np.ones(3), np.eye(3), 0.1)
+    assert np.array_equal(map.x, [0, 0, 1, 1, 1]) and np.array_equal(map.P, np.eye(5))
