@@ -19,7 +19,7 @@ from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks, pl
 from .agreement import compared
 from .clock import Variant, compare
 from .machine import bandwidth_variant, gemm_variant, gflops, gigabytes, limit_us, triangle_bytes
-from .ours import COMPILED
+from .ours import COMPILED, warm
 
 LMKS, UPDATES, FRAMES = 100, 20, 20
 AHEAD = np.concatenate([np.zeros(3), e2q(np.radians([-90, 0, -90]))[0]])  # a camera that looks ahead
@@ -124,8 +124,8 @@ class Textbook:
 MAKERS = {
     "whole frame, sequential": ("step", lambda: Scene(joint=False)),
     "whole frame, joint": ("step", lambda: Scene(joint=True)),
-    "whole frame, sequential, compiled": ("step", lambda: Scene(joint=False, compiled=True)),
-    "whole frame, joint, compiled": ("step", lambda: Scene(joint=True, compiled=True)),
+    "whole frame, sequential, compiled": ("step", warm(lambda: Scene(joint=False, compiled=True))),
+    "whole frame, joint, compiled": ("step", warm(lambda: Scene(joint=True, compiled=True))),
     "filter, sequential": ("filter", lambda: Filter(joint=False)),
     "filter, joint": ("filter", lambda: Filter(joint=True)),
     "textbook numpy, sequential": ("peer", lambda: Textbook(joint=False)),

@@ -7,7 +7,6 @@ themselves are there: scipy exports their addresses for Cython, and `ctypes` cal
 import ctypes
 from typing import Any
 
-import numpy as np
 from scipy.linalg import cython_blas  # pyright: ignore[reportAttributeAccessIssue]
 
 
@@ -57,7 +56,8 @@ class Downdate:
         self._m.value, self._n.value = Wt.shape
         if not Wt.size:
             return
-        Wt = np.ascontiguousarray(Wt)
+        if not Wt.flags.c_contiguous:
+            Wt = Wt.copy()
         w, n, m, P, ld = ctypes.addressof(_bytes(Wt)), self._at_n, self._at_m, self._address, self._at_ld
         if lower:
             _dsyrk(b"L", b"N", n, m, _MINUS_ONE, w, n, _ONE, P, ld)

@@ -17,7 +17,9 @@ states that each has of its own: its landmark). H has K m rows then.
 """
 
 from dataclasses import dataclass
+from functools import reduce
 from math import isfinite
+from operator import add
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri  # pyright: ignore[reportAttributeAccessIssue]
@@ -101,7 +103,7 @@ def cross(map, blocks):
     ndarray, shape (n, m), or (n, K m)
     """
     HP = [_times(J, P_rm) for J, P_rm in map.fetch(blocks)]
-    return map.columns(sum(HP[1:], start=HP[0]), blocks)
+    return map.columns(reduce(add, HP), blocks)
 
 
 def covariance(PHt, blocks):
@@ -114,7 +116,7 @@ def covariance(PHt, blocks):
     blocks : sequence of (slice or None, ndarray of shape (m, k))
     """
     HPHt = [_times(J, PHt[r]) for r, J in blocks if r is not None]
-    return sum(HPHt[1:], start=HPHt[0]) if HPHt else np.zeros((PHt.shape[1], PHt.shape[1]))
+    return reduce(add, HPHt) if HPHt else np.zeros((PHt.shape[1], PHt.shape[1]))
 
 
 def _times(J, rows):

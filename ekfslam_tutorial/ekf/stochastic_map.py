@@ -222,10 +222,12 @@ class Map:
             Its covariance with the whole map; the part at r itself is not used.
         P_xx : ndarray, shape (k, k)
         """
-        stop = r.stop if self._lower else self.n  # nobody reads what is right of the diagonal, if only one side counts
         self._xn[r] = x
         self._Pt[r] = P_xm
-        self._Pn[r, :stop] = P_xm[:, :stop]
+        if self._lower:  # nobody reads what is right of the diagonal
+            self._Pn[r, : r.stop] = P_xm[:, : r.stop]
+        else:
+            self._Pn[r] = P_xm
         self._Pn[r, r] = symmetric(P_xx)
 
     def overwrite(self, indices, P_im):
@@ -243,7 +245,8 @@ class Map:
 
     def subtract(self, Wt):
         """P = P - W W', given W' of shape (m, n)."""
-        self._lower = self._lower or self.n >= (ONE_TRIANGLE_COMPILED if self.compiled else ONE_TRIANGLE)
+        n = self.n
+        self._lower = self._lower or n >= ONE_TRIANGLE or (self.compiled and n >= ONE_TRIANGLE_COMPILED)
         self._downdate(Wt, self._lower)
 
     def insert(self, x, P_xx, P_xm):
