@@ -123,10 +123,10 @@ def compiled():
     if cure:
         return "compiled", f"numba {version}", cure
     try:
-        from ..compiled.program import _cache as kept_in
+        from ..compiled.program import cache_folder
     except ImportError as error:  # numba and numpy do not fit, or one of them is damaged
         return "compiled", f"numba {version} cannot be imported: {error}", extra
-    folder = kept_in()  # a temporary one if the user's cannot be written
+    folder = cache_folder()  # a temporary one if the user's cannot be written
     cure = "" if folder.name == "compiled" else "set EKFSLAM_CACHE to a folder of your own, to compile once only"
     return "compiled", f"numba {version}; programs are kept in {folder}", cure
 

@@ -3,6 +3,9 @@
 P is the map's storage, column-major, of which the first n rows and columns count. Where `lower` is set only the lower
 triangle of it is true. A range that is not in the map begins at -1; its Jacobian drops out.
 
+Shapes: rows of P (k, n); a Jacobian J of K landmarks (K, m, n_r + n_s + n_l), for robot, sensor and landmark, of which
+those `found` count, M = m len(found) numbers in all; HP (M, n), Z and E of all (M, M), z and R as measured.
+
 The file is compiled; read `ekf/filter.py`. The tests hold the two against each other.
 """
 

@@ -103,7 +103,7 @@ def build(signature, arguments, lines):
     name = "program_" + hashlib.sha256((text + inside).encode()).hexdigest()[:20]
     with _one_at_a_time:
         if name not in sys.modules:
-            path = _cache() / f"{name}.py"
+            path = cache_folder() / f"{name}.py"
             if not path.exists() or path.read_bytes() != text.encode():
                 _write(path, text)
             try:
@@ -129,7 +129,7 @@ def _load(name, path):
         raise
 
 
-def _cache():
+def cache_folder():
     """The folder for programs: EKFSLAM_CACHE, or the user's own; a temporary one where that cannot be written."""
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     folder = Path(os.environ.get("EKFSLAM_CACHE") or Path(home) / "ekfslam_tutorial") / "compiled"

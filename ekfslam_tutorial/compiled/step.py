@@ -79,8 +79,7 @@ def _check_shapes(*arrays):
 def move(map, r, motion, u, U, dt):
     """`motion.move` and `predict`. Whether it could be done."""
     run = _program(_write_move, motion)
-    here, *_ = map.at_hand(r)
-    if run is None or r.stop - r.start != motion.size or not isinstance(here, slice):
+    if run is None or r.stop - r.start != motion.size or not isinstance(here := map.at_hand(r)[0], slice):
         return False
     x, (_, P, n, lower) = map.state(r), map.storage
     run(x, P, n, lower, here.start, _floats(u), _floats(U), float(dt))
@@ -109,8 +108,7 @@ def _write_move(motion):
 def normalized(map, r, frame):
     """`transform` of the orientation of the frame that begins at r to its normal form. Whether it could be done."""
     run = _program(_write_normalized, frame)
-    here, *_ = map.at_hand(r)
-    if run is None or not isinstance(here, slice):
+    if run is None or not isinstance(here := map.at_hand(r)[0], slice):
         return False
     x, (_, P, n, lower) = map.state(r), map.storage
     run(x, P, n, lower, here.start)
@@ -151,7 +149,7 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
 
     Returns
     -------
-    e, v, visible, J, E : ndarray, or None
+    e, v, visible, J, E : ndarray, shape (K, m), (K, d), (K,), (K, m, ·) and (K, m, m), or None
         J is [E_r E_s E_l], shape (K, m, ·); E is NaN where it was not computed, and None for a compressed map.
     """
     program = _program(_write_expected, type(Rf), sensor, kind)
@@ -290,7 +288,8 @@ def started(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
 
     Returns
     -------
-    l, P_lm, P_ll : ndarray, or None
+    l, P_lm, P_ll : ndarray, shape (k,), (k, n) and (k, k), or None
+        n states are in the map, or at hand in a compressed one.
     """
     program = _program(_write_started, type(Rf), sensor, kind)
     if program is None or type(Sf) is not type(Rf):

@@ -10,6 +10,7 @@ from .html import map_html
 from .triangle import mirror, whole_range, whole_rows
 
 GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
+TINY = 1e-8  # of the largest number of a covariance: asymmetry, and eigenvalues below zero, that rounding explains
 LINE = 8  # numbers in a line of the cache
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
 ONE_TRIANGLE_COMPILED = 150  # the same where rows of half a matrix are read by compiled code
@@ -347,7 +348,7 @@ def check_compiled(error):
 
 def are_covariances(P):
     """Whether all matrices of a stack, shape (K, n, n), are what `check_covariance` accepts."""
-    tiny = 1e-8 * np.abs(P).max((-1, -2), initial=0.0)
+    tiny = TINY * np.abs(P).max((-1, -2), initial=0.0)
     if not np.isfinite(P).all() or (np.abs(P - np.swapaxes(P, -1, -2)).max((-1, -2), initial=0.0) > tiny).any():
         return False
     return bool((np.linalg.eigvalsh(P)[..., 0] >= -tiny).all())
@@ -367,9 +368,9 @@ def check_covariance(P, n, name="P"):
     if not np.isfinite(P).all():
         raise ValueError(f"{name} must be finite, got {P.tolist()}")
     scale = np.abs(P).max(initial=0.0)
-    if np.abs(P - P.T).max(initial=0.0) > 1e-8 * scale:
+    if np.abs(P - P.T).max(initial=0.0) > TINY * scale:
         raise ValueError(f"{name} must be symmetric, got {P.tolist()}")
-    if n and np.linalg.eigvalsh(P)[0] < -1e-8 * scale:
+    if n and np.linalg.eigvalsh(P)[0] < -TINY * scale:
         raise ValueError(
             f"{name} must be positive semi-definite, its smallest eigenvalue is {np.linalg.eigvalsh(P)[0]:.3g}"
         )

@@ -51,6 +51,7 @@ class Symbol:
     """
 
     __slots__ = ("at", "tape")
+    __hash__ = None  # pyright: ignore[reportAssignmentType] -- a set decides by values, too
     shape, ndim = (), 0
 
     def __init__(self, tape, at):
@@ -93,10 +94,6 @@ class Symbol:
         return 0.0 if _is(other, 0) else self.tape.note("{} / {}", other, self)
 
     @_with_arrays
-    def __mod__(self, other):
-        return self.tape.note("{} % {}", self, other)
-
-    @_with_arrays
     def __pow__(self, n):
         if not _is(n, round(n)) or not 1 <= n <= 8:
             return self.tape.note("{} ** {}", self, n)
@@ -108,34 +105,8 @@ class Symbol:
     def __abs__(self):
         return self.tape.note("abs({})", self)
 
-    @_with_arrays
-    def __eq__(self, other):  # and so it cannot be hashed: a set decides by values, too
-        return self.tape.note("{} == {}", self, other)
-
-    @_with_arrays
-    def __ne__(self, other):
-        return self.tape.note("{} != {}", self, other)
-
-    def __lt__(self, other):
-        return self.tape.note("{} < {}", self, other)
-
-    def __le__(self, other):
-        return self.tape.note("{} <= {}", self, other)
-
-    def __gt__(self, other):
-        return self.tape.note("{} > {}", self, other)
-
-    def __ge__(self, other):
-        return self.tape.note("{} >= {}", self, other)
-
-    def __and__(self, other):
-        return self.tape.note("{} and {}", self, other)
-
     def __rand__(self, other):
         return self & other
-
-    def __or__(self, other):
-        return self.tape.note("{} or {}", self, other)
 
     def __invert__(self):
         return self.tape.note("not {}", self)
@@ -151,6 +122,12 @@ class Symbol:
 def _is(x, number):
     """Whether x is this number, and no symbol."""
     return not isinstance(x, Symbol) and x == number
+
+
+def _infix(sign):
+    """An operation whose sign stands between two numbers."""
+    template = f"{{}} {sign} {{}}"
+    return _with_arrays(lambda self, other: self.tape.note(template, self, other))
 
 
 def _function(name):
@@ -170,6 +147,9 @@ def _of_two(name):
     return np.frompyfunc(value, 2, 1)
 
 
+SIGNS = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">=", "mod": "%", "and": "and", "or": "or"}
+for _name, _sign in SIGNS.items():
+    setattr(Symbol, f"__{_name}__", _infix(_sign))
 for _name in ("cos", "sin", "tan", "arctan", "arcsin", "arccos", "sqrt", "exp", "log", "sinh", "cosh", "tanh"):
     setattr(Symbol, _name, _function(_name))
 

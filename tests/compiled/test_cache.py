@@ -116,19 +116,19 @@ def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path, monkeypatch):
     monkeypatch.setattr(program, "tempfile", own)
     monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path))
     assert program.build("f8(f8)", "x", ["return 4.0 * x"])(2.0) == 8.0
-    assert program._cache() == program._cache() and not list((tmp_path / "compiled").glob("*.py"))
+    assert program.cache_folder() == program.cache_folder() and not list((tmp_path / "compiled").glob("*.py"))
 
 
 def test_where_programs_are_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path / "named"))
-    assert program._cache() == tmp_path / "named" / "compiled"
+    assert program.cache_folder() == tmp_path / "named" / "compiled"
     monkeypatch.delenv("EKFSLAM_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "users"))
-    assert program._cache() == tmp_path / "users" / "ekfslam_tutorial" / "compiled"
+    assert program.cache_folder() == tmp_path / "users" / "ekfslam_tutorial" / "compiled"
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
-    assert program._cache() == tmp_path / "home" / ".cache" / "ekfslam_tutorial" / "compiled"
+    assert program.cache_folder() == tmp_path / "home" / ".cache" / "ekfslam_tutorial" / "compiled"
 
 
 def test_threads_share_a_program(tmp_path, monkeypatch):
