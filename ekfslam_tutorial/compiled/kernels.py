@@ -1,5 +1,7 @@
 """The filter's equations in loops, on the storage of a map: what `ekf/filter.py` says, one number at a time.
 
+Inner loops begin at 0, or are slices: only then does the compiler let several numbers be computed at once.
+
 P is the map's storage, column-major, of which the first n rows and columns count. Where `lower` is set only the lower
 triangle of it is true. A range that is not in the map begins at -1; its Jacobian drops out.
 
@@ -14,13 +16,15 @@ from math import isfinite, sqrt
 import numpy as np
 from numba import njit
 
+HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
+
 
 def compiled(function):
     """Compile a function when it is called for the first time; the machine code is kept if there is a place for it."""
     try:
-        return njit(error_model="numpy", cache=True, nogil=True)(function)
+        return njit(cache=True, **HOW)(function)
     except RuntimeError:  # neither beside this file nor in the user's cache
-        return njit(error_model="numpy", nogil=True)(function)
+        return njit(**HOW)(function)
 
 
 @compiled
@@ -31,8 +35,7 @@ def rows_of(P, n, lower, start, k, out):
         begin = i if lower else 0
         for j in range(begin):
             out[a, j] = P[i, j]
-        for j in range(begin, n):
-            out[a, j] = P[j, i]
+        out[a, begin:n] = P[begin:n, i]
 
 
 @compiled
@@ -40,9 +43,8 @@ def put(P, n, lower, start, P_rm, P_rr):
     """Rows and columns of P, `Map.put`."""
     k = len(P_rr)
     for a in range(k):
-        i = start + a
-        for j in range(start if lower else 0, n):
-            P[j, i] = P_rm[a, j]
+        i, begin = start + a, start if lower else 0
+        P[begin:n, i] = P_rm[a, begin:n]
         for j in range(start if lower else n):
             P[i, j] = P_rm[a, j]
     for a in range(k):
