@@ -6,7 +6,7 @@ itself, in `x`, and the filter leaves it alone.
 
 import html
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -133,7 +133,9 @@ class Sen(_Shown):
     last, normal : Frame2, Frame3 or None
         The frame that was last asked for, and the one that was last normalised: not computed again while it is so.
     groups : Groups or None
-        Where in the map the landmarks were that it was last asked about.
+        Of which types the landmarks are that it was last asked about, and where in the map.
+    gapless : tuple (int, Lmk) or None
+        So many landmarks, up to this one, had the slots 0, 1, 2, ... without a gap.
     """
 
     id: int
@@ -147,6 +149,7 @@ class Sen(_Shown):
     last: Any = field(default=None, repr=False)
     normal: Any = field(default=None, repr=False)
     groups: Any = field(default=None, repr=False)
+    gapless: Any = field(default=None, repr=False)
 
     def __repr__(self):
         return f"Sen({_title(self)}, {type(self.model).__name__} on robot {self.robot}, frame {_where(self)})"
@@ -160,7 +163,7 @@ class Sen(_Shown):
         return _frame(map, self, self.frame_type)
 
 
-@dataclass
+@dataclass(eq=False)
 class Lmk(_Shown):
     """A landmark.
 
@@ -180,7 +183,11 @@ class Lmk(_Shown):
         How often it was looked for, found, and used.
     first : ndarray or None
         The state at birth, for first-estimates Jacobians; None without them.
+    changes : int
+        Of all landmarks: how often a type or a range has been changed. What was noted of them is true until then.
     """
+
+    changes: ClassVar[int] = 0
 
     id: int
     type: Any
@@ -216,6 +223,22 @@ class Lmk(_Shown):
         if self.r is None:
             return p, np.zeros((len(p), len(p)))
         return p, P_l @ map.block(self.r) @ P_l.T
+
+
+def _counted(name):
+    """A field of `Lmk` of which `changes` counts when it is changed."""
+
+    def read(lmk):
+        return lmk.__dict__[name]
+
+    def write(lmk, value):
+        Lmk.changes += name in lmk.__dict__
+        lmk.__dict__[name] = value
+
+    return property(read, write)
+
+
+Lmk.type, Lmk.r = _counted("type"), _counted("r")  # pyright: ignore[reportAttributeAccessIssue]
 
 
 @dataclass

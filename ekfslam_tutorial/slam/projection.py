@@ -3,14 +3,13 @@
 from functools import cache
 from importlib import import_module
 from math import inf, isfinite
-from operator import attrgetter
-from typing import NamedTuple
 
 import numpy as np
 
 from ..ekf import transform
 from ..models.observation import expect, sight
 from .first_estimates import first_jacobians
+from .groups import groups_of
 from .sightings import Obs, Sightings, merged
 
 MANY = 200
@@ -109,16 +108,20 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
     Rf and Sf are the frames of the robot and the sensor. With `in_view` landmarks may be left out that are not visible.
     """
     parts = []
-    for (kind, _), (members, rows) in _groups(sen, lmks).items():
-        some = lmks if len(members) == len(lmks) else [lmks[i] for i in members]
+    for group in groups_of(sen, lmks):
+        kind, rows, r = group.kind, group.rows, group.ranges
+        some = lmks if len(group.members) == len(lmks) else [lmks[i] for i in group.members]
         l = np.array([lmk.x for lmk in some]) if rows is None else map.state(rows)
         if in_view and len(some) > MANY:
             at = _may_be_seen(Rf.compose(Sf)[0], sen.model, kind, l)
-            some, l, rows = [some[i] for i in at.tolist()], l[at], None if rows is None else rows[at]
+            l, rows, at = l[at], None if rows is None else rows[at], at.tolist()
+            some, r = [some[i] for i in at], [r[i] for i in at]
         if some:
             ranges = frame_range(rob, Rf), sen.r, rows
             part = _compiled(map, rob, sen, some, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
-            parts.append(part or _computed(rob, sen, some, kind, l, Rf, Sf, ranges))
+            part = part or _computed(rob, sen, some, kind, l, Rf, Sf, ranges)
+            part.r = r
+            parts.append(part)
     return merged(parts) if parts else None
 
 
@@ -163,57 +166,3 @@ def _may_be_seen(F, sensor, kind, l):
         return np.flatnonzero(sensor.visible(*sight(F, sensor, kind, l)))
     d = kind.point(l)[0] - F.t
     return np.flatnonzero(np.einsum("ki,ki->k", d, d) <= (1 + 1e-9) * reach**2)  # rounding must not leave out any
-
-
-class Groups(NamedTuple):
-    """Landmarks by type, those in the map and the known ones apart: what is needed of them to compute in stacks.
-
-    Parameters
-    ----------
-    kinds, ranges : list
-        Type and range of each landmark: as long as they stay the same, so do the groups.
-    rows : dict of (LmkType, bool) to (list of int, ndarray of int of shape (K, k) or None)
-        By type, and whether they are known: which landmarks, and where they are in the map.
-    """
-
-    kinds: list
-    ranges: list
-    rows: dict
-
-
-_type, _range = attrgetter("type"), attrgetter("r")
-
-
-def _groups(sen, lmks):
-    """Groups of these landmarks; those of the last time, to which only what is new has to be added."""
-    kinds, ranges = list(map(_type, lmks)), list(map(_range, lmks))
-    old = sen.groups or Groups([], [], {})
-    n = len(old.kinds)
-    if kinds[:n] != old.kinds or ranges[:n] != old.ranges:
-        old, n = Groups([], [], {}), 0
-    if n < len(kinds):
-        sen.groups = old = Groups(kinds, ranges, old.rows | _grown(old.rows, kinds, ranges, n))
-    return old.rows
-
-
-def _grown(rows, kinds, ranges, n):
-    """The groups that landmarks from index n on belong to, with them."""
-    new, seen = {}, {}
-    for i in range(n, len(kinds)):
-        key = kinds[i], ranges[i] is None
-        group = seen.get((id(key[0]), key[1]))  # most are of one and the same object: no need to compare
-        if group is None:
-            group = seen[id(key[0]), key[1]] = new.setdefault(key, [])
-        group.append(i)
-    for (kind, known), members in new.items():
-        at = None if known else _rows([ranges[i] for i in members])
-        if (kind, known) in rows:
-            before, at_before = rows[kind, known]
-            members, at = before + members, None if at is None else np.concatenate([at_before, at])
-        new[kind, known] = members, at
-    return new
-
-
-def _rows(ranges):
-    """Where states of the same length are in the map, shape (K, k)."""
-    return np.array([r.start for r in ranges])[:, None] + np.arange(ranges[0].stop - ranges[0].start)

@@ -2,15 +2,12 @@
 
 import html
 from itertools import repeat
-from operator import attrgetter
 
 import numpy as np
 
 from ..ekf.html import table_html
 from ..geometry.lazy import lazy
 from .objects import short
-
-_range = attrgetter("r")
 
 
 class Sightings:
@@ -33,6 +30,8 @@ class Sightings:
 
     Attributes
     ----------
+    r : list of slice or None
+        Range of each landmark in the map.
     has_E : bool
         Whether E was computed with the rest, by compiled code.
     y, R, z, index, measured, matched, updated : sequences of length K
@@ -43,8 +42,7 @@ class Sightings:
         self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
-        self.J, self.has_E = J, False
-        self.r = list(map(_range, lmks))
+        self.J, self.has_E, self.r = J, False, []
         no = [False] * len(lmks)
         self.measured, self.matched, self.updated, self.index = no, no.copy(), no.copy(), [None] * len(lmks)
         self._found = (), {}
@@ -135,7 +133,7 @@ def merged(parts):
             rows[here, :width], H_l[here, :, :width] = part.ranges[2], part.E_l
     ranges = (*parts[0].ranges[:2], None if known else rows)
     whole = Sightings(parts[0].sen, sum(every("lmks"), []), e, v, visible, ranges, E_r, E_s, E_l)
-    whole.H_l = H_l
+    whole.H_l, whole.r = H_l, sum(every("r"), [])
     return whole
 
 

@@ -263,20 +263,30 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
         new = compiled().started(map, Rf, Sf, sen.model, kind, y, n, R, N, rob.r, sen.r)
         if new is not None:
             l, P_lm, P_ll = new
-            return Lmk(id, kind, r=insert_new(map, l, P_ll, P_lm), slot=_free_slot(lmks), n=n, N=N)
+            return _born(sen, lmks, Lmk(id, kind, r=insert_new(map, l, P_ll, P_lm), n=n, N=N))
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
     if opt.first_estimates:
         check_first_estimates(rob.motion.frame, [kind])
         L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
     r = augment(map, l, blocks, L_y.dot(R).dot(L_y.T) + L_n.dot(N).dot(L_n.T))
-    return Lmk(id, kind, r=r, slot=_free_slot(lmks), n=n, N=N, first=l if opt.first_estimates else None)
+    return _born(sen, lmks, Lmk(id, kind, r=r, n=n, N=N, first=l if opt.first_estimates else None))
 
 
-def _free_slot(lmks):
+def _born(sen, lmks, lmk):
+    """Give a new landmark the first slot that is free."""
+    lmk.slot = _free_slot(sen, lmks)
+    if lmk.slot == len(lmks):
+        sen.gapless = len(lmks) + 1, lmk
+    return lmk
+
+
+def _free_slot(sen, lmks):
     """The first index that no landmark has."""
-    slots = [lmk.slot for lmk in lmks.values()]
-    return len(slots) if max(slots, default=-1) < len(slots) else min(set(range(len(slots))).difference(slots))
+    if sen.gapless and sen.gapless[0] == len(lmks) and next(reversed(lmks.values())) is sen.gapless[1]:
+        return len(lmks)
+    slots = {lmk.slot for lmk in lmks.values()}
+    return next(i for i in range(len(slots) + 1) if i not in slots)
 
 
 def _well_inside(map, sensor, y, margin):
