@@ -12,6 +12,6 @@ A step in a small map is hundreds of calls for a handful of numbers each. Here i
 Nothing above `models` and `ekf` may be imported here, and nothing imports this before a map asks for it.
 """
 
-from .step import correct, expected, inside, left_out, move, normalized, residual, started
+from .step import born, correct, expected, inside, left_out, move, normalized, residual
 
-__all__ = ["correct", "expected", "inside", "left_out", "move", "normalized", "residual", "started"]
+__all__ = ["born", "correct", "expected", "inside", "left_out", "move", "normalized", "residual"]

@@ -233,11 +233,11 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R, few):
 
 
 @compiled
-def joined(P, n, lower, r, s, n_r, n_s, L, Q):
-    """P_lm = L_x P and P_ll = L_x P L_x' + Q of a new state: `augment`, until it is put into the map."""
+def join(P, n, lower, r, s, n_r, n_s, L, P_lm, P_ll):
+    """P_lm = L_x P and P_ll = L_x P L_x' + Q of a new state, `augment`: P_ll is Q before. Whether they are finite."""
     k = len(L)
-    P_lm, P_ll = np.zeros((k, n)), Q.copy()
     shared = np.empty((max(n_r, n_s), n))
+    P_lm[:] = 0.0
     for start, first, size in ((r, 0, n_r), (s, n_r, n_s)):
         if start < 0:
             continue
@@ -253,4 +253,7 @@ def joined(P, n, lower, r, s, n_r, n_s, L, Q):
             for b in range(k):
                 for c in range(size):
                     P_ll[a, b] += P_lm[a, start + c] * L[b, first + c]
-    return P_lm, P_ll
+    for a in range(k):
+        for b in range(a):
+            P_ll[a, b] = P_ll[b, a] = 0.5 * (P_ll[a, b] + P_ll[b, a])
+    return isfinite(np.sum(P_ll))

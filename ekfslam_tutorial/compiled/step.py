@@ -6,6 +6,7 @@ import numpy as np
 
 from ..ekf import Innovation, Map
 from ..ekf import correct as correct_by
+from ..ekf.filter import insert_new
 from ..geometry.symbols import Tape
 from ..models.observation import expect, retro_project
 from . import kernels
@@ -15,6 +16,7 @@ FEW = 20_000  # products of P - W W' up to which a loop is faster than a call of
 MANY_ROWS = 48  # of W' from which on BLAS is faster than the loops
 NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
 KEEP = 256  # programs
+RANGE = slice, type(None)
 
 _programs = {}
 
@@ -255,7 +257,7 @@ def correct(map, ranges, n_f, J, found, z, R):
         return False
     found, R = np.array(found), np.array(R, float, ndmin=3)
     r, s, rows = map.at_hand(*ranges, found)
-    if not isinstance(r, slice | None) or not isinstance(s, slice | None):
+    if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return False
     rows = np.zeros((len(J), 0), np.int64) if rows is None else rows
     (x, P, n, lower), few = map.storage, FEW if isinstance(map, Map) else 0  # who compresses must know what he has
@@ -283,31 +285,32 @@ def _write_inside(sensor):
     return build("b1(f8[::1])", "y", [*straight_code(tape, [("seen", visible)])[0], "return bool(seen)"])
 
 
-def started(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
-    """`retro_project`, and what `augment` puts into the map.
+def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
+    """`retro_project` and `augment`: the range of a new landmark in the map. None if not compiled.
 
-    Returns
-    -------
-    l, P_lm, P_ll : ndarray, shape (k,), (k, n) and (k, k), or None
-        n states are in the map, or at hand in a compressed one.
+    Raises
+    ------
+    MapFull, ValueError
+        As `augment`.
     """
-    program = _program(_write_started, type(Rf), sensor, kind)
+    program = _program(_write_born, type(Rf), sensor, kind)
     if program is None or type(Sf) is not type(Rf):
         return None
-    run, size, n_f, n_n = program
-    y, n, R, N, m = _floats(y), _floats(n), _floats(R), _floats(N), len(sensor.R)
-    if y.shape != (m,) or R.shape != (m, m) or n.shape != (n_n,) or N.shape != (n_n, n_n):
+    run, size, shapes = program
+    y, n, R, N = _floats(y), _floats(n), _floats(R), _floats(N)
+    if (y.shape, n.shape, R.shape, N.shape) != shapes:
         return None
     r, s, _ = map.at_hand(r, s)
-    if not isinstance(r, slice | None) or not isinstance(s, slice | None):
+    if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return None
-    l, L, Q = np.empty(size), np.empty((size, 2 * n_f)), np.empty((size, size))
-    run(Rf.x, Sf.x, y, n, R, N, l, L, Q)
     _, P, n_states, lower = map.storage
-    return l, *kernels.joined(P, n_states, lower, _begin(r), _begin(s), n_f, n_f, L, Q)
+    l, P_lm, P_ll = np.empty(size), np.empty((size, n_states)), np.empty((size, size))
+    if run(Rf.x, Sf.x, y, n, R, N, P, n_states, lower, _begin(r), _begin(s), l, P_lm, P_ll):
+        return map.insert(l, P_ll, P_lm)
+    return insert_new(map, l, P_ll, P_lm)  # says what is wrong
 
 
-def _write_started(frame, sensor, kind):
+def _write_born(frame, sensor, kind):
     tape, n_f, n_l = Tape(), frame.size, kind.size
     m, n_n = len(sensor.R), 1 if sensor.bearing_only else 0
     Rf, Sf = frame(tape.inputs("rf[{}]", n_f)), frame(tape.inputs("sf[{}]", n_f))
@@ -317,11 +320,17 @@ def _write_started(frame, sensor, kind):
     _check_shapes((l[0], n_l), (L_r, n_l, n_f), (L_s, n_l, n_f), (L_y, n_l, m), (L_n, n_l, n_n))
     outputs = ("l[{}]", l[0]), ("L[{}, {}]", np.concatenate([L_r, L_s], -1)), ("L_y[{}, {}]", L_y), ("L_n[{}, {}]", L_n)
     lines = [
-        f"L_y, L_n, Q_n = np.empty(({n_l}, {m})), np.empty(({n_l}, {n_n})), np.empty(({n_l}, {n_l}))",
+        f"L, Q_n = np.empty(({n_l}, {2 * n_f})), np.empty(({n_l}, {n_l}))",
+        f"L_y, L_n = np.empty(({n_l}, {m})), np.empty(({n_l}, {n_n}))",
         *straight_code(tape, outputs)[0],
-        "sandwich(L_y, R, Q)",
+        "sandwich(L_y, R, P_ll)",
         "sandwich(L_n, N, Q_n)",
-        "Q += Q_n",
+        "P_ll += Q_n",
+        f"return join(P, n_states, lower, r, s, {n_f}, {n_f}, L, P_lm, P_ll) and isfinite(np.sum(l))",
     ]
-    signature = "void(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])"
-    return build(signature, "rf, sf, y, n, R, N, l, L, Q", lines), n_l, n_f, n_n
+    signature = (
+        "b1(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1, :], i8, b1, i8, i8, "
+        "f8[::1], f8[:, ::1], f8[:, ::1])"
+    )
+    arguments = "rf, sf, y, n, R, N, P, n_states, lower, r, s, l, P_lm, P_ll"
+    return build(signature, arguments, lines), n_l, ((m,), (n_n,), (m, m), (n_n, n_n))

@@ -316,7 +316,7 @@ class CompressedMap:
         P_xx[:k, :k] = P_ii + P_xm[:k, v].dot(old.T)
         P_xx[:k, k:], P_xx[k:, :k] = new, new.T
         P_xm[:k, v] += old
-        r = near.insert(x, P_xx, P_xm)
+        r = near.insert(x, symmetric(P_xx), P_xm)
         self._v = np.concatenate([v, np.arange(r.start + k, r.stop)])
         self._take(i, r.start)
 

@@ -25,6 +25,7 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri  # pyright: ignore[reportAttributeAccessIssue]
 
 from ..geometry.lazy import lazy
+from .stochastic_map import symmetric
 
 
 @dataclass(frozen=True)
@@ -207,7 +208,7 @@ def insert_new(map, l, P_ll, P_lm):
     """Put a new state into the map, unless it is not finite: `augment`, when its covariances are there. Its range."""
     if not isfinite(P_ll.sum()) or not isfinite(l.sum()):
         raise ValueError(f"a new state must be finite, got {l} with the covariance {P_ll.tolist()}")
-    return map.insert(l, P_ll, P_lm)
+    return map.insert(l, symmetric(P_ll), P_lm)
 
 
 def transform(map, r, x, J):

@@ -146,7 +146,8 @@ class Map:
         if P_xm is not None and (np.shape(P_xm) != (len(x), self.n) or not np.isfinite(P_xm).all()):
             raise ValueError(f"P_xm must be finite and have shape {(len(x), self.n)}, got shape {np.shape(P_xm)}")
 
-        return self.insert(x, P_xx, np.zeros((len(x), self.n)) if P_xm is None else np.asarray(P_xm, float))
+        P_xm = np.zeros((len(x), self.n)) if P_xm is None else np.asarray(P_xm, float)
+        return self.insert(x, symmetric(P_xx), P_xm)
 
     @property
     def storage(self):
@@ -251,11 +252,11 @@ class Map:
         self._downdate(Wt, self._lower)
 
     def insert(self, x, P_xx, P_xm):
-        """A new state, as `add` puts it in, unchecked. Returns its range."""
+        """A new state, as `add` puts it in, unchecked; P_xx is symmetric. Returns its range."""
         n, r = self.n, self.reserve(x)
         self._Pn[r, :n] = P_xm
         self._Pt[r, :n] = P_xm
-        self._Pn[r, r] = symmetric(P_xx)
+        self._Pn[r, r] = P_xx
         return r
 
     def reserve(self, x):

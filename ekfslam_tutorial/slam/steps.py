@@ -10,7 +10,6 @@ from operator import attrgetter
 import numpy as np
 
 from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict
-from ..ekf.filter import insert_new
 from ..ekf.stochastic_map import are_covariances, check_covariance
 from ..models.observation import observe, retro_project
 from .first_estimates import begin, check_first_estimates, transport
@@ -237,6 +236,10 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     return events
 
 
+NOTHING = np.zeros(0), np.zeros((0, 0))
+"""The prior of what is measured completely."""
+
+
 def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     """One new landmark in the map, from one measurement: the inverse observation model and `augment`.
 
@@ -256,24 +259,23 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
         raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
     kind = sen.lmk_type or opt.lmk_type or EUCLIDEAN[sen.frame_type.dim]
     Rf, Sf = rob.frame(map), sen.frame(map)
-    n, N = (opt.n, opt.N) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
+    n, N = (opt.n, opt.N) if sen.model.bearing_only else NOTHING
     R = sen.model.R if R is None else R
 
     if map.compiled and rob.first is None and not opt.first_estimates:
-        new = compiled().started(map, Rf, Sf, sen.model, kind, y, n, R, N, rob.r, sen.r)
-        if new is not None:
-            l, P_lm, P_ll = new
-            return _born(sen, lmks, Lmk(id, kind, r=insert_new(map, l, P_ll, P_lm), n=n, N=N))
+        r = compiled().born(map, Rf, Sf, sen.model, kind, y, n, R, N, rob.r, sen.r)
+        if r is not None:
+            return _in_a_slot(sen, lmks, Lmk(id, kind, r=r, n=n, N=N))
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
     if opt.first_estimates:
         check_first_estimates(rob.motion.frame, [kind])
         L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
     r = augment(map, l, blocks, L_y.dot(R).dot(L_y.T) + L_n.dot(N).dot(L_n.T))
-    return _born(sen, lmks, Lmk(id, kind, r=r, n=n, N=N, first=l if opt.first_estimates else None))
+    return _in_a_slot(sen, lmks, Lmk(id, kind, r=r, n=n, N=N, first=l if opt.first_estimates else None))
 
 
-def _born(sen, lmks, lmk):
+def _in_a_slot(sen, lmks, lmk):
     """Give a new landmark the first slot that is free."""
     lmk.slot = _free_slot(sen, lmks)
     if lmk.slot == len(lmks):

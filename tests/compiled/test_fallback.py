@@ -116,11 +116,11 @@ class Failing(Squared):
 @pytest.mark.parametrize(
     ("sensor", "compiles"),
     [
-        (Squared(), {"expected", "started", "inside", "residual"}),
-        (Listed(), {"expected", "started", "inside", "residual"}),
-        (Everywhere(), {"expected", "started", "inside", "residual"}),
-        (Branching(), {"started", "residual"}),
-        (Failing(), {"started", "inside", "residual"}),
+        (Squared(), {"expected", "born", "inside", "residual"}),
+        (Listed(), {"expected", "born", "inside", "residual"}),
+        (Everywhere(), {"expected", "born", "inside", "residual"}),
+        (Branching(), {"born", "residual"}),
+        (Failing(), {"born", "inside", "residual"}),
         (Open(), set()),
         (Bare(), set()),
     ],
@@ -132,7 +132,7 @@ def test_sensors_of_ones_own(sensor, compiles, joint, rng):
         pair.go(rng)
     assert pair.compiled.lmks and any(o.updated for o in pair.compiled.obs.values())
     yes, no = written()
-    asked = {"expected", "started", "inside"} | ({"residual"} if joint else set())
+    asked = {"expected", "born", "inside"} | ({"residual"} if joint else set())
     assert yes - {"move"} == asked & compiles and no == asked - compiles
 
 

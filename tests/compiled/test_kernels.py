@@ -108,7 +108,9 @@ def test_a_new_state(scene, known, rng):
     other, L_r, L_s, B = plain(map), rng.normal(size=(4, 3)), rng.normal(size=(4, 3)), rng.normal(size=(4, 4))
     x, P, n, lower = map.storage
     L = np.concatenate([L_r, L_s], -1)
-    P_lm, P_ll = kernels.joined(P, n, lower, step._begin(r), step._begin(s), 3, 3, L, B @ B.T)
+    P_lm, P_ll = np.full((4, n), np.nan), B @ B.T
+    assert kernels.join(P, n, lower, step._begin(r), step._begin(s), 3, 3, L, P_lm, P_ll)
+    assert np.array_equal(P_ll, P_ll.T)
     got = map.insert(np.ones(4), P_ll, P_lm)
     assert got == augment(other, np.ones(4), ((r, L_r), (s, L_s)), B @ B.T)
     assert same(map, other)

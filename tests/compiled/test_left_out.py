@@ -8,7 +8,7 @@ COMPILED = ["--set", "time.last=5", "--set", "options.compiled=true"]
 
 
 @pytest.mark.parametrize(
-    ("scenario", "note"), [("omnicam", "computed by numpy: started: OmniCam, AhmPnt"), ("range_bearing_2d", None)]
+    ("scenario", "note"), [("omnicam", "computed by numpy: born: OmniCam, AhmPnt"), ("range_bearing_2d", None)]
 )
 def test_run_says_what_was_not_compiled(tmp_path, capsys, monkeypatch, scenario, note):
     monkeypatch.setattr("ekfslam_tutorial.compiled.step._programs", {})

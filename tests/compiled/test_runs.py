@@ -94,7 +94,7 @@ def test_self_calibration_in_the_plane(interpreted):
 def test_first_estimates_fall_back(joint, interpreted):
     side_by_side(scenario("range_bearing_2d", first_estimates=True, joint=joint), frames=10)
     written = {at[0] for at, (_, program) in step._programs.items() if program}
-    assert step._write_expected not in written and step._write_started not in written
+    assert step._write_expected not in written and step._write_born not in written
 
 
 @pytest.mark.parametrize("name", ["mrclam_twin", "victoria_park_twin"])

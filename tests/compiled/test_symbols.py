@@ -4,11 +4,13 @@ Tolerances: both sides do the same operations on floats, in another order; the f
 leave some 1e-13 of the largest one, and 1e-9 leaves room for differences of nearly equal numbers in between.
 """
 
+import copy
+
 import numpy as np
 import pytest
 
 from ekfslam_tutorial.compiled import step
-from ekfslam_tutorial.ekf import Map, covariance, cross
+from ekfslam_tutorial.ekf import Map, augment, covariance, cross
 from ekfslam_tutorial.geometry import Frame2, Frame3, e2q
 from ekfslam_tutorial.models import retro_project
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
@@ -161,14 +163,15 @@ def test_new_landmarks_are_those_of_the_model_wherever_they_can_be_compiled(name
         if sensor.dim == 3:
             y[:2] = rng.uniform([100, 100], [540, 380])
         n, R = np.full(len(N), 0.3), 2.0 * sensor.R
-        got = step.started(map, Rf, Sf, sensor, kind, y, n, R, N, r, s)
+        other = copy.deepcopy(map)
+        got = step.born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s)
         assert (got is not None) == compilable(name, kind)
         if got is None:
+            assert map.n == other.n
             return
         l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sensor, kind, y, n)
-        PLt = cross(map, ((r, L_r), (s, L_s)))
-        P_ll = covariance(PLt, ((r, L_r), (s, L_s))) + L_y @ R @ L_y.T + L_n @ N @ L_n.T
-        assert same(got[0], l) and same(got[1], PLt.T) and same(got[2], P_ll)
+        assert got == augment(other, l, ((r, L_r), (s, L_s)), L_y @ R @ L_y.T + L_n @ N @ L_n.T)
+        assert same(map.x, other.x) and same(map.P, other.P) and np.array_equal(map.P, map.P.T)
 
 
 @pytest.mark.parametrize("name", SENSORS)
