@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from ekfslam_tutorial import ekf
-from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation, predict
+from ekfslam_tutorial.ekf import Map, predict, update
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
@@ -41,9 +41,7 @@ class Filter:
         g = self.given[k % len(self.given)]
         predict(self.map, self.rob, g.x, g.X_x, g.X_u, U)
         for i, H_r, H_l, z in zip(g.ids, g.H_r, g.H_l, g.z, strict=True):
-            blocks = (self.rob, H_r), (self.lmks[i], H_l)
-            PHt = cross(self.map, blocks)
-            correct(self.map, PHt, innovation(z, covariance(PHt, blocks), R))
+            update(self.map, ((self.rob, H_r), (self.lmks[i], H_l)), z, R)
 
     def state(self):
         """Mean and covariance."""
@@ -62,9 +60,7 @@ class JointFilter(Filter):
         k %= len(self.given)
         g = self.given[k]
         predict(self.map, self.rob, g.x, g.X_x, g.X_u, U)
-        blocks = (self.rob, g.H_r), (self.rows[k], g.H_l)
-        PHt = cross(self.map, blocks)
-        correct(self.map, PHt, innovation(g.z, covariance(PHt, blocks), R))
+        update(self.map, ((self.rob, g.H_r), (self.rows[k], g.H_l)), g.z, R)
 
 
 class Step:
@@ -128,5 +124,6 @@ STEPS = {
 }
 COMPILED = find_spec("numba") is not None  # if it is not, the report names it among what is missing
 if COMPILED:
+    FILTERS["filter, joint, compiled"] = warm(lambda world: JointFilter(world, Map(compiled=True)))
     STEPS["step, joint, compiled"] = warm(lambda world: Step(world, Map(compiled=True), joint=True))
     STEPS["step, joint, compressed, compiled"] = warm(lambda world: Step(world, compressed(compiled=True), joint=True))

@@ -86,6 +86,24 @@ def sandwich(A, Q, out):
 
 
 @compiled
+def predict(P, n, lower, start, X_x, X_u, U):
+    """`predict`, of the covariance."""
+    Q = np.empty((len(X_u), len(X_u)))
+    sandwich(X_u, U, Q)
+    propagate(P, n, lower, start, X_x, Q)
+
+
+@compiled
+def within(rows, n):
+    """Whether all these indices are of a map of n states."""
+    for i in range(rows.shape[0]):
+        for c in range(rows.shape[1]):
+            if not 0 <= rows[i, c] < n:
+                return False
+    return True
+
+
+@compiled
 def columns_of(r, s, n_r, n_s, n_l, known):
     """Which columns of a Jacobian [E_r E_s E_l] belong to states in the map, and those of robot and sensor: where."""
     cols, at, q = np.empty(n_r + n_s + n_l, np.int64), np.empty(n_r + n_s + n_l, np.int64), 0

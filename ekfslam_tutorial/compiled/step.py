@@ -4,19 +4,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..ekf import Innovation, Map
-from ..ekf import correct as correct_by
+from ..ekf import Map
 from ..ekf.filter import insert_new
 from ..geometry.symbols import Tape
 from ..models.observation import expect, retro_project
-from . import kernels
+from .filter import NO_ROWS, RANGE, begin, correct_some, floats
 from .program import build, straight_code
 
-FEW = 20_000  # products of P - W W' up to which a loop is faster than a call of BLAS
-MANY_ROWS = 48  # of W' from which on BLAS is faster than the loops
-NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
 KEEP = 256  # programs
-RANGE = slice, type(None)
 
 _programs = {}
 
@@ -63,11 +58,6 @@ def left_out():
     return sorted({f"{write.__name__.removeprefix('_write_')}: {words(key)}" for write, key in missing})
 
 
-def _floats(a):
-    """An array as programs take it: whatever its type and order, and whether or not it may be written to."""
-    return np.array(a, float, order="C")
-
-
 def _check_shapes(*arrays):
     """Refuse a model whose results have other shapes than they should: a program would not notice."""
     for a, *shape in arrays:
@@ -84,7 +74,7 @@ def move(map, r, motion, u, U, dt):
     if run is None or r.stop - r.start != motion.size or not isinstance(here := map.at_hand(r)[0], slice):
         return False
     x, (_, P, n, lower) = map.state(r), map.storage
-    run(x, P, n, lower, here.start, _floats(u), _floats(U), float(dt))
+    run(x, P, n, lower, here.start, floats(u), floats(U), float(dt))
     map.move(r, x)
     return True
 
@@ -166,12 +156,8 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
         run(Rf.x, Sf.x, l, P, lower, -1, -1, NO_ROWS, True, False, e, v, visible, J, E)
         return e, v, visible, J, None
     rows = NO_ROWS if known else rows
-    run(Rf.x, Sf.x, l, P, lower, _begin(r), _begin(s), rows, known, every, e, v, visible, J, E)
+    run(Rf.x, Sf.x, l, P, lower, begin(r), begin(s), rows, known, every, e, v, visible, J, E)
     return e, v, visible, J, E
-
-
-def _begin(r):
-    return -1 if r is None else r.start
 
 
 def _write_expected(frame, sensor, kind):
@@ -218,7 +204,7 @@ def residual(sensor, y, e):
     if run is None:
         return None
     z = np.empty(e.shape)
-    run(_floats(y), _floats(e), z)
+    run(floats(y), floats(e), z)
     return z
 
 
@@ -231,7 +217,7 @@ def _write_residual(sensor):
 
 
 def correct(map, ranges, n_f, J, found, z, R):
-    """`cross`, `covariance`, `innovation` and `correct` with the stack of those found. Whether it could be done.
+    """`ekf.update` by the stack of those found. Whether it could be done.
 
     Parameters
     ----------
@@ -253,20 +239,7 @@ def correct(map, ranges, n_f, J, found, z, R):
     ValueError
         As `correct`. Nothing has been changed then.
     """
-    if z.size > MANY_ROWS:
-        return False
-    found, R = np.array(found), np.array(R, float, ndmin=3)
-    r, s, rows = map.at_hand(*ranges, found)
-    if not isinstance(r, RANGE) or not isinstance(s, RANGE):
-        return False
-    rows = np.zeros((len(J), 0), np.int64) if rows is None else rows
-    (x, P, n, lower), few = map.storage, FEW if isinstance(map, Map) else 0  # who compresses must know what he has
-    Wt, Z, done = kernels.update(x, P, n, lower, _begin(r), _begin(s), rows, n_f, n_f, J, found, z, R, few)
-    if done < 0:
-        correct_by(map, Wt.T, Innovation(z.ravel(), Z))  # says what is wrong
-    if done == 0:
-        map.subtract(Wt)
-    return True
+    return correct_some(map, ranges, n_f, n_f, J, np.array(found), z, R)
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------
@@ -297,7 +270,7 @@ def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
     if program is None or type(Sf) is not type(Rf):
         return None
     run, size, shapes = program
-    y, n, R, N = _floats(y), _floats(n), _floats(R), _floats(N)
+    y, n, R, N = floats(y), floats(n), floats(R), floats(N)
     if (y.shape, n.shape, R.shape, N.shape) != shapes:
         return None
     r, s, _ = map.at_hand(r, s)
@@ -305,7 +278,7 @@ def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
         return None
     _, P, n_states, lower = map.storage
     l, P_lm, P_ll = np.empty(size), np.empty((size, n_states)), np.empty((size, size))
-    if run(Rf.x, Sf.x, y, n, R, N, P, n_states, lower, _begin(r), _begin(s), l, P_lm, P_ll):
+    if run(Rf.x, Sf.x, y, n, R, N, P, n_states, lower, begin(r), begin(s), l, P_lm, P_ll):
         return map.insert(l, P_ll, P_lm)
     return insert_new(map, l, P_ll, P_lm)  # says what is wrong
 

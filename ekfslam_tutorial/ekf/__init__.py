@@ -6,7 +6,7 @@ May not: know what a range stands for. No frames, sensors, robots or landmarks h
 
 from .batch import Batch
 from .compressed import CompressedMap
-from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform
+from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform, update
 from .stochastic_map import Map, MapFull
 
 __all__ = [
@@ -22,4 +22,5 @@ __all__ = [
     "innovation",
     "predict",
     "transform",
+    "update",
 ]

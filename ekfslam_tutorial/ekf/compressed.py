@@ -19,8 +19,9 @@ too much is at hand, all is put back at once: one product of large matrices, whi
 import numpy as np
 
 from .columns import Columns
+from .extra import check_compiled
 from .html import map_html
-from .stochastic_map import Map, check_compiled, nothing, symmetric
+from .stochastic_map import Map, nothing, symmetric
 from .virtual import VirtualStates, cholesky
 
 

@@ -1,4 +1,4 @@
-"""The extended Kalman filter on a stochastic map, in seven short functions.
+"""The extended Kalman filter on a stochastic map, in eight short functions.
 
 A *block* is a pair `(range, Jacobian)`: the derivative of something by the state in that range. A range of `None` means
 that the state is known; its block drops out. So the same `correct` does
@@ -25,6 +25,7 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri  # pyright: ignore[reportAttributeAccessIssue]
 
 from ..geometry.lazy import lazy
+from .extra import compiled
 from .stochastic_map import symmetric
 
 
@@ -85,6 +86,8 @@ def predict(map, r, x, X_x, X_u, U):
     U : ndarray, shape (nu, nu)
         Covariance of the control.
     """
+    if map.compiled and compiled().predict(map, r, x, X_x, X_u, U):
+        return
     P_rm = X_x.dot(map.rows(r))
     P_rr = P_rm[:, map.here(r)].dot(X_x.T) + X_u.dot(U).dot(X_u.T)
     map.put(r, x, P_rm, P_rr)
@@ -171,6 +174,30 @@ def correct(map, PHt, inn):
     Wt = inn.iL.dot(PHt.T)
     map.shift(inn.w.dot(Wt))
     map.subtract(Wt)
+
+
+def update(map, blocks, z, R):
+    """Correction of the whole map by one measurement, or a stack of them: `cross` to `correct` in one call.
+
+        E = H P H',    Z = E + R,    K = P H' Z^-1,    x = x + K z,    P = P - K H P
+
+    Parameters
+    ----------
+    map : Map
+    blocks : sequence of (slice or None, ndarray of shape (m, k)), or a stack
+        Derivatives of the expectation, as in `cross`.
+    z, R : ndarray
+        Innovations and covariance of the measurement noise, as in `innovation`.
+
+    Raises
+    ------
+    ValueError
+        As `correct`. Nothing has been changed then.
+    """
+    if map.compiled and compiled().update(map, blocks, z, R):
+        return
+    PHt = cross(map, blocks)
+    correct(map, PHt, innovation(z, covariance(PHt, blocks), R))
 
 
 def augment(map, l, blocks, Q):

@@ -1,11 +1,11 @@
 """The stochastic map: one mean, one covariance, and who owns which part of them."""
 
-from importlib.util import find_spec
 from itertools import pairwise
 
 import numpy as np
 
 from .blas import Downdate
+from .extra import check_compiled
 from .html import map_html
 from .triangle import mirror, whole_range, whole_rows
 
@@ -339,12 +339,6 @@ def symmetric(P):
     S = P + P.T
     S *= 0.5
     return S
-
-
-def check_compiled(error):
-    """Refuse to compile where numba is not installed."""
-    if find_spec("numba") is None:
-        raise error("a compiled map needs numba: pip install 'ekfslam_tutorial[compiled]'")
 
 
 def are_covariances(P):

@@ -23,7 +23,7 @@ class Group:
 
     def __init__(self, kind, known):
         self.kind, self.known, self.members, self.ranges = kind, known, [], []
-        self._rows = None if known else np.zeros((8, kind.size), int)
+        self._rows = np.zeros((8, kind.size), int)
 
     def add(self, i, r):
         """One more."""

@@ -9,9 +9,10 @@ from math import isfinite
 
 import numpy as np
 
-from ..ekf import correct, covariance, cross, innovation
+from ..ekf import update
+from ..ekf.extra import compiled
 from .objects import Event
-from .projection import compiled, normalize, sightings
+from .projection import normalize, sightings
 from .reach import in_reach
 from .sightings import Obs
 from .upkeep import delete_bad, most_uncertain, tidy
@@ -77,9 +78,7 @@ def correct_with(map, table, found, z, R):
     """Correct the map with the innovations z of some landmarks of a table, all at once."""
     if table.J is not None and compiled().correct(map, table.ranges, table.E_r.shape[-1], table.J, found, z, R):
         return
-    blocks = table.blocks(None if len(found) == len(table.lmks) else found)
-    PHt = cross(map, blocks)
-    correct(map, PHt, innovation(z, covariance(PHt, blocks), R))
+    update(map, table.blocks(None if len(found) == len(table.lmks) else found), z, R)
 
 
 def _distances(z, Z):

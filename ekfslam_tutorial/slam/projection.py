@@ -1,12 +1,11 @@
 """Where things are according to the map, and what a sensor should see of it."""
 
-from functools import cache
-from importlib import import_module
 from math import inf, isfinite
 
 import numpy as np
 
 from ..ekf import transform
+from ..ekf.extra import compiled
 from ..models.observation import expect, sight
 from .first_estimates import first_jacobians
 from .groups import groups_of
@@ -151,12 +150,6 @@ def _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, every):
     if E is not None:
         table.E, table.has_E = E, True
     return table
-
-
-@cache
-def compiled():
-    """The package of compiled code: imported when a map asks for it, because numba takes its time."""
-    return import_module("..compiled", __package__)
 
 
 def _may_be_seen(F, sensor, kind, l):

@@ -10,12 +10,13 @@ from operator import attrgetter
 import numpy as np
 
 from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict
+from ..ekf.extra import compiled
 from ..ekf.stochastic_map import are_covariances, check_covariance
 from ..models.observation import observe, retro_project
 from .first_estimates import begin, check_first_estimates, transport
 from .joint import correct_jointly, correct_with
 from .objects import Event, Lmk
-from .projection import compiled, frame_range, normal_frame, normalize, project_lmks
+from .projection import frame_range, normal_frame, normalize, project_lmks
 from .upkeep import EUCLIDEAN, delete_bad, most_uncertain, tidy
 
 # --- motion ----------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..ekf.stochastic_map import check_compiled
+from ..ekf.extra import check_compiled
 from ..models.landmarks import EucPnt
 from ..slam import Options as SlamOptions
 from .agreement import check_agreement

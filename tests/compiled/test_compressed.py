@@ -60,6 +60,6 @@ def test_a_copy_goes_on_compiled():
 
 
 def test_numba_is_asked_for_at_once(monkeypatch):
-    monkeypatch.setattr("ekfslam_tutorial.ekf.stochastic_map.find_spec", lambda name: None)
+    monkeypatch.setattr("ekfslam_tutorial.ekf.extra.find_spec", lambda name: None)
     with pytest.raises(ImportError, match="a compiled map needs numba"):
         CompressedMap(compiled=True)

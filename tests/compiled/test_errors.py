@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.cli import main
-from ekfslam_tutorial.ekf import Map, stochastic_map
+from ekfslam_tutorial.ekf import Map, extra
 from ekfslam_tutorial.models.landmarks import AhmPnt, IdpPnt
 from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing
 from ekfslam_tutorial.slam import Lmk, correct_known_lmks, init_new_lmks
@@ -152,7 +152,7 @@ TABLE = {
 
 
 def test_without_numba_one_sentence_says_what_to_install(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(stochastic_map, "find_spec", lambda name: None)
+    monkeypatch.setattr(extra, "find_spec", lambda name: None)
     with pytest.raises(ImportError) as error:
         Map(compiled=True)
     assert str(error.value) == NEEDS

@@ -8,7 +8,7 @@ import copy
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.compiled import kernels, step
+from ekfslam_tutorial.compiled import filter, kernels, step
 from ekfslam_tutorial.ekf import (
     Map,
     augment,
@@ -19,6 +19,7 @@ from ekfslam_tutorial.ekf import (
     predict,
     stochastic_map,
     transform,
+    update,
 )
 from ekfslam_tutorial.models.motion import Odometry2
 
@@ -109,7 +110,7 @@ def test_a_new_state(scene, known, rng):
     x, P, n, lower = map.storage
     L = np.concatenate([L_r, L_s], -1)
     P_lm, P_ll = np.full((4, n), np.nan), B @ B.T
-    assert kernels.join(P, n, lower, step._begin(r), step._begin(s), 3, 3, L, P_lm, P_ll)
+    assert kernels.join(P, n, lower, filter.begin(r), filter.begin(s), 3, 3, L, P_lm, P_ll)
     assert np.array_equal(P_ll, P_ll.T)
     got = map.insert(np.ones(4), P_ll, P_lm)
     assert got == augment(other, np.ones(4), ((r, L_r), (s, L_s)), B @ B.T)
@@ -138,10 +139,10 @@ def test_expectations(scene, known, rng):
     rows, J, _ = stack(lmks[:5], 3, (), rng)
     rows = None if "l" in known else rows
     x, P, n, lower = map.storage
-    cols, at = kernels.columns_of(step._begin(r), step._begin(s), 3, 3, 3, rows is None)
+    cols, at = kernels.columns_of(filter.begin(r), filter.begin(s), 3, 3, 3, rows is None)
     E = np.full((5, M, M), np.nan)
     for k in range(5):
-        kernels.covariance_of(P, lower, J, cols, at, step.NO_ROWS if rows is None else rows, k, 6, E[k])
+        kernels.covariance_of(P, lower, J, cols, at, filter.NO_ROWS if rows is None else rows, k, 6, E[k])
         blocks = [(a, b[0]) for a, b in blocks_of(r, s, None, J, [k])[:2]]
         blocks.append((None if rows is None else lmks[k], J[k, :, 6:]))
         assert close(E[k], covariance(cross(map, blocks), blocks)) and np.array_equal(E[k], E[k].T)
@@ -172,8 +173,8 @@ def test_corrections(scene, known, some, each, rng):
 def test_the_loops_end_where_blas_is_faster(rng, monkeypatch):
     """The same on both sides of the border between them."""
     ends = []
-    for few in (0, step.FEW):
-        monkeypatch.setattr(step, "FEW", few)
+    for few in (0, filter.FEW):
+        monkeypatch.setattr(filter, "FEW", few)
         rng = np.random.default_rng(1)
         map = Map(compiled=True)
         r = map.add(rng.normal(size=3), np.eye(3))
@@ -182,7 +183,7 @@ def test_the_loops_end_where_blas_is_faster(rng, monkeypatch):
         assert step.correct(map, (r, None, rows), 3, J, [0, 1, 2, 3], z, np.eye(2))
         ends.append(map)
     assert same(*ends)
-    assert not step.correct(map, (r, None, rows), 3, J, [0, 1, 2, 3], np.zeros((step.MANY_ROWS + 1, 1)), np.eye(2))
+    assert not step.correct(map, (r, None, rows), 3, J, [0, 1, 2, 3], np.zeros((filter.MANY_ROWS + 1, 1)), np.eye(2))
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
@@ -201,3 +202,57 @@ def test_a_state_of_the_wrong_length_is_not_moved_with_its_neighbour():
     map.add(np.ones(3), np.eye(3))
     assert not step.move(map, short, Odometry2(), np.ones(3), np.eye(3), 0.1)
     assert np.array_equal(map.x, [0, 0, 1, 1, 1]) and np.array_equal(map.P, np.eye(5))
+
+
+# --- by blocks, as users of the filter give them ---------------------------------------------------------------------
+
+
+def test_predict_is_compiled(scene, rng):
+    map, r, *_ = scene
+    other, X_x, X_u, B, x = plain(map), *(rng.normal(size=s) for s in ((3, 3), (3, 2), (2, 2), 3))
+    other.compiled = False
+    X_x.flags.writeable = False
+    for each in map, other:
+        predict(each, r, x, X_x, np.asfortranarray(X_u), B @ B.T)
+    assert same(map, other)
+
+
+@pytest.mark.parametrize("how", ["one", "one, robot known", "stack", "stack, sensor too", "stack, landmarks known"])
+def test_update_is_compiled(scene, how, rng, monkeypatch):
+    map, r, s, lmks = scene
+    rows, J, _ = stack(lmks[:6], 3, (), rng)
+    z, R = 0.1 * rng.normal(size=(6, M)), np.eye(M)
+    blocks = {
+        "one": ((r, J[0, :, :3]), (lmks[0], J[0, :, 6:])),
+        "one, robot known": ((None, J[0, :, :3]), (lmks[0], J[0, :, 6:])),
+        "stack": ((r, J[..., :3]), (rows, J[..., 6:])),
+        "stack, sensor too": ((r, J[..., :3]), (s, J[..., 3:6]), (rows, J[..., 6:])),
+        "stack, landmarks known": ((r, J[..., :3]), (None, J[..., 6:])),
+    }[how]
+    other, z = plain(map), z[0] if how.startswith("one") else z
+    other.compiled = False
+    update(other, blocks, z, R)
+    assert filter.update(map, blocks, z, R)
+    assert map._lower == other._lower and same(map, other)
+
+
+@pytest.mark.parametrize("wrong", ["J", "rows", "R", "z", "range", "X_x", "x"])
+def test_what_does_not_fit_is_refused_as_ever_and_changes_nothing(scene, wrong, rng):
+    """Loops do not look where they write: whatever does not fit is left to numpy, which does."""
+    map, r, _, lmks = scene
+    rows, J, _ = stack(lmks[:6], 3, (), rng)
+    z, R, J_r, J_l = np.ones((6, M)), np.eye(M), J[..., :3], J[..., 6:]
+    x, before = map.x.copy(), plain(map).P
+    X_x = np.eye(4) if wrong == "X_x" else np.eye(3)
+    if wrong in ("X_x", "x"):
+        with pytest.raises(ValueError):
+            predict(map, r, np.zeros(4 if wrong == "x" else 3), X_x, np.eye(3), np.eye(3))
+    else:
+        J_l = J_l[..., :2] if wrong == "J" else J_l
+        rows = rows + map.n if wrong == "rows" else rows
+        R = np.eye(3) if wrong == "R" else R
+        z = np.ones((6, 3)) if wrong == "z" else z
+        r = slice(r.start, r.stop + 2) if wrong == "range" else r
+        with pytest.raises((ValueError, IndexError)):
+            update(map, ((r, J_r), (rows, J_l)), z, R)
+    assert np.array_equal(map.x, x) and np.array_equal(map.P, before)

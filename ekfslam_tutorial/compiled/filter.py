@@ -1,0 +1,90 @@
+"""Compiled pieces of the filter: what `ekf/filter.py` calls for a map with `compiled`, blocks given."""
+
+import numpy as np
+
+from ..ekf import Innovation, Map, correct
+from . import kernels
+
+FEW = 20_000  # products of P - W W' up to which a loop is faster than a call of BLAS
+MANY_ROWS = 48  # of W' from which on BLAS is faster than the loops
+NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
+RANGE = slice, type(None)
+
+
+def floats(a):
+    """An array as programs take it: whatever its type and order, and whether or not it may be written to."""
+    return np.array(a, float, order="C")
+
+
+def begin(r):
+    """Where a range begins; -1 for that of a known state."""
+    return -1 if r is None else r.start
+
+
+def predict(map, r, x, X_x, X_u, U):
+    """`ekf.predict`. Whether it could be done."""
+    k, nu, (here, *_) = r.stop - r.start, len(U), map.at_hand(r)
+    X_x, X_u, U = floats(X_x), floats(X_u), floats(U)
+    if not isinstance(here, slice) or (X_x.shape, X_u.shape, U.shape, np.shape(x)) != ((k, k), (k, nu), (nu, nu), (k,)):
+        return False
+    _, P, n, lower = map.storage
+    kernels.predict(P, n, lower, here.start, X_x, X_u, U)
+    map.move(r, x)
+    return True
+
+
+def update(map, blocks, z, R):
+    """`ekf.update`. Whether it could be done: by one or two ranges, and after them at most one array of rows."""
+    blocks = [block for block in blocks if block[0] is not None]
+    ranges = [r for r, _ in blocks]
+    rows = ranges.pop() if ranges and not isinstance(ranges[-1], slice) else None
+    if not 1 <= len(ranges) <= 2 or not all(isinstance(r, slice) and 0 <= r.start and r.stop <= map.n for r in ranges):
+        return False
+    sizes, z = [r.stop - r.start for r in ranges], floats(z if z.ndim == 2 else z[None])
+    Js = [J if J.ndim == 3 else J[None] for _, J in blocks]
+    if rows is not None:
+        rows = np.array(rows, np.int64, order="C")
+        if len(rows) != len(z) or not kernels.within(rows, map.n):
+            return False
+        sizes.append(rows.shape[-1])
+    if [J.shape for J in Js] != [(*z.shape, size) for size in sizes]:
+        return False
+    (r, s), (n_r, n_s) = (*ranges, None)[:2], (*sizes[: len(ranges)], 0)[:2]
+    J = np.concatenate(Js, -1, dtype=float)
+    return correct_some(map, (r, s, rows), n_r, n_s, J, np.arange(len(z)), z, R)
+
+
+def correct_some(map, ranges, n_r, n_s, J, found, z, R):
+    """`ekf.update` by those found of a stack. Whether it could be done.
+
+    Parameters
+    ----------
+    map : Map
+    ranges : tuple (slice or None, slice or None, ndarray of int of shape (K, k) or None)
+        Which states the columns of J belong to: two that are the same for all, and those that each has of its own.
+    n_r, n_s : int
+        Numbers of the first two.
+    J : ndarray, shape (K, m, ·)
+    found : ndarray of int, shape (k,)
+    z : ndarray, shape (k, m)
+    R : ndarray, shape (m, m), or (k, m, m)
+
+    Raises
+    ------
+    ValueError
+        As `correct`. Nothing has been changed then.
+    """
+    m, R = z.shape[1], np.array(R, float, order="C", ndmin=3)
+    if z.size > MANY_ROWS or R.shape not in ((1, m, m), (len(z), m, m)):
+        return False
+    r, s, rows = map.at_hand(*ranges, found)
+    if not isinstance(r, RANGE) or not isinstance(s, RANGE):
+        return False
+    rows = np.zeros((len(J), 0), np.int64) if rows is None else rows
+    (x, P, n, lower), few = map.storage, FEW if isinstance(map, Map) else 0  # who compresses must know what he has
+    Wt, Z, done = kernels.update(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, found, z, R, few)
+    if done < 0:
+        correct(map, Wt.T, Innovation(z.ravel(), Z))  # says what is wrong
+    if done == 0:
+        map.subtract(Wt)
+    return True
