@@ -67,7 +67,7 @@ class KnownIds:
     def __call__(self, map, obs, raw, sensor):
         """Match by id. Returns Matches; anything with an id may start a landmark, if that id is not in use."""
         ids = np.asarray(raw.ids).tolist()
-        index = {id: i for i, id in reversed(list(enumerate(ids))) if id >= 0}
+        index = {ids[i]: i for i in range(len(ids) - 1, -1, -1) if ids[i] >= 0}
         pairs = {id: index[id] for o in obs if (id := o.lmk) in index}
         return Matches(pairs, [i for i in sorted(range(len(ids)), key=ids.__getitem__) if ids[i] >= 0])
 

@@ -4,7 +4,7 @@ All are projected once, from the same estimate. So the results differ a little f
 which linearises anew before each correction. What is gained is speed: P is read and written once, not once for each.
 """
 
-from functools import partial
+from functools import lru_cache
 from math import isfinite
 
 import numpy as np
@@ -88,15 +88,22 @@ def _distances(z, Z):
 
 def _recorded(table, wanted, rob, sen):
     """Count what has happened to the landmarks that were looked for. Returns the events."""
-    events, event = [], partial(tuple.__new__, Event)  # the same as Event(...) in half the time
+    events, lmks, matched, updated = [], table.lmks, table.matched, table.updated
     for k in wanted:
-        lmk, matched, updated = table.lmks[k], table.matched[k], table.updated[k]
+        lmk = lmks[k]
         lmk.n_search += 1
-        lmk.n_match += matched
-        lmk.n_inlier += updated
-        events.append(event(("search", rob.id, sen.id, lmk.id, matched)))
-        if matched:
-            events.append(event(("innovation", rob.id, sen.id, lmk.id, updated)))
-        if updated:
-            events.append(event(("correction", rob.id, sen.id, lmk.id, True)))
+        lmk.n_match += matched[k]
+        lmk.n_inlier += updated[k]
+        events += _events(rob.id, sen.id, lmk.id, matched[k], updated[k])
     return events
+
+
+@lru_cache(10_000)
+def _events(rob, sen, lmk, matched, updated):
+    """What has happened to one landmark: the same, most often, as in the last frame."""
+    events = [Event("search", rob, sen, lmk, matched)]
+    if matched:
+        events.append(Event("innovation", rob, sen, lmk, updated))
+    if updated:
+        events.append(Event("correction", rob, sen, lmk, True))
+    return tuple(events)

@@ -15,10 +15,11 @@ from ..ekf.html import table_html
 
 def _frame(map, obj, kind):
     """The frame that the state of a robot or a sensor begins with: the same object as long as it stays the same."""
-    x = _state(map, obj)[: kind.size]
-    if obj.last is None or obj.last.x.tobytes() != x.tobytes():
-        obj.last = kind(x)
-    return obj.last
+    x, last = _state(map, obj), obj.last
+    x = x if len(x) == kind.size else x[: kind.size]
+    if last is None or last.x.tobytes() != x.tobytes():
+        obj.last = last = kind(x)
+    return last
 
 
 def _state(map, obj):
