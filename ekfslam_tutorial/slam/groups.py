@@ -28,13 +28,12 @@ class Group:
     def add(self, i, r):
         """One more."""
         n = len(self.members)
-        self.members.append(i)
-        self.ranges.append(r)
-        if self.known:
-            return
         if n == len(self._rows):
             self._rows = np.concatenate([self._rows, np.zeros_like(self._rows)])  # who has a view of the old keeps it
-        self._rows[n] = np.arange(r.start, r.stop)
+        if not self.known:
+            self._rows[n] = np.arange(r.start, r.stop)  # if the length is wrong, nothing has been added
+        self.members.append(i)
+        self.ranges.append(r)
 
     @property
     def rows(self):
@@ -48,6 +47,10 @@ class Groups:
     def __init__(self):
         self.all, self._lmks, self._changes = [], [], Lmk.changes
 
+    def __reduce__(self):
+        """Copies and files begin anew: another process counts other changes."""
+        return Groups, ()
+
     def hold(self, lmks):
         """Whether these landmarks begin with those that are known here already, unchanged."""
         n = len(self._lmks)
@@ -58,7 +61,7 @@ class Groups:
         for i in range(len(self._lmks), len(lmks)):
             r = lmks[i].r
             self._of(lmks[i].type, r is None).add(i, r)
-        self._lmks = lmks
+            self._lmks.append(lmks[i])
 
     def _of(self, kind, known):
         """The group for a landmark of this type."""
