@@ -135,8 +135,8 @@ class Sen(_Shown):
         The frame that was last asked for, and the one that was last normalised: not computed again while it is so.
     groups : Groups or None
         Of which types the landmarks are that it was last asked about, and where in the map.
-    gapless : tuple (int, Lmk) or None
-        So many landmarks, up to this one, had the slots 0, 1, 2, ... without a gap.
+    gapless : list of Lmk or None
+        These landmarks had the slots 0, 1, 2, ... without a gap.
     """
 
     id: int

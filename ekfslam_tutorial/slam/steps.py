@@ -278,17 +278,16 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
 
 def _in_a_slot(sen, lmks, lmk):
     """Give a new landmark the first slot that is free."""
-    lmk.slot = _free_slot(sen, lmks)
-    if lmk.slot == len(lmks):
-        sen.gapless = len(lmks) + 1, lmk
+    others = list(lmks.values())
+    lmk.slot = len(others) if others == sen.gapless else _free_slot(others)
+    if lmk.slot == len(others):
+        sen.gapless = [*others, lmk]
     return lmk
 
 
-def _free_slot(sen, lmks):
+def _free_slot(lmks):
     """The first index that no landmark has."""
-    if sen.gapless and sen.gapless[0] == len(lmks) and next(reversed(lmks.values())) is sen.gapless[1]:
-        return len(lmks)
-    slots = {lmk.slot for lmk in lmks.values()}
+    slots = {lmk.slot for lmk in lmks}
     return next(i for i in range(len(slots) + 1) if i not in slots)
 
 
