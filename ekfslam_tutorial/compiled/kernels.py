@@ -169,7 +169,7 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
     for i in range(K):
         k = found[i]
         for a in range(m):
-            for p in range(K * m):
+            for p in range(i * m + a, K * m):
                 total = 0.0
                 if r >= 0:
                     for c in range(n_r):
@@ -179,7 +179,7 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
                         total += HP[p, s + c] * J[k, a, n_r + c]
                 for c in range(n_l):
                     total += HP[p, rows[k, c]] * J[k, a, n_rs + c]
-                E[p, i * m + a] = total
+                E[p, i * m + a] = E[i * m + a, p] = total
 
 
 @compiled
@@ -199,10 +199,14 @@ def whiten(z, Z, HP):
                 Z[i, j] = total / Z[j, j]
     for i in range(M):
         for c in range(i):
-            h = Z[i, c]
-            z[i] -= h * z[c]
+            z[i] -= Z[i, c] * z[c]
+        for c in range(0, i - 3, 4):  # four rows at a time: row i is read and written each time
+            h0, h1, h2, h3 = Z[i, c], Z[i, c + 1], Z[i, c + 2], Z[i, c + 3]
             for j in range(n):
-                HP[i, j] -= h * HP[c, j]
+                HP[i, j] -= h0 * HP[c, j] + h1 * HP[c + 1, j] + h2 * HP[c + 2, j] + h3 * HP[c + 3, j]
+        for c in range(i - i % 4, i):
+            for j in range(n):
+                HP[i, j] -= Z[i, c] * HP[c, j]
         h = 1 / Z[i, i]
         z[i] *= h
         for j in range(n):

@@ -19,11 +19,12 @@ _programs = {}
 def _program(write, *key):
     """The program for these models, written when it is needed for the first time; None where it cannot be."""
     at = write, *map(id, key)
-    if at not in _programs:
+    found = _programs.get(at)
+    if found is None:
         if len(_programs) >= KEEP:
             _programs.clear()
-        _programs[at] = key, _written(write, *key)  # the models are kept, so that their ids stay theirs
-    return _programs[at][1]
+        _programs[at] = found = key, _written(write, *key)  # the models are kept, so that their ids stay theirs
+    return found[1]
 
 
 @lru_cache(KEEP)

@@ -30,8 +30,10 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     in_view = table.visible.nonzero()[0].tolist()
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
     table.keep(map, near)
-    seen = [Obs(table, k) for k in in_view]
-    obs.update({(sen.id, table.lmks[k].id): o for k, o in zip(in_view, seen, strict=True)})
+    seen = []
+    for k in in_view:
+        obs[sen.id, table.lmks[k].id] = o = Obs(table, k)
+        seen.append(o)
 
     expected = seen if by_id else [Obs(table, k) for k in near]
     matches = opt.association(map, expected, raw, sen.model)
@@ -70,8 +72,8 @@ def _correct(map, rob, sen, table, found, raw, opt, camera):
             normalize(map, sen)
         for k in found:
             table.updated[k] = True
-            if hasattr(table.lmks[k].type, "ahead"):
-                tidy(map, table.lmks[k], camera, opt)
+        for k in found if any(hasattr(kind, "ahead") for kind in table.kinds) else ():
+            tidy(map, table.lmks[k], camera, opt)
 
 
 def correct_with(map, table, found, z, R):

@@ -233,7 +233,8 @@ def _counted(name):
         return lmk.__dict__[name]
 
     def write(lmk, value):
-        Lmk.changes += name in lmk.__dict__
+        if name in lmk.__dict__:  # not at birth
+            Lmk.changes += 1
         lmk.__dict__[name] = value
 
     return property(read, write)

@@ -59,7 +59,7 @@ def move(map, rob, dt):
 
 def _check_control(rob, dt):
     m, u = sum(rob.motion.control_fields.values()), np.asarray(rob.u)
-    if u.shape != (m,) or (not isfinite(u.dot(u)) and not np.isfinite(u).all()):
+    if u.shape != (m,) or not (isfinite(u.dot(u)) or np.isfinite(u).all()):
         fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
     if not 0 <= dt < np.inf:
@@ -105,8 +105,12 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     Rf, Sf = normal_frame(map, rob), normal_frame(map, sen)
     if opt.first_estimates:
         begin(map, rob, lmks)
-    for key in [key for key in obs if key[0] == sen.id]:
-        del obs[key]
+    old = [key for key in obs if key[0] == sen.id]
+    if len(old) == len(obs):
+        obs.clear()
+    else:
+        for key in old:
+            del obs[key]
     if opt.joint:
         return correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
     expected = project_lmks(map, rob, sen, sorted(lmks.values(), key=attrgetter("slot")))

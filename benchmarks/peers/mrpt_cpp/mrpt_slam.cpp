@@ -6,7 +6,8 @@
 //         of that motion, the number of measurements, and "id range bearing" for each of them
 // ANSWER  for each step the nanoseconds of thread CPU that it took; then the robot's pose and its covariance
 //
-// Timed is processActionObservation alone: the containers that it takes are made before.
+// Timed is processActionObservation alone: the containers that it takes are made before. Short runs are done twice, and the
+// second time counts: the first one finds the caches full of something else (as in circuit.py).
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservationBearingRange.h>
 #include <mrpt/slam/CRangeBearingKFSLAM2D.h>
@@ -15,9 +16,14 @@
 #include <fstream>
 #include <iomanip>
 #include <iostream>
+#include <numeric>
+#include <optional>
 #include <string>
+#include <vector>
 
 using namespace mrpt;
+
+static const long long SHORT_NS = 100000000;
 
 static long long thread_ns() {
     timespec t;
@@ -61,19 +67,32 @@ int main(int argc, char **argv) {
     std::ifstream in(argv[2]);
     std::ofstream out(argv[3]);
     int n_steps;
-    slam::CRangeBearingKFSLAM2D filter;
-    in >> n_steps >> filter.options.std_sensor_range >> filter.options.std_sensor_yaw;
-    filter.KF_options.method = std::string(argv[1]) == "naive" ? bayes::kfEKFNaive : bayes::kfEKFAlaDavison;
-
+    double std_range, std_bearing;
+    in >> n_steps >> std_range >> std_bearing;
+    std::vector<obs::CActionCollection::Ptr> actions;
+    std::vector<obs::CSensoryFrame::Ptr> frames;
     for (int k = 0; k < n_steps; ++k) {
-        auto actions = read_motion(in);
-        auto frame = read_sight(in);
-        const auto start = thread_ns();
-        filter.processActionObservation(actions, frame);
-        out << thread_ns() - start << "\n";
+        actions.push_back(read_motion(in));
+        frames.push_back(read_sight(in));
     }
+
+    std::optional<slam::CRangeBearingKFSLAM2D> filter;
+    std::vector<long long> times(n_steps);
+    for (int round = 0; round < 2; ++round) {
+        filter.emplace();
+        filter->options.std_sensor_range = std_range;
+        filter->options.std_sensor_yaw = std_bearing;
+        filter->KF_options.method = std::string(argv[1]) == "naive" ? bayes::kfEKFNaive : bayes::kfEKFAlaDavison;
+        for (int k = 0; k < n_steps; ++k) {
+            const auto start = thread_ns();
+            filter->processActionObservation(actions[k], frames[k]);
+            times[k] = thread_ns() - start;
+        }
+        if (std::accumulate(times.begin(), times.end(), 0LL) > SHORT_NS) break;
+    }
+    for (auto t : times) out << t << "\n";
     poses::CPosePDFGaussian pose;
-    filter.getCurrentRobotPose(pose);
+    filter->getCurrentRobotPose(pose);
     out << std::setprecision(17) << pose.mean.x() << " " << pose.mean.y() << " " << pose.mean.phi() << "\n" << pose.cov << "\n";
     return in ? 0 : 1;
 }
