@@ -5,7 +5,7 @@ import numpy as np
 from ..ekf import Innovation, Map, correct
 from . import kernels
 
-FEW = 20_000  # products of P - W W' up to which a loop is faster than a call of BLAS
+FEW = 150_000  # products of P - W W' up to which a second matrix for W W' costs less than a call from Python
 MANY_ROWS = 48  # of W' from which on BLAS is faster than the loops
 NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
 RANGE = slice, type(None)

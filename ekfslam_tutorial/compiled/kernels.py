@@ -246,11 +246,11 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R, few):
             x[j] += w[i] * HP[i, j]
     if lower or n * n * M > few:
         return HP, Z, 0
-    for i in range(M):
-        for j in range(n):
-            h = HP[i, j]
-            for c in range(n):
-                P[c, j] -= h * HP[i, c]
+    WWt = np.dot(HP.T, HP)
+    for j in range(n):
+        column, off = P[:n, j], WWt[j]
+        for i in range(n):
+            column[i] -= off[i]
     return HP, Z, 1
 
 

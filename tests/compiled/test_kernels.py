@@ -1,4 +1,4 @@
-"""The loops on the map's storage against the seven functions of `ekf/filter.py`.
+"""The loops on the map's storage against the functions of `ekf/filter.py`.
 
 A tolerance of 1e-11 of the largest number: sums of a few hundred products, in another order.
 """
