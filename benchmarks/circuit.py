@@ -12,7 +12,7 @@ from .ours import STEPS
 from .world import circuit
 
 GROWTH = 3.2  # exponent of the total time in N from which the next one is guessed
-SHORT = 0.1  # s; of a shorter circuit most is overhead, which grows with the number of steps only
+SHORT = 0.1  # s; a shorter circuit is driven twice. Most of it is overhead, which grows with the number of steps only
 
 
 def makers(peers):

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation
+from ekfslam_tutorial.ekf import Map, update
 from ekfslam_tutorial.geometry import Frame3, e2q
 from ekfslam_tutorial.models import retro_project
 from ekfslam_tutorial.models.landmarks import IdpPnt
@@ -79,15 +79,10 @@ class Filter:
     def step(self, k):
         """All 20."""
         if self.joint:
-            self.correct(((self.rob, self.H_r), (self.rows, self.H_l)), self.z)
+            update(self.map, ((self.rob, self.H_r), (self.rows, self.H_l)), self.z, self.R)
             return
         for r, z, H_r, H_l in zip(self.ranges, self.z, self.H_r, self.H_l, strict=True):
-            self.correct(((self.rob, H_r), (r, H_l)), z)
-
-    def correct(self, blocks, z):
-        """One correction."""
-        PHt = cross(self.map, blocks)
-        correct(self.map, PHt, innovation(z, covariance(PHt, blocks), self.R))
+            update(self.map, ((self.rob, H_r), (r, H_l)), z, self.R)
 
     def state(self):
         """Mean and covariance."""

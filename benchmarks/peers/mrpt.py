@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..circuit import SHORT
 from ..world import R, U
 
 SOURCE = Path(__file__).parent / "mrpt_cpp"
@@ -63,7 +64,9 @@ def run(program, world, method, folder, too_slow=120):
         lines.append(" ".join(map(repr, [*step.u.tolist(), *U.ravel().tolist(), len(step.ids)])))
         lines += [f"{i} {r!r} {b!r}" for i, (r, b) in zip(step.ids, step.y.tolist(), strict=True)]
     steps.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    subprocess.run([program, method, steps, answer], check=True, capture_output=True, timeout=too_slow)
+    subprocess.run(
+        [program, method, steps, answer, str(int(1e9 * SHORT))], check=True, capture_output=True, timeout=too_slow
+    )
     lines = answer.read_text(encoding="utf-8").splitlines()
     n = len(world.steps)
     return 1e-9 * np.array(lines[:n], float), np.array(lines[n].split(), float)

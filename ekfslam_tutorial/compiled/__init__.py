@@ -12,7 +12,18 @@ A step in a small map is hundreds of calls for a handful of numbers each. Here i
 Nothing above `models` and `ekf` may be imported here, and nothing imports this before a map asks for it.
 """
 
-from .filter import predict, update
-from .step import born, correct, expected, inside, left_out, move, normalized, residual
+from .filter import correct_some, predict, update
+from .step import born, expected, inside, left_out, move, normalized, residual
 
-__all__ = ["born", "correct", "expected", "inside", "left_out", "move", "normalized", "predict", "residual", "update"]
+__all__ = [
+    "born",
+    "correct_some",
+    "expected",
+    "inside",
+    "left_out",
+    "move",
+    "normalized",
+    "predict",
+    "residual",
+    "update",
+]

@@ -65,7 +65,8 @@ def correct_some(map, ranges, n_r, n_s, J, found, z, R):
     n_r, n_s : int
         Numbers of the first two.
     J : ndarray, shape (K, m, ·)
-    found : ndarray of int, shape (k,)
+    found : list or ndarray of int, shape (k,)
+        Which of the K.
     z : ndarray, shape (k, m)
     R : ndarray, shape (m, m), or (k, m, m)
 
@@ -74,7 +75,7 @@ def correct_some(map, ranges, n_r, n_s, J, found, z, R):
     ValueError
         As `correct`. Nothing has been changed then.
     """
-    m, R = z.shape[1], np.array(R, float, order="C", ndmin=3)
+    m, found, R = z.shape[1], np.array(found), np.array(R, float, order="C", ndmin=3)
     if z.size > MANY_ROWS or R.shape not in ((1, m, m), (len(z), m, m)):
         return False
     r, s, rows = map.at_hand(*ranges, found)

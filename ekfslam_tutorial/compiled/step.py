@@ -8,7 +8,7 @@ from ..ekf import Map
 from ..ekf.filter import insert_new
 from ..geometry.symbols import Tape
 from ..models.observation import expect, retro_project
-from .filter import NO_ROWS, RANGE, begin, correct_some, floats
+from .filter import NO_ROWS, RANGE, begin, floats
 from .program import build, straight_code
 
 KEEP = 256  # programs
@@ -215,32 +215,6 @@ def _write_residual(sensor):
     _, loop = straight_code(tape, [("z[k, {}]", z[0])], each="[k")
     lines = ["for k in range(len(z)):", *(f"    {line}" for line in loop)]
     return build("void(f8[:, ::1], f8[:, ::1], f8[:, ::1])", "y, e, z", lines)
-
-
-def correct(map, ranges, n_f, J, found, z, R):
-    """`ekf.update` by the stack of those found. Whether it could be done.
-
-    Parameters
-    ----------
-    map : Map
-    ranges : tuple
-        r, s and rows, as in `expected`.
-    n_f : int
-        Numbers of a frame.
-    J : ndarray, shape (K, m, ·)
-        From `expected`.
-    found : list of int
-        Which of them.
-    z : ndarray, shape (k, m)
-        Innovations of those.
-    R : ndarray, shape (m, m), or (k, m, m)
-
-    Raises
-    ------
-    ValueError
-        As `correct`. Nothing has been changed then.
-    """
-    return correct_some(map, ranges, n_f, n_f, J, np.array(found), z, R)
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------

@@ -72,13 +72,14 @@ def _correct(map, rob, sen, table, found, raw, opt, camera):
             normalize(map, sen)
         for k in found:
             table.updated[k] = True
-        for k in found if any(hasattr(kind, "ahead") for kind in table.kinds) else ():
-            tidy(map, table.lmks[k], camera, opt)
+            if hasattr(table.lmks[k].type, "ahead"):
+                tidy(map, table.lmks[k], camera, opt)
 
 
 def correct_with(map, table, found, z, R):
     """Correct the map with the innovations z of some landmarks of a table, all at once."""
-    if table.J is not None and compiled().correct(map, table.ranges, table.E_r.shape[-1], table.J, found, z, R):
+    n = table.E_r.shape[-1]  # numbers of a frame
+    if table.J is not None and compiled().correct_some(map, table.ranges, n, n, table.J, found, z, R):
         return
     update(map, table.blocks(None if len(found) == len(table.lmks) else found), z, R)
 

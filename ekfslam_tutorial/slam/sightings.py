@@ -32,8 +32,6 @@ class Sightings:
     ----------
     r : list of slice or None
         Range of each landmark in the map.
-    kinds : list of LmkType
-        The types of them.
     has_E : bool
         Whether E was computed with the rest, by compiled code.
     y, R, z, index, measured, matched, updated : sequences of length K
@@ -44,7 +42,7 @@ class Sightings:
         self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
-        self.J, self.has_E, self.r, self.kinds = J, False, [], []
+        self.J, self.has_E, self.r = J, False, []
         K = len(lmks)
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
         self._found = (), {}
@@ -135,7 +133,7 @@ def merged(parts):
             rows[here, :width], H_l[here, :, :width] = part.ranges[2], part.E_l
     ranges = (*parts[0].ranges[:2], None if known else rows)
     whole = Sightings(parts[0].sen, sum(every("lmks"), []), e, v, visible, ranges, E_r, E_s, E_l)
-    whole.H_l, whole.r, whole.kinds = H_l, sum(every("r"), []), sum(every("kinds"), [])
+    whole.H_l, whole.r = H_l, sum(every("r"), [])
     return whole
 
 

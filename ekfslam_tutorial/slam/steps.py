@@ -105,12 +105,8 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     Rf, Sf = normal_frame(map, rob), normal_frame(map, sen)
     if opt.first_estimates:
         begin(map, rob, lmks)
-    old = [key for key in obs if key[0] == sen.id]
-    if len(old) == len(obs):
-        obs.clear()
-    else:
-        for key in old:
-            del obs[key]
+    for key in [key for key in obs if key[0] == sen.id]:
+        del obs[key]
     if opt.joint:
         return correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
     expected = project_lmks(map, rob, sen, sorted(lmks.values(), key=attrgetter("slot")))

@@ -162,7 +162,7 @@ def test_corrections(scene, known, some, each, rng):
     B = rng.normal(size=(len(found), M, M)) if each else rng.normal(size=(M, M))
     R, z = B @ np.swapaxes(B, -1, -2) + 0.1 * np.eye(M), 0.1 * rng.normal(size=(len(found), M))
     other, blocks = plain(map), blocks_of(r, s, rows, J, found)
-    assert step.correct(map, (r, s, rows), 3, J, found, z, R)
+    assert filter.correct_some(map, (r, s, rows), 3, 3, J, found, z, R)
     PHt = cross(other, blocks)
     correct(other, PHt, innovation(z, covariance(PHt, blocks), R))
     assert map._lower == other._lower and same(map, other)
@@ -180,10 +180,12 @@ def test_the_loops_end_where_blas_is_faster(rng, monkeypatch):
         r = map.add(rng.normal(size=3), np.eye(3))
         rows = np.array([np.arange(a.start, a.stop) for a in (map.add(np.ones(2), np.eye(2)) for _ in range(4))])
         z, J = rng.normal(size=(4, 2)), rng.normal(size=(4, 2, 8))
-        assert step.correct(map, (r, None, rows), 3, J, [0, 1, 2, 3], z, np.eye(2))
+        assert filter.correct_some(map, (r, None, rows), 3, 3, J, [0, 1, 2, 3], z, np.eye(2))
         ends.append(map)
     assert same(*ends)
-    assert not step.correct(map, (r, None, rows), 3, J, [0, 1, 2, 3], np.zeros((filter.MANY_ROWS + 1, 1)), np.eye(2))
+    assert not filter.correct_some(
+        map, (r, None, rows), 3, 3, J, [0, 1, 2, 3], np.zeros((filter.MANY_ROWS + 1, 1)), np.eye(2)
+    )
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
@@ -192,7 +194,7 @@ def test_an_innovation_that_is_not_finite_changes_nothing(scene, bad, rng):
     rows, J, found = stack(lmks[:6], 3, [1, 2], rng)
     x, before = map.x.copy(), plain(map).P
     with pytest.raises(ValueError, match="the innovation must be finite, got"):
-        step.correct(map, (r, s, rows), 3, J, found, np.array([[0.1, 0.2], [bad, 0.0]]), np.eye(M))
+        filter.correct_some(map, (r, s, rows), 3, 3, J, found, np.array([[0.1, 0.2], [bad, 0.0]]), np.eye(M))
     assert np.array_equal(map.x, x) and np.array_equal(map.P, before)
 
 

@@ -28,6 +28,13 @@ def four_calls(map, blocks, z, R):
     correct(map, PHt, innovation(z, covariance(PHt, blocks), R))
 
 
+def agree(scene, blocks, z, R):
+    """Whether one call on one map gives what four give on the other."""
+    update(scene.maps[0], blocks, z, R)
+    four_calls(scene.maps[1], blocks, z, R)
+    return scene.same()
+
+
 class Scene:
     """Two maps alike: a robot, a sensor and landmarks, all correlated, one removed. Compressed, few are at hand."""
 
@@ -85,9 +92,7 @@ def test_one_measurement(kind, compiled, known, rng):
     for lmk in 1, 8, 0, 8:  # one that is at hand, and others that are not
         blocks, z, R = one(scene, rng, known, lmk), rng.normal(size=M), noise(rng)
         x = scene.maps[1].x.copy()
-        update(scene.maps[0], blocks, z, R)
-        four_calls(scene.maps[1], blocks, z, R)
-        assert scene.same() and np.array_equal(x, scene.maps[1].x) == (known == "rsl")
+        assert agree(scene, blocks, z, R) and np.array_equal(x, scene.maps[1].x) == (known == "rsl")
 
 
 @COMPILED
@@ -101,9 +106,7 @@ def test_a_stack(kind, compiled, known, each, some, rng):
     for _ in range(2):
         K = len(some)
         blocks, z, R = stack(scene, rng, known, some), rng.normal(size=(K, M)), noise(rng, *[K] * each)
-        update(scene.maps[0], blocks, z, R)
-        four_calls(scene.maps[1], blocks, z, R)
-        assert scene.same()
+        assert agree(scene, blocks, z, R)
 
 
 @COMPILED
@@ -118,9 +121,7 @@ def test_more_than_compiled_code_takes(kind, compiled, rng):
         (stack(scene, rng, "", (1, 2))[::-1], rng.normal(size=(2, M)), noise(rng)),
         (many, rng.normal(size=(30, M)), noise(rng, 30)),
     ):
-        update(scene.maps[0], blocks, z, R)
-        four_calls(scene.maps[1], blocks, z, R)
-        assert scene.same()
+        assert agree(scene, blocks, z, R)
 
 
 @COMPILED

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from ...ekf import Map, correct, covariance, cross, innovation
+from ...ekf import Map, update
 from ...graphics import ESTIMATE, MEASUREMENT, PREDICTED, UPDATED, line, plot_ellipse, points, sigma_label
 from ...graphics.style import BLACK, GREY
 from ..controls import Choice, Float
@@ -41,8 +41,7 @@ def seen(rho: float, shift: float, noise: float) -> tuple[np.ndarray, np.ndarray
     map = Map()
     map.add(PLACES, P)
     blocks = [(A, np.eye(2))]  # the measurement is the place of A itself
-    PHt = cross(map, blocks)
-    correct(map, PHt, innovation(np.array([shift, 0.0]), covariance(PHt, blocks), noise**2 * np.eye(2)))
+    update(map, blocks, np.array([shift, 0.0]), noise**2 * np.eye(2))
     return P, map.x.copy(), map.P.copy()
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ...ekf import CompressedMap, Map, correct, covariance, cross, innovation, predict
+from ...ekf import CompressedMap, Map, predict, update
 from ...geometry import Frame2
 from ...models import observe
 from ...models.landmarks import EucPnt
@@ -103,9 +103,7 @@ class Joint:
         x, X_x, X_u, ids, z, E_r, E_l = self.world.given(k)
         robot, rows = slice(0, 3), 3 + 2 * ids[:, None] + np.arange(2)
         predict(self.map, robot, x, X_x, X_u, U)
-        blocks = (robot, E_r), (rows, E_l)
-        PHt = cross(self.map, blocks)
-        correct(self.map, PHt, innovation(z, covariance(PHt, blocks), SENSOR.R))
+        update(self.map, ((robot, E_r), (rows, E_l)), z, SENSOR.R)
 
     @property
     def P(self):

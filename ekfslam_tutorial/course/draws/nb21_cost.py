@@ -58,11 +58,11 @@ def price(landmarks=400, seen=8, frames=20):
     def one_by_one(map):
         """One correction after the other."""
         for r, h, l in zip(at, H_r, H_l, strict=True):
-            _apply(map, [(robot, h), (r, l)], np.zeros(2), S)
+            ekf.update(map, [(robot, h), (r, l)], np.zeros(2), S)
 
     def at_once(map):
         """One correction with all."""
-        _apply(map, [(robot, H_r), (rows, H_l)], np.zeros((seen, 2)), S)
+        ekf.update(map, [(robot, H_r), (rows, H_l)], np.zeros((seen, 2)), S)
 
     def times(kind, work):
         """Seconds of each frame."""
@@ -83,8 +83,3 @@ def price(landmarks=400, seen=8, frames=20):
         "all of a frame at once": min(times(Map, at_once)[0]),
         "compressed, with its flush": float(np.mean(compressed[1:])) + flush / frames,
     }
-
-
-def _apply(map, blocks, z, S):
-    PHt = ekf.cross(map, blocks)
-    ekf.correct(map, PHt, ekf.innovation(z, ekf.covariance(PHt, blocks), S))
