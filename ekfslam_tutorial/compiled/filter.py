@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from ..ekf import Innovation, Map, correct
 from . import kernels
 
-FEW = 150_000  # products of P - W W' up to which a second matrix for W W' costs less than a call from Python
 MANY_ROWS = 48  # of W' from which on BLAS is faster than the loops
 NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
 RANGE = slice, type(None)
@@ -55,7 +53,7 @@ def update(map, blocks, z, R):
 
 
 def correct_some(map, ranges, n_r, n_s, J, found, z, R):
-    """`ekf.update` by those found of a stack. Whether it could be done.
+    """`ekf.update` by those found of a stack. Whether it could be done; if not, nothing has been changed.
 
     Parameters
     ----------
@@ -69,11 +67,6 @@ def correct_some(map, ranges, n_r, n_s, J, found, z, R):
         Which of the K.
     z : ndarray, shape (k, m)
     R : ndarray, shape (m, m), or (k, m, m)
-
-    Raises
-    ------
-    ValueError
-        As `correct`. Nothing has been changed then.
     """
     m, found, R = z.shape[1], np.array(found), np.array(R, float, order="C", ndmin=3)
     if z.size > MANY_ROWS or R.shape not in ((1, m, m), (len(z), m, m)):
@@ -82,10 +75,9 @@ def correct_some(map, ranges, n_r, n_s, J, found, z, R):
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return False
     rows = np.zeros((len(J), 0), np.int64) if rows is None else rows
-    (x, P, n, lower), few = map.storage, FEW if isinstance(map, Map) else 0  # who compresses must know what he has
-    Wt, Z, done = kernels.update(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, found, z, R, few)
-    if done < 0:
-        correct(map, Wt.T, Innovation(z.ravel(), Z))  # says what is wrong
-    if done == 0:
-        map.subtract(Wt)
+    lower = map.keep_one_triangle()
+    x, P, n, _ = map.storage
+    if not kernels.update(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, found, z, R):
+        return False
+    map.relieve()
     return True

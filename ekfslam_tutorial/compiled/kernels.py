@@ -16,6 +16,8 @@ from math import isfinite, sqrt
 import numpy as np
 from numba import njit
 
+from .tile import COLUMNS, ROWS, subtract_tile
+
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
 
 
@@ -145,7 +147,7 @@ def covariance_of(P, lower, J, cols, at, rows, k, n_before, E):
 
 @compiled
 def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
-    """HP = H P and E = H P H' of the stack of those found: `cross` and `covariance`."""
+    """HP += H P and E = H P H' of the stack of those found: `cross` and `covariance`."""
     K, m, n_l = len(found), J.shape[1], rows.shape[1]
     n_rs = n_r + n_s
     shared, own = np.empty((n_rs, n)), np.empty((n_l, n))
@@ -153,7 +155,6 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
         rows_of(P, n, lower, r, n_r, shared[:n_r])
     if s >= 0:
         rows_of(P, n, lower, s, n_s, shared[n_r:])
-    HP[:] = 0.0
     for i in range(K):
         k = found[i]
         for c in range(n_l):
@@ -215,43 +216,39 @@ def whiten(z, Z, HP):
 
 
 @compiled
-def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R, few):
-    """`correct` by the stack of those found: x is moved; P too, if that is little work.
+def downdate(P, Wt, lower):
+    """P -= W W' in tiles; W' has a multiple of ROWS columns, those that are too many are zero."""
+    n = Wt.shape[1]
+    for j in range(0, n, COLUMNS):
+        for i in range(j - j % ROWS if lower else 0, n, ROWS):
+            subtract_tile(P, i, j, Wt)
+
+
+@compiled
+def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R):
+    """`correct` by the stack of those found.
 
     Returns
     -------
-    Wt : ndarray, shape (K m, n)
-        W', for P = P - W W'.
-    Z : ndarray, shape (K m, K m)
-        Covariance of the innovation, if it is not positive definite, or z not finite: nothing has been changed then.
-    done : int
-        1 if P is corrected as well, 0 if that is still to be done, -1 if it cannot be.
+    bool
+        False if the covariance of the innovation is not positive definite, or z not finite: nothing has been changed.
     """
     K, m = z.shape
     M = K * m
-    HP, Z = np.empty((M, n)), np.empty((M, M))
+    HP, Z = np.zeros((M, -(-n // ROWS) * ROWS)), np.empty((M, M))
     products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, Z)
     for i in range(K):
         for a in range(m):
             for b in range(m):
                 Z[i * m + a, i * m + b] += R[i if len(R) > 1 else 0, a, b]
     w = z.copy().reshape(M)
-    if not isfinite(np.sum(w)):
-        return HP, Z, -1
-    L = Z.copy()
-    if not whiten(w, L, HP):
-        return HP, Z, -1
+    if not isfinite(np.sum(w)) or not whiten(w, Z, HP):
+        return False
     for i in range(M):
         for j in range(n):
             x[j] += w[i] * HP[i, j]
-    if lower or n * n * M > few:
-        return HP, Z, 0
-    WWt = np.dot(HP.T, HP)
-    for j in range(n):
-        column, off = P[:n, j], WWt[j]
-        for i in range(n):
-            column[i] -= off[i]
-    return HP, Z, 1
+    downdate(P, HP, lower)
+    return True
 
 
 @compiled

@@ -253,8 +253,16 @@ class CompressedMap:
         self._moved = True
 
     def subtract(self, Wt):
-        """P = P - W W', of all that is at hand. Puts all back when it has become too much."""
+        """P = P - W W', of all that is at hand."""
         self._near.subtract(Wt)
+        self.relieve()
+
+    def keep_one_triangle(self):
+        """As `Map.keep_one_triangle`, of what is at hand."""
+        return self._near.keep_one_triangle()
+
+    def relieve(self):
+        """After a correction: put all back when too much has come to hand."""
         if len(self._hand) > self.active and len(self._hand) > 2 * self._used_last().sum():
             self.flush()  # it would be of no use if all were needed again
 

@@ -13,7 +13,7 @@ GROWTH = 2  # new storage is larger by this factor, so that a map of n states is
 TINY = 1e-8  # of the largest number of a covariance: asymmetry, and eigenvalues below zero, that rounding explains
 LINE = 8  # numbers in a line of the cache
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
-ONE_TRIANGLE_COMPILED = 150  # the same where rows of half a matrix are read by compiled code
+ONE_TRIANGLE_COMPILED = 70  # the same where rows of half a matrix are read by compiled code
 
 
 class MapFull(RuntimeError):
@@ -247,9 +247,16 @@ class Map:
 
     def subtract(self, Wt):
         """P = P - W W', given W' of shape (m, n)."""
+        self._downdate(Wt, self.keep_one_triangle())
+
+    def keep_one_triangle(self):
+        """If the map is large, change only the lower triangle from now on, until `P` is asked for. Whether it is so."""
         n = self.n
         self._lower = self._lower or n >= ONE_TRIANGLE or (self.compiled and n >= ONE_TRIANGLE_COMPILED)
-        self._downdate(Wt, self._lower)
+        return self._lower
+
+    def relieve(self):
+        """After a correction: nothing is left to do."""
 
     def insert(self, x, P_xx, P_xm):
         """A new state, as `add` puts it in, unchecked; P_xx is symmetric. Returns its range."""
