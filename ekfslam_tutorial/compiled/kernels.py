@@ -221,7 +221,7 @@ def downdate(P, Wt, lower):
     n = Wt.shape[1]
     for j in range(0, n, COLUMNS):
         for i in range(j - j % ROWS if lower else 0, n, ROWS):
-            subtract_tile(P, i, j, Wt)
+            subtract_tile(P, i, j, Wt)  # pyright: ignore[reportCallIssue]
 
 
 @compiled

@@ -65,11 +65,11 @@ class KnownIds:
     by_id: ClassVar[bool] = True  # expectations do not matter, so those out of view need not be computed
 
     def __call__(self, map, obs, raw, sensor):
-        """Match by id. Returns Matches; anything with an id may start a landmark, if that id is not in use."""
+        """Match by id. Returns Matches; what is left and has an id may start a landmark, if that id is not in use."""
         ids = np.asarray(raw.ids).tolist()
         index = {ids[i]: i for i in range(len(ids) - 1, -1, -1) if ids[i] >= 0}
-        pairs = {id: index[id] for o in obs if (id := o.lmk) in index}
-        return Matches(pairs, [i for i in sorted(range(len(ids)), key=ids.__getitem__) if ids[i] >= 0])
+        pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
+        return Matches(pairs, [index[id] for id in sorted(index.keys() - pairs.keys())])
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i; None if there is one already."""

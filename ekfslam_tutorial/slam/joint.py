@@ -30,10 +30,8 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     in_view = table.visible.nonzero()[0].tolist()
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
     table.keep(map, near)
-    seen = []
-    for k in in_view:
-        obs[sen.id, table.lmks[k].id] = o = Obs(table, k)
-        seen.append(o)
+    seen = [Obs(table, k) for k in in_view]
+    obs.update({(sen.id, o.lmk): o for o in seen})
 
     expected = seen if by_id else [Obs(table, k) for k in near]
     matches = opt.association(map, expected, raw, sen.model)

@@ -30,7 +30,7 @@ def test_known_ids():
         scene.add(id, [id, 1.0])
     found = matched(scene, KnownIds(), raw([9, 30, 4, -1, 12], np.ones((5, 2))))
     assert found.pairs == {9: 0, 4: 2}  # 7 was not measured
-    assert found.new == [2, 0, 4, 1]  # by ascending id; a measurement of unknown origin starts nothing
+    assert found.new == [4, 1]  # by ascending id; what is matched, or of unknown origin, starts nothing
 
 
 def test_of_two_measurements_with_one_id_the_first_counts():
