@@ -33,19 +33,26 @@ def predict(map, r, x, X_x, X_u, U):
 
 def update(map, blocks, z, R):
     """`ekf.update`. Whether it could be done: by one or two ranges, and after them at most one array of rows."""
-    blocks = [block for block in blocks if block[0] is not None]
-    ranges = [r for r, _ in blocks]
-    rows = ranges.pop() if ranges and not isinstance(ranges[-1], slice) else None
-    if not 1 <= len(ranges) <= 2 or not all(isinstance(r, slice) and 0 <= r.start and r.stop <= map.n for r in ranges):
-        return False
-    sizes, z = [r.stop - r.start for r in ranges], floats(z if z.ndim == 2 else z[None])
-    Js = [J if J.ndim == 3 else J[None] for _, J in blocks]
-    if rows is not None:
-        rows = np.array(rows, np.int64, order="C")
-        if len(rows) != len(z) or not kernels.within(rows, map.n):
+    z, ranges, Js, sizes, rows = floats(z if z.ndim == 2 else z[None]), [], [], [], None
+    for r, J in blocks:
+        if r is None:
+            continue
+        if rows is not None:
             return False
-        sizes.append(rows.shape[-1])
-    if [J.shape for J in Js] != [(*z.shape, size) for size in sizes]:
+        if isinstance(r, slice):
+            if not 0 <= r.start < r.stop <= map.n:
+                return False
+            ranges.append(r)
+            sizes.append(r.stop - r.start)
+        else:
+            rows = np.array(r, np.int64, order="C")
+            if rows.ndim != 2 or len(rows) != len(z) or not kernels.within(rows, map.n):
+                return False
+            sizes.append(rows.shape[1])
+        Js.append(J if J.ndim == 3 else J[None])
+        if Js[-1].shape != (*z.shape, sizes[-1]):
+            return False
+    if not 1 <= len(ranges) <= 2:
         return False
     (r, s), (n_r, n_s) = (*ranges, None)[:2], (*sizes[: len(ranges)], 0)[:2]
     J = np.concatenate(Js, -1, dtype=float)

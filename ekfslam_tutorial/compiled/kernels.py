@@ -148,38 +148,38 @@ def covariance_of(P, lower, J, cols, at, rows, k, n_before, E):
 @compiled
 def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
     """HP += H P and E = H P H' of the stack of those found: `cross` and `covariance`."""
-    K, m, n_l = len(found), J.shape[1], rows.shape[1]
-    n_rs = n_r + n_s
-    shared, own = np.empty((n_rs, n)), np.empty((n_l, n))
-    if r >= 0:
-        rows_of(P, n, lower, r, n_r, shared[:n_r])
-    if s >= 0:
-        rows_of(P, n, lower, s, n_s, shared[n_r:])
+    K, m, n_before = len(found), J.shape[1], n_r + n_s
+    cols, at = columns_of(r, s, n_r, n_s, rows.shape[1], rows.shape[1] == 0)
+    q, P_at = len(cols), np.empty((len(cols), n))
+    for c in range(q):
+        if cols[c] < n_before:
+            rows_of(P, n, lower, at[c], 1, P_at[c:])
     for i in range(K):
         k = found[i]
-        for c in range(n_l):
-            rows_of(P, n, lower, rows[k, c], 1, own[c:])
+        for c in range(q):
+            if cols[c] >= n_before:
+                at[c] = rows[k, cols[c] - n_before]
+                rows_of(P, n, lower, at[c], 1, P_at[c:])
         for a in range(m):
-            out = HP[i * m + a]
-            for c in range(n_rs + n_l):
-                if c < n_r and r < 0 or n_r <= c < n_rs and s < 0 or J[k, a, c] == 0:
-                    continue
-                h, row = J[k, a, c], shared[c] if c < n_rs else own[c - n_rs]
+            h, out = J[k, a], HP[i * m + a]
+            for c in range(0, q - 3, 4):  # four rows at a time: the sum is read and written each time
+                h0, h1, h2, h3 = h[cols[c]], h[cols[c + 1]], h[cols[c + 2]], h[cols[c + 3]]
                 for j in range(n):
-                    out[j] += h * row[j]
+                    out[j] += h0 * P_at[c, j] + h1 * P_at[c + 1, j] + h2 * P_at[c + 2, j] + h3 * P_at[c + 3, j]
+            for c in range(q - q % 4, q):
+                h0 = h[cols[c]]
+                for j in range(n):
+                    out[j] += h0 * P_at[c, j]
     for i in range(K):
         k = found[i]
+        for c in range(q):
+            if cols[c] >= n_before:
+                at[c] = rows[k, cols[c] - n_before]
         for a in range(m):
             for p in range(i * m + a, K * m):
                 total = 0.0
-                if r >= 0:
-                    for c in range(n_r):
-                        total += HP[p, r + c] * J[k, a, c]
-                if s >= 0:
-                    for c in range(n_s):
-                        total += HP[p, s + c] * J[k, a, n_r + c]
-                for c in range(n_l):
-                    total += HP[p, rows[k, c]] * J[k, a, n_rs + c]
+                for c in range(q):
+                    total += HP[p, at[c]] * J[k, a, cols[c]]
                 E[p, i * m + a] = E[i * m + a, p] = total
 
 
