@@ -13,15 +13,17 @@ Nothing above `models` and `ekf` may be imported here, and nothing imports this 
 """
 
 from .filter import correct_some, predict, update
-from .step import born, expected, inside, left_out, move, normalized, residual
+from .step import born, covariances, expected, inside, left_out, move, near, normalized, residual
 
 __all__ = [
     "born",
     "correct_some",
+    "covariances",
     "expected",
     "inside",
     "left_out",
     "move",
+    "near",
     "normalized",
     "predict",
     "residual",

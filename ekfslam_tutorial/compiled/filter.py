@@ -56,17 +56,19 @@ def update(map, blocks, z, R):
         return False
     (r, s), (n_r, n_s) = (*ranges, None)[:2], (*sizes[: len(ranges)], 0)[:2]
     J = np.concatenate(Js, -1, dtype=float)
-    return correct_some(map, (r, s, rows), n_r, n_s, J, np.arange(len(z)), z, R)
+    found = np.arange(len(z))
+    return correct_some(map, map.at_hand(r, s, rows, found), n_r, n_s, J, found, z, R)
 
 
-def correct_some(map, ranges, n_r, n_s, J, found, z, R):
+def correct_some(map, places, n_r, n_s, J, found, z, R):
     """`ekf.update` by those found of a stack. Whether it could be done; if not, nothing has been changed.
 
     Parameters
     ----------
     map : Map
-    ranges : tuple (slice or None, slice or None, ndarray of int of shape (K, k) or None)
-        Which states the columns of J belong to: two that are the same for all, and those that each has of its own.
+    places : tuple (slice or None, slice or None, ndarray of int of shape (K, k) or None)
+        From `map.at_hand`: where the states are that the columns of J belong to, two that are the same for all, and
+        those that each has of its own.
     n_r, n_s : int
         Numbers of the first two.
     J : ndarray, shape (K, m, ·)
@@ -78,7 +80,7 @@ def correct_some(map, ranges, n_r, n_s, J, found, z, R):
     m, found, R = z.shape[1], np.array(found), np.array(R, float, order="C", ndmin=3)
     if z.size > MANY_ROWS or R.shape not in ((1, m, m), (len(z), m, m)):
         return False
-    r, s, rows = map.at_hand(*ranges, found)
+    r, s, rows = places
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return False
     rows = np.zeros((len(J), 0), np.int64) if rows is None else rows

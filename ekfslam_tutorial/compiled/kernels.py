@@ -146,6 +146,15 @@ def covariance_of(P, lower, J, cols, at, rows, k, n_before, E):
 
 
 @compiled
+def covariances(P, lower, r, s, rows, n_r, n_s, J, found, E):
+    """`covariance_of` of each of those found."""
+    n_l = J.shape[2] - n_r - n_s
+    cols, at = columns_of(r, s, n_r, n_s, n_l, rows.shape[1] == 0)
+    for k in found:
+        covariance_of(P, lower, J, cols, at, rows, k, n_r + n_s, E[k])
+
+
+@compiled
 def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
     """HP += H P and E = H P H' of the stack of those found: `cross` and `covariance`."""
     K, m, n_before = len(found), J.shape[1], n_r + n_s

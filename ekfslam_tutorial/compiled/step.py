@@ -7,7 +7,8 @@ import numpy as np
 from ..ekf import Map
 from ..ekf.filter import insert_new
 from ..geometry.symbols import Tape
-from ..models.observation import expect, retro_project
+from ..models.observation import expect, may_be_seen, retro_project
+from . import kernels
 from .filter import NO_ROWS, RANGE, begin, floats
 from .program import build, straight_code
 
@@ -197,6 +198,39 @@ def _write_expected(frame, sensor, kind):
 def _single(a, ndim):
     """An array of the only member of a stack; one that is the same for all may stand without the stack."""
     return a[0] if a.ndim > ndim else a
+
+
+def near(Rf, Sf, sensor, kind, l):
+    """Indices of the landmarks that `may_be_seen`. None if not compiled."""
+    run = _program(_write_near, type(Rf), sensor, kind)
+    if run is None or type(Sf) is not type(Rf) or l.shape[-1] != kind.size:
+        return None
+    at = np.empty(len(l), np.int64)
+    return at[: run(Rf.x, Sf.x, np.ascontiguousarray(l, float), at)]
+
+
+def _write_near(frame, sensor, kind):
+    tape = Tape()
+    Rf, Sf = frame(tape.inputs("rf[{}]", frame.size)), frame(tape.inputs("sf[{}]", frame.size))
+    seen = may_be_seen(Rf.compose(Sf)[0], sensor, kind, tape.inputs("l[k, {}]", kind.size)[None])
+    before, loop = straight_code(tape, [("seen", np.asarray(seen)[0])], each="[k")
+    loop += ["if seen:", "    at[q] = k", "    q += 1"]
+    lines = ["q = 0", *before, "for k in range(len(l)):", *(f"    {line}" for line in loop), "return q"]
+    return build("i8(f8[::1], f8[::1], f8[:, ::1], i8[::1])", "rf, sf, l, at", lines)
+
+
+def covariances(map, places, n_r, n_s, J, some):
+    """E = H P H' of some of a stack of landmarks, `covariance` of each: shape (K, m, m), NaN for all others.
+
+    Parameters are those of `correct_some`. None if that cannot be.
+    """
+    r, s, rows = places
+    if not isinstance(r, RANGE) or not isinstance(s, RANGE):
+        return None
+    (_, P, _, lower), E = map.storage, np.full((*J.shape[:2], J.shape[1]), np.nan)
+    rows, some = NO_ROWS if rows is None else rows, np.array(some, int)
+    kernels.covariances(P, lower, begin(r), begin(s), rows, n_r, n_s, J, some, E)
+    return E
 
 
 def residual(sensor, y, e):

@@ -21,7 +21,7 @@ import numpy as np
 from .columns import Columns
 from .extra import check_compiled
 from .html import map_html
-from .stochastic_map import Map, nothing, symmetric
+from .stochastic_map import GROWTH, Map, nothing, symmetric
 from .virtual import VirtualStates, cholesky
 
 
@@ -208,14 +208,15 @@ class CompressedMap:
         """Where these states stand in `storage`; they are brought there to be used. Of the rows, (K, k), only some."""
         self._now += 1
         self._moved = True
-        here = None
-        if rows is not None:
-            here, used = np.zeros(rows.shape, int), rows[some]
-            here[some], self._used_at[used] = self.here(used), self._now
         for each in r, s:
             if each is not None:
                 self._used_at[each] = self._now
-        return *(None if each is None else self.here(each) for each in (r, s)), here
+        r, s = (None if each is None else self.here(each) for each in (r, s))
+        if rows is not None:
+            used = rows[some]
+            self._used_at[used] = self._now
+            rows = self._bring(used.ravel())[rows]
+        return r, s, rows
 
     def _bring(self, i):
         """Bring those of these states to hand that are not. Returns where each state is."""
@@ -273,6 +274,7 @@ class CompressedMap:
         self._now += 1
         here = self._near.insert(np.zeros(len(x)), P_xx, P_xm)
         self._take(np.arange(r.start, r.stop), here.start)
+        self._here[r.start, r.stop] = here
         return r
 
     def remove(self, r):
@@ -306,8 +308,9 @@ class CompressedMap:
         """Let the arrays reach over the whole map."""
         n = self.n
         if n > len(self._at):
-            self._at = np.concatenate([self._at, np.full(n, -1)])
-            self._used_at = np.concatenate([self._used_at, np.zeros(n, int)])
+            more = GROWTH * n - len(self._at)
+            self._at = np.concatenate([self._at, np.full(more, -1)])
+            self._used_at = np.concatenate([self._used_at, np.zeros(more, int)])
         self._virtual.reach(n)
 
     def _load(self, i):

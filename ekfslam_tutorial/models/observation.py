@@ -4,6 +4,10 @@ Direct model (manual, section 5.1): landmark -> sensor frame in the world -> mea
 Inverse model (manual, section 5.2): measurement and prior -> sensor frame in the world -> landmark.
 """
 
+from math import inf
+
+import numpy as np
+
 from ..geometry.arrays import product
 
 
@@ -101,6 +105,22 @@ def sight(F, sensor, lmk, l):
         ls = lmk.to_frame(F, l)[0]
         v = lmk.ray(ls)[0] if sensor.bearing_only else lmk.point(ls)[0]
     return sensor.project(v)[0], v
+
+
+def may_be_seen(F, sensor, lmk, l):
+    """Which of many landmarks can be visible: those within the sensor's range; without a range, those in view.
+
+    Parameters are those of `seen_from`.
+
+    Returns
+    -------
+    ndarray of bool, shape (...)
+    """
+    reach = getattr(sensor, "max_range", inf)
+    if reach == inf:
+        return sensor.visible(*sight(F, sensor, lmk, l))
+    d = lmk.point(l)[0] - F.t
+    return np.einsum("...i,...i->...", d, d) <= (1 + 1e-9) * reach**2  # rounding must not leave out any
 
 
 def observe(Rf, Sf, sensor, lmk, l):

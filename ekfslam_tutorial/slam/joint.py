@@ -29,7 +29,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
         return [], opt.association(map, [], raw, sen.model).new
     in_view = table.visible.nonzero()[0].tolist()
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
-    table.keep(map, near)
+    table.keep(map, near, soon=by_id)
     seen = [Obs(table, k) for k in in_view]
     obs.update({(sen.id, o.lmk): o for o in seen})
 
@@ -77,8 +77,10 @@ def _correct(map, rob, sen, table, found, raw, opt, camera):
 def correct_with(map, table, found, z, R):
     """Correct the map with the innovations z of some landmarks of a table, all at once."""
     n = table.E_r.shape[-1]  # numbers of a frame
-    if table.J is not None and compiled().correct_some(map, table.ranges, n, n, table.J, found, z, R):
-        return
+    if table.J is not None:
+        places = table.places or map.at_hand(*table.ranges, found)
+        if compiled().correct_some(map, places, n, n, table.J, found, z, R):
+            return
     update(map, table.blocks(None if len(found) == len(table.lmks) else found), z, R)
 
 

@@ -1,12 +1,12 @@
 """Where things are according to the map, and what a sensor should see of it."""
 
-from math import inf, isfinite
+from math import isfinite
 
 import numpy as np
 
 from ..ekf import transform
 from ..ekf.extra import compiled
-from ..models.observation import expect, sight
+from ..models.observation import expect, may_be_seen
 from .first_estimates import first_jacobians
 from .groups import groups_of
 from .sightings import Obs, Sightings, merged
@@ -112,7 +112,8 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
         some = lmks if len(group.members) == len(lmks) else [lmks[i] for i in group.members]
         l = np.array([lmk.x for lmk in some]) if rows is None else map.state(rows)
         if in_view and len(some) > MANY:
-            at = _may_be_seen(Rf.compose(Sf)[0], sen.model, kind, l)
+            at = compiled().near(Rf, Sf, sen.model, kind, l) if map.compiled else None
+            at = np.flatnonzero(may_be_seen(Rf.compose(Sf)[0], sen.model, kind, l)) if at is None else at
             l, rows, at = l[at], None if rows is None else rows[at], at.tolist()
             some, r = [some[i] for i in at], [r[i] for i in at]
         if some:
@@ -150,12 +151,3 @@ def _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, every):
     if E is not None:
         table.E, table.has_E = E, True
     return table
-
-
-def _may_be_seen(F, sensor, kind, l):
-    """Indices of the landmarks within the range of a sensor whose frame in the world is F; without a range: in view."""
-    reach = getattr(sensor, "max_range", inf)
-    if reach == inf:
-        return np.flatnonzero(sensor.visible(*sight(F, sensor, kind, l)))
-    d = kind.point(l)[0] - F.t
-    return np.flatnonzero(np.einsum("ki,ki->k", d, d) <= (1 + 1e-9) * reach**2)  # rounding must not leave out any

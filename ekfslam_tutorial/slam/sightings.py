@@ -5,6 +5,7 @@ from itertools import repeat
 
 import numpy as np
 
+from ..ekf.extra import compiled
 from ..ekf.html import table_html
 from ..geometry.lazy import lazy
 from .objects import short
@@ -34,6 +35,8 @@ class Sightings:
         Range of each landmark in the map.
     has_E : bool
         Whether E was computed with the rest, by compiled code.
+    places : tuple or None
+        `ranges` of those in view, as `Map.at_hand` returns them, if they were brought to hand for E.
     y, R, z, index, measured, matched, updated : sequences of length K
         The columns of `Obs` of these names.
     """
@@ -42,7 +45,7 @@ class Sightings:
         self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
-        self.J, self.has_E, self.r = J, False, []
+        self.J, self.has_E, self.r, self.places = J, False, [], None
         K = len(lmks)
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
         self._found = (), {}
@@ -54,10 +57,20 @@ class Sightings:
             rows, J = None if rows is None else rows.take(some, 0), [each.take(some, 0) for each in J]
         return (r, J[0]), (s, J[1]), (rows, J[2])
 
-    def keep(self, map, some):
-        """Note the covariance of the states that some of them depend on: E follows from it when asked for."""
+    def keep(self, map, some, soon=False):
+        """Note the covariance of the states that some of them depend on: E follows from it when asked for.
+
+        Those that will be used `soon` may be brought to hand for it.
+        """
         if self.has_E:
             return
+        if soon and self.J is not None:
+            n = self.E_r.shape[-1]  # numbers of a frame
+            self.places = map.at_hand(*self.ranges, some)
+            E = compiled().covariances(map, self.places, n, n, self.J, some)
+            if E is not None:
+                self.E, self.has_E = E, True
+                return
         every = len(some) == len(self.lmks)
         blocks = [(r, J) for r, J in self.blocks(None if every else some) if r is not None]
         rows, k = np.empty((len(some), sum(J.shape[-1] for _, J in blocks)), int), 0
