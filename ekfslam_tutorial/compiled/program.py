@@ -28,7 +28,7 @@ from math import isfinite
 import numpy as np
 from numba import njit
 
-from ekfslam_tutorial.compiled.kernels import columns_of, covariance_of, join, propagate, sandwich
+from ekfslam_tutorial.compiled.kernels import columns_of, covariance_of, join, propagate, put, sandwich
 
 
 @njit("{signature}", error_model="numpy", cache=True, nogil=True)

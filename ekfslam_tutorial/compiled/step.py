@@ -5,7 +5,6 @@ from functools import lru_cache
 import numpy as np
 
 from ..ekf import Map
-from ..ekf.filter import insert_new
 from ..geometry.symbols import Tape
 from ..models.observation import expect, may_be_seen, retro_project
 from . import kernels
@@ -268,11 +267,11 @@ def _write_inside(sensor):
 
 
 def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
-    """`retro_project` and `augment`: the range of a new landmark in the map. None if not compiled.
+    """`retro_project` and `augment`: the range of a new landmark in the map. None if that could not be.
 
     Raises
     ------
-    MapFull, ValueError
+    MapFull
         As `augment`.
     """
     program = _program(_write_born, type(Rf), sensor, kind)
@@ -285,11 +284,11 @@ def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
     r, s, _ = map.at_hand(r, s)
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return None
+    at, l = map.free(size), np.empty(size)
     _, P, n_states, lower = map.storage
-    l, P_lm, P_ll = np.empty(size), np.empty((size, n_states)), np.empty((size, size))
-    if run(Rf.x, Sf.x, y, n, R, N, P, n_states, lower, begin(r), begin(s), l, P_lm, P_ll):
-        return map.insert(l, P_ll, P_lm)
-    return insert_new(map, l, P_ll, P_lm)  # says what is wrong
+    if run(Rf.x, Sf.x, y, n, R, N, P, n_states, lower, begin(r), begin(s), at.start, l):
+        return map.occupy(at, l)
+    return None  # numpy says what is wrong
 
 
 def _write_born(frame, sensor, kind):
@@ -304,15 +303,19 @@ def _write_born(frame, sensor, kind):
     lines = [
         f"L, Q_n = np.empty(({n_l}, {2 * n_f})), np.empty(({n_l}, {n_l}))",
         f"L_y, L_n = np.empty(({n_l}, {m})), np.empty(({n_l}, {n_n}))",
+        f"P_lm, P_ll = np.empty(({n_l}, n_states)), np.empty(({n_l}, {n_l}))",
         *straight_code(tape, outputs)[0],
         "sandwich(L_y, R, P_ll)",
         "sandwich(L_n, N, Q_n)",
         "P_ll += Q_n",
-        f"return join(P, n_states, lower, r, s, {n_f}, {n_f}, L, P_lm, P_ll) and isfinite(np.sum(l))",
+        f"finite = join(P, n_states, lower, r, s, {n_f}, {n_f}, L, P_lm, P_ll) and isfinite(np.sum(l))",
+        "if finite:",
+        "    put(P, n_states, lower, at, P_lm, P_ll)",
+        "return finite",
     ]
     signature = (
         "b1(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1, :], i8, b1, i8, i8, "
-        "f8[::1], f8[:, ::1], f8[:, ::1])"
+        "i8, f8[::1])"
     )
-    arguments = "rf, sf, y, n, R, N, P, n_states, lower, r, s, l, P_lm, P_ll"
+    arguments = "rf, sf, y, n, R, N, P, n_states, lower, r, s, at, l"
     return build(signature, arguments, lines), n_l, ((m,), (n_n,), (m, m), (n_n, n_n))

@@ -269,10 +269,23 @@ class CompressedMap:
 
     def insert(self, x, P_xx, P_xm):
         """A new state, at hand; P_xm is its covariance with all that is at hand. Returns its range."""
+        self._far.free(len(x))  # or the map is full
+        return self._own(self._near.insert(np.zeros(len(x)), P_xx, P_xm), x)
+
+    def free(self, k):
+        """Where a new state of k entries can be put in `storage`: see `Map.free`."""
+        self._far.free(k)
+        return self._near.free(k)
+
+    def occupy(self, here, x):
+        """A new state, at hand where it is `free`. Returns its range in the map."""
+        return self._own(self._near.occupy(here, np.zeros(len(x))), x)
+
+    def _own(self, here, x):
+        """A new state of the map, which is at hand here."""
         r = self._far.reserve(x)
         self._make_room()
         self._now += 1
-        here = self._near.insert(np.zeros(len(x)), P_xx, P_xm)
         self._take(np.arange(r.start, r.stop), here.start)
         self._here[r.start, r.stop] = here
         return r

@@ -228,14 +228,10 @@ def augment(map, l, blocks, Q):
         If it does not fit. Nothing has been changed then.
     """
     PLt = cross(map, blocks)
-    return insert_new(map, l, covariance(PLt, blocks) + Q, PLt.T)
-
-
-def insert_new(map, l, P_ll, P_lm):
-    """Put a new state into the map, unless it is not finite: `augment`, when its covariances are there. Its range."""
+    P_ll = covariance(PLt, blocks) + Q
     if not isfinite(P_ll.sum()) or not isfinite(l.sum()):
         raise ValueError(f"a new state must be finite, got {l} with the covariance {P_ll.tolist()}")
-    return map.insert(l, symmetric(P_ll), P_lm)
+    return map.insert(l, symmetric(P_ll), PLt.T)
 
 
 def transform(map, r, x, J):

@@ -268,7 +268,30 @@ class Map:
 
     def reserve(self, x):
         """A new state whose covariance is zero as yet. Returns its range."""
-        r = self._make_room(len(x))
+        return self.occupy(self.free(len(x)), x)
+
+    def free(self, k):
+        """Where a new state of k entries can be put: the first gap that is long enough, or the end of the map.
+
+        Raises
+        ------
+        MapFull
+            If it does not fit.
+        """
+        if self.capacity is not None and self.n_used + k > self.capacity:
+            raise MapFull(
+                f"the map is full: {self.n_used} of {self.capacity} states are in use, a new state needs {k} more"
+            )
+        start = self.n if self.n_used == self.n else self._first_gap(k)
+        if start + k > len(self._x):
+            self._grow(start + k)
+        return slice(start, start + k)
+
+    def occupy(self, r, x):
+        """A new state in a range that is `free`; its covariance is there, or will be written. Returns its range."""
+        if r.stop > self.n:
+            self.n = r.stop
+            self._look()
         self._xn[r], self._usedn[r] = x, True
         self._starts.add(r.start)
         self.n_used += len(x)
@@ -290,33 +313,18 @@ class Map:
         self._starts -= set(range(r.start, r.stop))
         self.n_used -= r.stop - r.start
 
-    def _make_room(self, k):
-        """A free range of k entries: the first gap that is long enough, or the end of the map."""
-        if self.capacity is not None and self.n_used + k > self.capacity:
-            raise MapFull(
-                f"the map is full: {self.n_used} of {self.capacity} states are in use, a new state needs {k} more"
-            )
-        start = self.n if self.n_used == self.n else self._first_gap(k)
-        if start + k > self.n:
-            self._extend(start + k)
-        return slice(start, start + k)
-
     def _first_gap(self, k):
         """Where k free entries stand together for the first time; one past the last entry in use, if nowhere."""
         taken = np.flatnonzero(np.concatenate([[True], self.used, [True]])) - 1
         fits = np.flatnonzero(np.diff(taken) - 1 >= k)
         return int(taken[fits[0]]) + 1 if fits.size else int(taken[-2]) + 1
 
-    def _extend(self, n):
-        """Let the map reach up to n entries."""
-        if n > len(self._x):
-            size = roomy(int(GROWTH * n))
-            x, P, used = np.zeros(size), square(size), np.zeros(size, bool)
-            x[: self.n], P[: self.n, : self.n], used[: self.n] = self._xn, self._Pn, self._usedn
-            self.n = n
-            self._store(x, P, used)
-        self.n = n
-        self._look()
+    def _grow(self, n):
+        """Larger storage, for n entries and more."""
+        size, m = roomy(int(GROWTH * n)), self.n
+        x, P, used = np.zeros(size), square(size), np.zeros(size, bool)
+        x[:m], P[:m, :m], used[:m] = self._xn, self._Pn, self._usedn
+        self._store(x, P, used)
 
 
 def roomy(n):
