@@ -69,7 +69,7 @@ class KnownIds:
         ids = np.asarray(raw.ids).tolist()
         index = {ids[i]: i for i in range(len(ids) - 1, -1, -1) if ids[i] >= 0}
         pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
-        return Matches(pairs, [index[id] for id in sorted(index.keys() - pairs.keys())])
+        return Matches(pairs, [index[id] for id in sorted([id for id in index if id not in pairs])])
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i; None if there is one already."""

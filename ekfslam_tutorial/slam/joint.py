@@ -70,8 +70,10 @@ def _correct(map, rob, sen, table, found, raw, opt, camera):
             normalize(map, sen)
         for k in found:
             table.updated[k] = True
-            if hasattr(table.lmks[k].type, "ahead"):
-                tidy(map, table.lmks[k], camera, opt)
+        if table.untidy:
+            for lmk in [table.lmks[k] for k in found]:
+                if hasattr(lmk.type, "ahead"):
+                    tidy(map, lmk, camera, opt)
 
 
 def correct_with(map, table, found, z, R):

@@ -120,7 +120,7 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
             ranges = frame_range(rob, Rf), sen.r, rows
             part = _compiled(map, rob, sen, some, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
             part = part or _computed(rob, sen, some, kind, l, Rf, Sf, ranges)
-            part.r = r
+            part.r, part.untidy = r, hasattr(kind, "ahead")
             parts.append(part)
     return merged(parts) if parts else None
 

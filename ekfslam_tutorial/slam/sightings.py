@@ -33,6 +33,8 @@ class Sightings:
     ----------
     r : list of slice or None
         Range of each landmark in the map.
+    untidy : bool
+        Whether some of the landmarks have an inverse distance, which must stay positive: see `tidy`.
     has_E : bool
         Whether E was computed with the rest, by compiled code.
     places : tuple or None
@@ -45,7 +47,7 @@ class Sightings:
         self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
-        self.J, self.has_E, self.r, self.places = J, False, [], None
+        self.J, self.has_E, self.r, self.untidy, self.places = J, False, [], False, None
         K = len(lmks)
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
         self._found = (), {}
@@ -103,10 +105,13 @@ class Sightings:
         list of int
             Which of them are found.
         """
+        lmks, measured, matched, index, found = self.lmks, self.measured, self.matched, self.index, []
         for k in wanted:
-            self.measured[k], self.index[k] = True, pairs.get(self.lmks[k].id)
-            self.matched[k] = self.index[k] is not None
-        return [k for k in wanted if self.matched[k]]
+            measured[k], id = True, lmks[k].id
+            if id in pairs:
+                matched[k], index[k] = True, pairs[id]
+                found.append(k)
+        return found
 
     def measure(self, found, y, z, R):
         """Note what was measured of those that are found: y, z of shape (k, m), and R, one for all or one for each."""
@@ -146,7 +151,7 @@ def merged(parts):
             rows[here, :width], H_l[here, :, :width] = part.ranges[2], part.E_l
     ranges = (*parts[0].ranges[:2], None if known else rows)
     whole = Sightings(parts[0].sen, sum(every("lmks"), []), e, v, visible, ranges, E_r, E_s, E_l)
-    whole.H_l, whole.r = H_l, sum(every("r"), [])
+    whole.H_l, whole.r, whole.untidy = H_l, sum(every("r"), []), any(every("untidy"))
     return whole
 
 
