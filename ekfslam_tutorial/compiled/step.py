@@ -314,8 +314,7 @@ def _write_born(frame, sensor, kind):
         "return finite",
     ]
     signature = (
-        "b1(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1, :], i8, b1, i8, i8, "
-        "i8, f8[::1])"
+        "b1(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1, :], i8, b1, i8, i8, i8, f8[::1])"
     )
     arguments = "rf, sf, y, n, R, N, P, n_states, lower, r, s, at, l"
     return build(signature, arguments, lines), n_l, ((m,), (n_n,), (m, m), (n_n, n_n))

@@ -4,6 +4,10 @@ A tolerance of 1e-11 of the largest number: sums of a few hundred products, in a
 """
 
 import copy
+import os
+import subprocess
+import sys
+import textwrap
 
 import numpy as np
 import pytest
@@ -184,6 +188,27 @@ def test_tiles(n, m, lower, rng):
     assert close(np.tril(P[:n, :n]), np.tril(expected)) and (lower or close(P[:n, :n], expected))
     before[:n, :n] = P[:n, :n] = 0
     assert np.array_equal(P, before)
+
+
+def test_tiles_of_a_processor_with_fewer_registers(tmp_path):
+    """The same product, by the other width of a tile, in a process that is told so."""
+    program = """
+        import llvmlite.binding
+        features = llvmlite.binding.get_host_cpu_features
+        llvmlite.binding.get_host_cpu_features = lambda: {**features(), "avx512f": False}
+        import numpy as np
+        from ekfslam_tutorial.compiled import kernels
+        assert kernels.COLUMNS == 4
+        rng = np.random.default_rng(0)
+        P, Wt = np.zeros((40, 40), order="F"), rng.normal(size=(5, 32))
+        for lower in True, False:
+            P[:] = 0
+            kernels.downdate(P, Wt, lower)
+            keep = np.tril if lower else np.asarray
+            assert np.abs(keep(P[:32, :32] + Wt.T @ Wt)).max() < 1e-13 and not P[32:].any() and not P[:, 32:].any()
+    """
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, env=environment)
 
 
 def test_many_rows_are_left_to_blas(rng):
