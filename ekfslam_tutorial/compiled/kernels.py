@@ -16,7 +16,8 @@ from math import isfinite, sqrt
 import numpy as np
 from numba import njit
 
-from .tile import COLUMNS, ROWS, subtract_tile
+from ..ekf.stochastic_map import LINE as ROWS
+from .tile import COLUMNS, subtract_tile
 
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
 
@@ -171,14 +172,10 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
                 rows_of(P, n, lower, at[c], 1, P_at[c:])
         for a in range(m):
             h, out = J[k, a], HP[i * m + a]
-            for c in range(0, q - 3, 4):  # four rows at a time: the sum is read and written each time
-                h0, h1, h2, h3 = h[cols[c]], h[cols[c + 1]], h[cols[c + 2]], h[cols[c + 3]]
+            for c in range(q):
+                h_c, row = h[cols[c]], P_at[c]
                 for j in range(n):
-                    out[j] += h0 * P_at[c, j] + h1 * P_at[c + 1, j] + h2 * P_at[c + 2, j] + h3 * P_at[c + 3, j]
-            for c in range(q - q % 4, q):
-                h0 = h[cols[c]]
-                for j in range(n):
-                    out[j] += h0 * P_at[c, j]
+                    out[j] += h_c * row[j]
     for i in range(K):
         k = found[i]
         for c in range(q):

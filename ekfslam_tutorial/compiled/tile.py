@@ -10,10 +10,11 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-ROWS = 8  # numbers in a line of the cache
+from ..ekf.stochastic_map import LINE as ROWS  # storage is whole lines of the cache, so tiles never leave it
+
 COLUMNS = 8 if get_host_cpu_features().get("avx512f") else 4  # for which there are registers
 
-LINE = ir.VectorType(ir.DoubleType(), ROWS)
+NUMBERS = ir.VectorType(ir.DoubleType(), ROWS)
 SAME = ir.Constant(ir.VectorType(ir.IntType(32), ROWS), [0] * ROWS)
 ONCE = ("contract",)  # a - b c may be rounded once
 
@@ -37,7 +38,7 @@ def _instructions(context, builder, signature, arguments):
         return cgutils.get_item_pointer(context, builder, kind, array, index)
 
     def line_at(kind, array, *index):
-        return builder.bitcast(number_at(kind, array, *index), LINE.as_pointer())
+        return builder.bitcast(number_at(kind, array, *index), NUMBERS.as_pointer())
 
     places = [line_at(P_type, P, i, j) for j in js]
     tile = [cgutils.alloca_once_value(builder, builder.load(place, align=8)) for place in places]
@@ -45,7 +46,7 @@ def _instructions(context, builder, signature, arguments):
         w_i = builder.load(line_at(Wt_type, Wt, k.index, i), align=8)
         for column, j in zip(tile, js, strict=True):
             w_j = builder.load(number_at(Wt_type, Wt, k.index, j))
-            w_j = builder.insert_element(ir.Constant(LINE, ir.Undefined), w_j, ir.Constant(j.type, 0))
+            w_j = builder.insert_element(ir.Constant(NUMBERS, ir.Undefined), w_j, ir.Constant(j.type, 0))
             product = builder.fmul(w_i, builder.shuffle_vector(w_j, w_j, SAME), flags=ONCE)
             builder.store(builder.fsub(builder.load(column), product, flags=ONCE), column)
     for place, column in zip(places, tile, strict=True):
