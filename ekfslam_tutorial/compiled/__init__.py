@@ -12,20 +12,26 @@ A step in a small map is hundreds of calls for a handful of numbers each. Here i
 Nothing above `models` and `ekf` may be imported here, and nothing imports this before a map asks for it.
 """
 
-from .filter import correct_some, predict, update
-from .step import born, covariances, expected, inside, left_out, move, near, normalized, residual
+from .filter import correct_some, mirror, overwrite, predict, rows, subtract, update
+from .hand import here, settle
+from .step import born, correct_found, expected, inside, left_out, move, near, normalized
 
 __all__ = [
     "born",
+    "correct_found",
     "correct_some",
-    "covariances",
     "expected",
+    "here",
     "inside",
     "left_out",
+    "mirror",
     "move",
     "near",
     "normalized",
+    "overwrite",
     "predict",
-    "residual",
+    "rows",
+    "settle",
+    "subtract",
     "update",
 ]

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from ..ekf.stochastic_map import LINE as ROWS
+from ..ekf.triangle import BLOCK
 from .tile import COLUMNS, subtract_tile
 
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
@@ -39,6 +40,38 @@ def rows_of(P, n, lower, start, k, out):
         for j in range(begin):
             out[a, j] = P[i, j]
         out[a, begin:n] = P[begin:n, i]
+
+
+@compiled
+def some_rows(P, n, lower, indices, out):
+    """`rows_of` for states that stand anywhere. Whether they are all in the map."""
+    for i in range(len(indices)):
+        if not 0 <= indices[i] < n:
+            return False
+        rows_of(P, n, lower, indices[i], 1, out[i:])
+    return True
+
+
+@compiled
+def mirror(P, n):
+    """The lower triangle is copied to the upper one, `triangle.mirror`: by blocks that stay in the cache."""
+    for first in range(0, n, BLOCK):
+        for below in range(first, n, BLOCK):
+            for j in range(first, min(first + BLOCK, n)):
+                for i in range(max(below, j), min(below + BLOCK, n)):
+                    P[j, i] = P[i, j]
+
+
+@compiled
+def overwrite(P, lower, indices, rows):
+    """Rows of P, given by their indices, and the columns, `Map.overwrite`."""
+    n = rows.shape[1]
+    for a in range(len(indices)):
+        i = indices[a]
+        begin = i if lower else 0
+        P[begin:n, i] = rows[a, begin:]
+        for j in range(i if lower else n):
+            P[i, j] = rows[a, j]
 
 
 @compiled
@@ -255,6 +288,30 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R):
             x[j] += w[i] * HP[i, j]
     downdate(P, HP, lower)
     return True
+
+
+@compiled
+def gated(x, P, n, lower, r, s, rows, n_f, J, E, found, z, R, threshold):
+    """`update` by those found that pass the gate, each on its own: z' (E + R)^-1 z < threshold.
+
+    Returns
+    -------
+    int
+        How many have passed; `found` begins with them. -1 where `update` says False.
+    """
+    q = len(found)
+    if isfinite(threshold):
+        passed, q = np.empty(q, np.int64), 0
+        for i in range(len(found)):
+            w, Z = z[i].copy(), E[found[i]] + R[i if len(R) > 1 else 0]
+            if not isfinite(np.sum(w)) or not whiten(w, Z, np.empty((len(w), 0))):
+                return -1
+            if np.sum(w * w) < threshold:
+                passed[q], found[q] = i, found[i]
+                q += 1
+        z, R = z[passed[:q]], R[passed[:q]] if len(R) > 1 else R
+    done = q == 0 or update(x, P, n, lower, r, s, rows, n_f, n_f, J, found[:q], z, R)
+    return q if done else -1
 
 
 @compiled

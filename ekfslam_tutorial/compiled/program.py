@@ -28,7 +28,16 @@ from math import isfinite
 import numpy as np
 from numba import njit
 
-from ekfslam_tutorial.compiled.kernels import columns_of, covariance_of, join, propagate, put, sandwich
+from ekfslam_tutorial.compiled.kernels import (
+    columns_of,
+    covariance_of,
+    covariances,
+    gated,
+    join,
+    propagate,
+    put,
+    sandwich,
+)
 
 
 @njit("{signature}", error_model="numpy", cache=True, nogil=True)

@@ -7,8 +7,7 @@ import numpy as np
 from ..ekf import Map
 from ..geometry.symbols import Tape
 from ..models.observation import expect, may_be_seen, retro_project
-from . import kernels
-from .filter import NO_ROWS, RANGE, begin, floats
+from .filter import MANY_ROWS, NO_ROWS, RANGE, begin, floats, noises
 from .program import build, straight_code
 
 KEEP = 256  # programs
@@ -173,8 +172,9 @@ def _write_expected(frame, sensor, kind):
     d, size = v.shape[-1], J.shape[-1]
     outputs = ("e[k, {}]", e[0]), ("v[k, {}]", v[0]), ("visible[k]", visible), ("J[k, {}, {}]", J)
     before, loop = straight_code(tape, outputs, each="[k")
+    finite = " + ".join(f"J[k, {a}, {2 * n_f + c}]" for a, c in np.ndindex(m, n_l))
     loop += [
-        f"visible[k] = visible[k] and isfinite(np.sum(J[k, :, {2 * n_f}:]))",
+        f"visible[k] = visible[k] and isfinite({finite})",
         "if every or visible[k]:",
         f"    covariance_of(P, lower, J, cols, at, rows, k, {2 * n_f}, E[k])",
         "else:",
@@ -218,36 +218,64 @@ def _write_near(frame, sensor, kind):
     return build("i8(f8[::1], f8[::1], f8[:, ::1], i8[::1])", "rf, sf, l, at", lines)
 
 
-def covariances(map, places, n_r, n_s, J, some):
-    """E = H P H' of some of a stack of landmarks, `covariance` of each: shape (K, m, m), NaN for all others.
+def correct_found(map, sensor, places, n, J, e, E, seen, found, index, y, R, threshold):
+    """Innovations of those found, the gate, and `update` by those that pass, all at once. None if that cannot be.
 
-    Parameters are those of `correct_some`. None if that cannot be.
+    Parameters
+    ----------
+    map, places, n, J
+        As in `correct_some`; n are the numbers of a frame.
+    sensor : SensorModel
+    e, E : ndarray, shape (K, m) and (K, m, m)
+        Expectations and their covariances.
+    seen : list of int
+        Of these E is not there yet: it is computed first.
+    found, index : list of int, shape (k,)
+        Which of the K, and which measurement each of them has.
+    y : ndarray, shape (·, m)
+        All measurements.
+    R : ndarray, shape (m, m), or (k, m, m)
+    threshold : float
+        Of the squared Mahalanobis distance.
+
+    Returns
+    -------
+    z : ndarray, shape (k, m)
+    passed : list of int
+        Those of the found that pass.
     """
-    r, s, rows = places
-    if not isinstance(r, RANGE) or not isinstance(s, RANGE):
+    (r, s, rows), run, m = places, _program(_write_correction, sensor), e.shape[1]
+    if run is None or not isinstance(r, RANGE) or not isinstance(s, RANGE) or len(found) * m > MANY_ROWS:
         return None
-    (_, P, _, lower), E = map.storage, np.full((*J.shape[:2], J.shape[1]), np.nan)
-    rows, some = NO_ROWS if rows is None else rows, np.array(some, int)
-    kernels.covariances(P, lower, begin(r), begin(s), rows, n_r, n_s, J, some, E)
-    return E
+    z, at, of = np.empty((len(found), m)), np.array(found), np.array(index)
+    map.keep_one_triangle()
+    where = (*map.storage, begin(r), begin(s), NO_ROWS if rows is None else rows)
+    q = run(*where, n, J, e, E, np.array(seen) if seen else NOBODY, at, of, y, noises(R), threshold, z)
+    if q < 0:
+        return None  # numpy says what is wrong
+    map.relieve()
+    return z, found if q == len(found) else at[:q].tolist()
 
 
-def residual(sensor, y, e):
-    """`sensor.residual` of a stack, shape (K, m). None if not compiled."""
-    run = _program(_write_residual, sensor)
-    if run is None:
-        return None
-    z = np.empty(e.shape)
-    run(floats(y), floats(e), z)
-    return z
+NOBODY = np.zeros(0, np.int64)
 
 
-def _write_residual(sensor):
+def _write_correction(sensor):
     tape, m = Tape(), len(sensor.R)
-    z = sensor.residual(tape.inputs("y[k, {}]", m)[None], tape.inputs("e[k, {}]", m)[None])
-    _, loop = straight_code(tape, [("z[k, {}]", z[0])], each="[k")
-    lines = ["for k in range(len(z)):", *(f"    {line}" for line in loop)]
-    return build("void(f8[:, ::1], f8[:, ::1], f8[:, ::1])", "y, e, z", lines)
+    z = sensor.residual(tape.inputs("y[i, {}]", m)[None], tape.inputs("e[k, {}]", m)[None])
+    _, loop = straight_code(tape, [("z[q, {}]", z[0])], each="[")
+    lines = [
+        "covariances(P, lower, r, s, rows, n_f, n_f, J, seen, E)",
+        "for q in range(len(found)):",
+        "    k, i = found[q], of[q]",
+        *(f"    {line}" for line in loop),
+        "return gated(x, P, n, lower, r, s, rows, n_f, J, E, found, z, R, threshold)",
+    ]
+    signature = (
+        "i8(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], "
+        "i8[::1], i8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1], f8, f8[:, ::1])"
+    )
+    return build(signature, "x, P, n, lower, r, s, rows, n_f, J, e, E, seen, found, of, y, R, threshold, z", lines)
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------
@@ -269,6 +297,8 @@ def _write_inside(sensor):
 def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
     """`retro_project` and `augment`: the range of a new landmark in the map. None if that could not be.
 
+    n and N are those of `Options`, arrays of float.
+
     Raises
     ------
     MapFull
@@ -278,7 +308,7 @@ def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
     if program is None or type(Sf) is not type(Rf):
         return None
     run, size, shapes = program
-    y, n, R, N = floats(y), floats(n), floats(R), floats(N)
+    y, R = floats(y), floats(R)
     if (y.shape, n.shape, R.shape, N.shape) != shapes:
         return None
     r, s, _ = map.at_hand(r, s)

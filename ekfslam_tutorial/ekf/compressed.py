@@ -19,7 +19,7 @@ too much is at hand, all is put back at once: one product of large matrices, whi
 import numpy as np
 
 from .columns import Columns
-from .extra import check_compiled
+from .extra import check_compiled, compiled
 from .html import map_html
 from .stochastic_map import GROWTH, Map, nothing, symmetric
 from .virtual import VirtualStates, cholesky
@@ -47,9 +47,10 @@ class CompressedMap:
             raise ValueError(f"active must be a positive number of states, got {active!r}")
         if compiled:
             check_compiled(ImportError)
-        self._far, self.active, self.compiled = Map(capacity), active, compiled
+        self._far, self.active, self.compiled = Map(capacity, compiled=compiled), active, compiled
         self._at = np.zeros(0, int)  # where each state of the map is at hand; -1 for the far ones
         self._used_at = np.zeros(0, int)  # when it was used last
+        self._near, self._virtual = Map(compiled=compiled), VirtualStates(0)
         self._now = self.layout = 0
         self._begin()
 
@@ -208,14 +209,17 @@ class CompressedMap:
         """Where these states stand in `storage`; they are brought there to be used. Of the rows, (K, k), only some."""
         self._now += 1
         self._moved = True
-        for each in r, s:
-            if each is not None:
-                self._used_at[each] = self._now
-        r, s = (None if each is None else self.here(each) for each in (r, s))
+        if r is not None:
+            self._used_at[r], r = self._now, self.here(r)
+        if s is not None:
+            self._used_at[s], s = self._now, self.here(s)
         if rows is not None:
-            used = rows[some]
-            self._used_at[used] = self._now
-            rows = self._bring(used.ravel())[rows]
+            here = compiled().here(self._at, self._used_at, self._now, rows, some) if self.compiled else None
+            if here is None:
+                used = rows[some]
+                self._used_at[used] = self._now
+                here = self._bring(used.ravel())[rows]
+            rows = here
         return r, s, rows
 
     def _bring(self, i):
@@ -241,11 +245,12 @@ class CompressedMap:
 
     def move(self, r, x):
         """Set the mean of the state in range r, and leave its covariance as it is."""
-        here = self._at[r]
-        if here.min(initial=0) < 0:
-            self._settle()
-        else:
+        here = self._here.get((r.start, r.stop))
+        here = self._at[r] if here is None else here
+        if isinstance(here, slice) or here.min(initial=0) >= 0:
             self._near.x[here] = 0.0
+        else:
+            self._settle()
         self._far.move(r, x)
 
     def shift(self, dx):
@@ -306,7 +311,10 @@ class CompressedMap:
 
     def _begin(self):
         """Nothing is at hand."""
-        self._near, self._virtual, self._v = Map(compiled=self.compiled), VirtualStates(self.n), np.zeros(0, int)
+        self._near.clear()
+        self._virtual.clear()
+        self._virtual.reach(self.n)
+        self._v = np.zeros(0, int)
         self._at[:], self._hand, self._here, self._moved = -1, np.zeros(0, int), {}, False
         self.layout += 1
 
@@ -355,11 +363,16 @@ class CompressedMap:
 
     def _settle(self):
         """Bring the means of all states up to date: b = b_0 + G v."""
-        if self._moved:
-            dx, self._moved = self._virtual.times(self._near.x[self._v], self.n), False
-            dx[self._hand] = self._near.x[self._at[self._hand]]
+        if not self._moved:
+            return
+        self._moved, far, near = False, self._far.x, self._near.x
+        if self.compiled:
+            compiled().settle(far, near, *self._virtual.factors, self._v, self._hand, self._at)
+        else:
+            dx = self._virtual.times(near[self._v], self.n)
+            dx[self._hand] = near[self._at[self._hand]]
             self._far.shift(dx)
-            self._near.x[:] = 0.0
+        near[:] = 0.0
 
     def _put_back(self):
         """Bring the large covariance up to date."""

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from .blas import Downdate
-from .extra import check_compiled
+from .extra import check_compiled, compiled
 from .html import map_html
 from .triangle import mirror, whole_range, whole_rows
 
@@ -98,7 +98,10 @@ class Map:
     def P(self):
         """Covariance of all states, shape (n, n). A view, too, good until the next operation on the map."""
         if self._lower:
-            mirror(self._Pn)
+            if self.compiled:
+                compiled().mirror(self)
+            else:
+                mirror(self._Pn)
             self._lower = False
         return self._Pn
 
@@ -192,6 +195,10 @@ class Map:
         """
         if not self._lower:
             return self._Pt[r]
+        if self.compiled:
+            i = range(r.start, r.stop) if isinstance(r, slice) else r.ravel()
+            if (rows := compiled().rows(self, i)) is not None:
+                return rows if isinstance(r, slice) else rows.reshape(*r.shape, self.n)
         if isinstance(r, slice):
             return whole_range(self._Pn, r)
         return whole_rows(self._Pn, r.ravel().tolist()).reshape(*r.shape, self.n)
@@ -234,8 +241,11 @@ class Map:
 
     def overwrite(self, indices, P_im):
         """Set rows of the covariance, given by their sorted indices, and with them the columns."""
-        self._Pt[indices] = P_im
-        self._Pn[indices] = P_im
+        if self.compiled:
+            compiled().overwrite(self, indices, P_im)
+        else:
+            self._Pt[indices] = P_im
+            self._Pn[indices] = P_im
 
     def move(self, r, x):
         """Set the mean of the state in range r, and leave its covariance as it is."""
@@ -247,7 +257,8 @@ class Map:
 
     def subtract(self, Wt):
         """P = P - W W', given W' of shape (m, n)."""
-        self._downdate(Wt, self.keep_one_triangle())
+        if not self.compiled or not compiled().subtract(self, Wt):
+            self._downdate(Wt, self.keep_one_triangle())
 
     def keep_one_triangle(self):
         """If the map is large, change only the lower triangle from now on, until `P` is asked for. Whether it is so."""
@@ -312,6 +323,13 @@ class Map:
         self._x[r], self._P[r, :], self._P[:, r], self._used[r] = 0, 0, 0, False
         self._starts -= set(range(r.start, r.stop))
         self.n_used -= r.stop - r.start
+
+    def clear(self):
+        """Take all states out of the map; its storage stays."""
+        n, self.n, self.n_used, self._lower = self.n, 0, 0, False
+        self._x[:n], self._P[:n, :n], self._used[:n] = 0, 0, False
+        self._starts.clear()
+        self._look()
 
     def _first_gap(self, k):
         """Where k free entries stand together for the first time; one past the last entry in use, if nowhere."""

@@ -33,7 +33,12 @@ class VirtualStates:
     """
 
     def __init__(self, n):
-        self.size, self._P, self._L = 0, np.zeros((0, n)), np.zeros((0, 0))
+        self._P = np.zeros((0, n))  # nothing was ever written right of the extent
+        self.clear()
+
+    def clear(self):
+        """None of them; the arrays stay."""
+        self.size, self._L = 0, np.zeros((0, 0), order="F")
 
     def reach(self, n):
         """Let the map have this extent."""
@@ -79,6 +84,11 @@ class VirtualStates:
         if not self.size:
             return np.zeros((0, n))
         return dtrsm(1.0, self._L, self._P[: self.size, :n].T, side=1, lower=1, trans_a=1).T
+
+    @property
+    def factors(self):
+        """L, and P_0[A, :] whose first rows count: G' = L^-1 P_0[A, :]."""
+        return self._L, self._P
 
     def times(self, v, n):
         """G v of the whole map, shape (n,)."""

@@ -29,7 +29,9 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
         return [], opt.association(map, [], raw, sen.model).new
     in_view = table.visible.nonzero()[0].tolist()
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
-    table.keep(map, near, soon=by_id)
+    soon = by_id and opt.n_updates is None and table.J is not None  # E comes with the correction
+    if not soon:
+        table.keep(map, near)
     seen = [Obs(table, k) for k in in_view]
     obs.update({(sen.id, o.lmk): o for o in seen})
 
@@ -39,7 +41,9 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     found = sorted(table.match(matches.pairs, wanted))  # in the order of the table, of which they may be all
     if found:
         camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
-        _correct(map, rob, sen, table, found, raw, opt, camera)
+        _correct(map, rob, sen, table, in_view, found, raw, opt, camera)
+    elif soon:
+        table.keep(map, near)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
     return events, matches.new
 
@@ -51,20 +55,10 @@ def _candidates(map, table, raw, sen, opt):
     return in_reach(map, table, raw, sen.model, opt.association.reach(len(sen.model.R))).tolist()
 
 
-def _correct(map, rob, sen, table, found, raw, opt, camera):
+def _correct(map, rob, sen, table, in_view, found, raw, opt, camera):
     """Gate each landmark that was found on its own; correct with all that pass at once."""
-    e = table.e if len(found) == len(table.lmks) else table.e.take(found, 0)
-    index = [table.index[k] for k in found]
-    y, R = raw.y.take(index, 0), sen.model.R if raw.R is None else raw.R.take(index, 0)
-    z = compiled().residual(sen.model, y, e) if map.compiled else None
-    z = sen.model.residual(y, e) if z is None else z
-    table.measure(found, y, z, R)
-    if isfinite(opt.md2_threshold):
-        passed = np.flatnonzero(_distances(z, table.E[found] + R) < opt.md2_threshold).tolist()
-        if len(passed) < len(found):
-            found, z, R = [found[i] for i in passed], z[passed], R if raw.R is None else R[passed]
+    found = _corrected(map, sen, table, in_view, found, raw, opt)
     if found:
-        correct_with(map, table, found, z, R)
         normalize(map, rob)
         if sen.r is not None:
             normalize(map, sen)
@@ -76,11 +70,37 @@ def _correct(map, rob, sen, table, found, raw, opt, camera):
                     tidy(map, lmk, camera, opt)
 
 
+def _corrected(map, sen, table, in_view, found, raw, opt):
+    """Those by which the map has been corrected."""
+    y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
+    R = sen.model.R if raw.R is None else raw.R.take(index, 0)
+    if table.J is not None:
+        n, e, places = table.E_r.shape[-1], table.e, map.at_hand(*table.ranges, in_view)
+        E, some = (table.E, ()) if table.has_E else (np.full((*e.shape, e.shape[1]), np.nan), in_view)
+        done = compiled().correct_found(
+            map, sen.model, places, n, table.J, e, E, some, found, index, y, R, opt.md2_threshold
+        )
+        if done is not None:
+            (z, passed), table.E, table.has_E = done, E, True
+            table.measure(found, index, y, z, R)
+            return passed
+    table.keep(map, in_view)
+    z = sen.model.residual(y.take(index, 0), table.e.take(found, 0))
+    table.measure(found, index, y, z, R)
+    if isfinite(opt.md2_threshold):
+        passed = np.flatnonzero(_distances(z, table.E[found] + R) < opt.md2_threshold).tolist()
+        if len(passed) < len(found):
+            found, z, R = [found[i] for i in passed], z[passed], R if raw.R is None else R[passed]
+    if found:
+        correct_with(map, table, found, z, R)
+    return found
+
+
 def correct_with(map, table, found, z, R):
     """Correct the map with the innovations z of some landmarks of a table, all at once."""
     n = table.E_r.shape[-1]  # numbers of a frame
     if table.J is not None:
-        places = table.places or map.at_hand(*table.ranges, found)
+        places = map.at_hand(*table.ranges, found)
         if compiled().correct_some(map, places, n, n, table.J, found, z, R):
             return
     update(map, table.blocks(None if len(found) == len(table.lmks) else found), z, R)

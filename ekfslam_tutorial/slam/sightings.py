@@ -5,7 +5,6 @@ from itertools import repeat
 
 import numpy as np
 
-from ..ekf.extra import compiled
 from ..ekf.html import table_html
 from ..geometry.lazy import lazy
 from .objects import short
@@ -37,8 +36,6 @@ class Sightings:
         Whether some of the landmarks have an inverse distance, which must stay positive: see `tidy`.
     has_E : bool
         Whether E was computed with the rest, by compiled code.
-    places : tuple or None
-        `ranges` of those in view, as `Map.at_hand` returns them, if they were brought to hand for E.
     y, R, z, index, measured, matched, updated : sequences of length K
         The columns of `Obs` of these names.
     """
@@ -47,7 +44,7 @@ class Sightings:
         self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
         self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
         self.H_l = E_l  # that of the blocks, where it is another one
-        self.J, self.has_E, self.r, self.untidy, self.places = J, False, [], False, None
+        self.J, self.has_E, self.r, self.untidy = J, False, [], False
         K = len(lmks)
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
         self._found = (), {}
@@ -59,20 +56,10 @@ class Sightings:
             rows, J = None if rows is None else rows.take(some, 0), [each.take(some, 0) for each in J]
         return (r, J[0]), (s, J[1]), (rows, J[2])
 
-    def keep(self, map, some, soon=False):
-        """Note the covariance of the states that some of them depend on: E follows from it when asked for.
-
-        Those that will be used `soon` may be brought to hand for it.
-        """
+    def keep(self, map, some):
+        """Note the covariance of the states that some of them depend on: E follows from it when asked for."""
         if self.has_E:
             return
-        if soon and self.J is not None:
-            n = self.E_r.shape[-1]  # numbers of a frame
-            self.places = map.at_hand(*self.ranges, some)
-            E = compiled().covariances(map, self.places, n, n, self.J, some)
-            if E is not None:
-                self.E, self.has_E = E, True
-                return
         every = len(some) == len(self.lmks)
         blocks = [(r, J) for r, J in self.blocks(None if every else some) if r is not None]
         rows, k = np.empty((len(some), sum(J.shape[-1] for _, J in blocks)), int), 0
@@ -113,9 +100,22 @@ class Sightings:
                 found.append(k)
         return found
 
-    def measure(self, found, y, z, R):
-        """Note what was measured of those that are found: y, z of shape (k, m), and R, one for all or one for each."""
-        self._found = found, {"y": y, "z": z, "R": repeat(R, len(found)) if R.ndim == 2 else R}
+    def measure(self, found, index, y, z, R):
+        """Note what was measured of those that are found.
+
+        Parameters
+        ----------
+        found, index : list of int, shape (k,)
+            Which of them, and which measurement each of them has.
+        y : ndarray, shape (·, m)
+            All measurements.
+        z : ndarray, shape (k, m)
+            Innovations.
+        R : ndarray, shape (m, m) or (k, m, m)
+            One for all or one for each.
+        """
+        R = repeat(R, len(found)) if R.ndim == 2 else R
+        self._found = found, {"y": map(y.__getitem__, index), "z": z, "R": R}
 
     def _column(self, name):
         """What `measure` has noted, None for those that were not found: written out when somebody asks for it."""

@@ -279,9 +279,12 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
 def _in_a_slot(sen, lmks, lmk):
     """Give a new landmark the first slot that is free."""
     others = list(lmks.values())
-    lmk.slot = len(others) if others == sen.gapless else _free_slot(others)
-    if lmk.slot == len(others):
-        sen.gapless = [*others, lmk]
+    if others == sen.gapless:
+        lmk.slot = len(others)
+        sen.gapless.append(lmk)
+    else:
+        lmk.slot = _free_slot(others)
+        sen.gapless = [*others, lmk] if lmk.slot == len(others) else None
     return lmk
 
 

@@ -116,11 +116,11 @@ class Failing(Squared):
 @pytest.mark.parametrize(
     ("sensor", "compiles"),
     [
-        (Squared(), {"expected", "born", "inside", "residual"}),
-        (Listed(), {"expected", "born", "inside", "residual"}),
-        (Everywhere(), {"expected", "born", "inside", "residual"}),
-        (Branching(), {"born", "residual"}),
-        (Failing(), {"born", "inside", "residual"}),
+        (Squared(), {"expected", "born", "inside", "correction"}),
+        (Listed(), {"expected", "born", "inside", "correction"}),
+        (Everywhere(), {"expected", "born", "inside", "correction"}),
+        (Branching(), {"born"}),
+        (Failing(), {"born", "inside"}),
         (Open(), set()),
         (Bare(), set()),
     ],
@@ -132,7 +132,7 @@ def test_sensors_of_ones_own(sensor, compiles, joint, rng):
         pair.go(rng)
     assert pair.compiled.lmks and any(o.updated for o in pair.compiled.obs.values())
     yes, no = written()
-    asked = {"expected", "born", "inside"} | ({"residual"} if joint else set())
+    asked = {"expected", "born", "inside"} | ({"correction"} if joint and "expected" in compiles else set())
     assert yes - {"move"} == asked & compiles and no == asked - compiles
 
 
@@ -240,7 +240,5 @@ def test_all_exported_models_are_frozen():
 
 def test_parameters_of_any_sequence(rng):
     """A scenario file has lists and arrays where Python code has tuples."""
-    assert step.residual(PinHole(k=[320.0, 240.0, 320.0, 320.0]), np.ones((2, 2)), np.zeros((2, 2))) is not None
-    assert (
-        step.residual(PinHole(k=np.array([320.0, 240.0, 320.0, 320.0])), np.ones((2, 2)), np.ones((2, 2))) is not None
-    )
+    assert step.inside(PinHole(k=[320.0, 240.0, 320.0, 320.0]), np.ones(2)) is not None
+    assert step.inside(PinHole(k=np.array([320.0, 240.0, 320.0, 320.0])), np.ones(2)) is not None
