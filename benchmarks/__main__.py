@@ -32,14 +32,18 @@ class Plan:
     budget: float
     too_slow: float  # a step that should take longer is left out, s
     circuit_too_slow: float
+    circuit_spend: float  # on one variant and size, s
+    circuit_repeats: int
     repeats: int
     runs: tuple
     sizes_mb: tuple = machine.SIZES_MB
 
 
-FULL = Plan((10, 50, 100, 200, 500, 1000), (1, 10), (10, 50, 100, 200, 500, 1000), 0.8, 3.0, 20.0, 5, (10, 100, 1000))
-QUICK = Plan((10, 100, 500), (1, 10), (10, 100), 0.08, 0.3, 2.0, 2, (10, 1000))
-SMOKE = Plan((10,), (1, 10), (10,), 0.005, 0.05, 0.5, 1, (10,), (1, 8))
+FULL = Plan(
+    (10, 50, 100, 200, 500, 1000), (1, 10), (10, 50, 100, 200, 500, 1000), 0.8, 3.0, 20.0, 2.5, 15, 5, (10, 100, 1000)
+)
+QUICK = Plan((10, 100, 500), (1, 10), (10, 100), 0.08, 0.3, 2.0, 0.5, 5, 2, (10, 1000))
+SMOKE = Plan((10,), (1, 10), (10,), 0.005, 0.05, 0.5, 0.1, 1, 1, (10,), (1, 8))
 PLANS = {"full": FULL, "quick": QUICK, "smoke": SMOKE}
 
 
@@ -102,7 +106,8 @@ def sections(data, plan, only, peers, cells, bar):
         with part(bar, "circuit"):
             data["circuit"] = []
             tell = lambda n: bar.set_postfix_str(f"circuit, N = {n}")
-            for row in circuit.run(plan.circuits, peers, plan.repeats, plan.circuit_too_slow, tell):
+            how = plan.circuit_repeats, plan.circuit_spend, plan.circuit_too_slow
+            for row in circuit.run(plan.circuits, peers, *how, tell):
                 data["circuit"].append(row)
     for name, run in (
         ("overhead", lambda: overhead.run(plan.budget)),

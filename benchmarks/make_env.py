@@ -21,17 +21,18 @@ NEEDED = ("numpy", "scipy", "matplotlib", "tqdm", "threadpoolctl", "ipywidgets")
 
 def main():
     """Whatever is not there yet."""
-    if not PYTHON.exists():
-        print("Building build/bench-env: about a minute, 1 GB of disk", flush=True)
-        venv.create(ENV, clear=True, with_pip=True)
     stamp = ENV / "complete.txt"
-    wanted = locked() + peers()
-    there = stamp.read_text(encoding="utf-8").split() if stamp.exists() else []
+    wanted = [sys.base_prefix, *locked(), *peers()]
+    there = stamp.read_text(encoding="utf-8").splitlines() if stamp.exists() else []
+    if not PYTHON.exists() or there[:1] != wanted[:1]:
+        print(f"Building build/bench-env with {sys.executable}: about a minute, 1 GB of disk", flush=True)
+        venv.create(ENV, clear=True, with_pip=True)
+        there = []
     if wanted != there:
         if not pip(locked()):
             sys.exit("The benchmark's environment cannot be built: what the package itself needs is not to be had.")
         done = locked() + [name for name in peers() if pip([name]) or print(f"{name}: not to be had, left out")]
-        stamp.write_text("\n".join(done), encoding="utf-8")
+        stamp.write_text("\n".join([sys.base_prefix, *done]), encoding="utf-8")
     if "PYTHON_ROBOTICS" not in os.environ and not (CHECKOUTS / "PythonRobotics").exists():
         python_robotics()
     mrpt()

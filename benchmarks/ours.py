@@ -124,6 +124,7 @@ STEPS = {
 }
 COMPILED = find_spec("numba") is not None  # if it is not, the report names it among what is missing
 if COMPILED:
+    FILTERS["filter, sequential, compiled"] = warm(lambda world: Filter(world, Map(compiled=True)))
     FILTERS["filter, joint, compiled"] = warm(lambda world: JointFilter(world, Map(compiled=True)))
     STEPS["step, joint, compiled"] = warm(lambda world: Step(world, Map(compiled=True), joint=True))
     STEPS["step, joint, compressed, compiled"] = warm(lambda world: Step(world, compressed(compiled=True), joint=True))

@@ -53,7 +53,8 @@ def targets(results):
 
 def ours(r, n_lmks, m, kind, compiled=True):
     """Microseconds of the package: the fastest way; joint or, for one landmark, one by one, and compiled if wanted."""
-    ways = (["joint"] if m > 1 else ["sequential", "joint"]) + ["joint, compiled"] * compiled
+    ways = ["joint"] if m > 1 else ["sequential", "joint"]
+    ways += [f"{way}, compiled" for way in ways] * compiled
     return least(*(r.us(n_lmks, m, f"{kind}, {way}") for way in ways))
 
 
@@ -68,8 +69,10 @@ def _grid(r):
         for (n, m), factor in asked.items():
             value, plain = (ratio(r.us(n, m, peer), ours(r, n, m, kind, compiled)) for compiled in (True, False))
             yield Target(f"{kind}, N = {n}, m = {m}: faster than {peer}", ">=", factor, "x", value, plain)
-    value = ratio(r.us(500, 10, "filterpy"), r.us(500, 10, "filter, sequential"))
-    yield Target("filter, one by one, N = 500, m = 10: faster than filterpy", ">=", 500, "x", value)
+    peer, plain = r.us(500, 10, "filterpy"), r.us(500, 10, "filter, sequential")
+    best = least(plain, r.us(500, 10, "filter, sequential, compiled"))
+    text = "filter, one by one, N = 500, m = 10: faster than filterpy"
+    yield Target(text, ">=", 500, "x", ratio(peer, best), ratio(peer, plain))
 
 
 def _circuit(r):

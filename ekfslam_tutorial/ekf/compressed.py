@@ -42,7 +42,7 @@ class CompressedMap:
         As in `Map`.
     """
 
-    def __init__(self, capacity=None, active=80, *, compiled=False):
+    def __init__(self, capacity=None, active=100, *, compiled=False):
         if not isinstance(active, (int, np.integer)) or active < 1:
             raise ValueError(f"active must be a positive number of states, got {active!r}")
         if compiled:
