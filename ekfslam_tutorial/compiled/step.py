@@ -15,13 +15,14 @@ KEEP = 256  # programs
 _programs = {}
 
 
-def _program(write, *key):
+def _program(write, a, b=None, c=None):
     """The program for these models, written when it is needed for the first time; None where it cannot be."""
-    at = write, *map(id, key)
+    at = write, id(a), id(b), id(c)
     found = _programs.get(at)
     if found is None:
         if len(_programs) >= KEEP:
             _programs.clear()
+        key = tuple(model for model in (a, b, c) if model is not None)
         _programs[at] = found = key, _written(write, *key)  # the models are kept, so that their ids stay theirs
     return found[1]
 

@@ -15,8 +15,9 @@ from ..ekf.html import table_html
 
 def _frame(map, obj, kind):
     """The frame that the state of a robot or a sensor begins with: the same object as long as it stays the same."""
-    x, last = _state(map, obj), obj.last
-    x = x if len(x) == kind.size else x[: kind.size]
+    last, x = obj.last, _state(map, obj) if obj.r is None else map.state(obj.r)
+    if len(x) != kind.size:
+        x = x[: kind.size]
     if last is None or last.x.tobytes() != x.tobytes():
         obj.last = last = kind(x)
     return last

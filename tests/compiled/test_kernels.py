@@ -67,6 +67,7 @@ def plain(map):
     """A copy for the functions that are the measure."""
     other = copy.deepcopy(map)
     assert other._lower == map._lower
+    other.compiled = False
     return other
 
 
@@ -76,12 +77,42 @@ def same(map, other):
 
 
 def test_rows(scene):
-    map, *_, lmks = scene
+    map, r, _, lmks = scene
     x, P, n, lower = map.storage
     out = np.empty((3, n))
-    for r in (lmks[0], lmks[-1]):
-        kernels.rows_of(P, n, lower, r.start, 3, out)
-        assert np.array_equal(out, map.rows(r))
+    for at in (lmks[0], lmks[-1]):
+        kernels.rows_of(P, n, lower, at.start, 3, out)
+        assert np.array_equal(out, plain(map).rows(at)) and np.array_equal(out, map.rows(at))
+    some = np.array([[lmks[4].start, r.start, n - 1], [0, 1, lmks[0].start]])
+    assert np.array_equal(map.rows(some), plain(map).rows(some))
+    for wrong in (n, -n - 1):
+        with pytest.raises(IndexError):
+            map.rows(np.array([[0, wrong]]))
+
+
+def test_both_triangles(scene):
+    map, *_ = scene
+    other = plain(map)
+    assert np.array_equal(map.P, other.P) and not map._lower
+
+
+def test_rows_that_are_set(scene, rng):
+    map, r, _, lmks = scene
+    other, at = plain(map), np.sort([r.start, r.start + 2, lmks[3].start, map.n - 1])
+    rows = rng.normal(size=(4, map.n))
+    rows[:, at] += rows[:, at].T
+    map.overwrite(at, rows)
+    other.overwrite(at, rows)
+    assert np.array_equal(map.P, other.P) and np.array_equal(map.P[at], rows)
+
+
+@pytest.mark.parametrize("k", [0, 1, 20, filter.MANY_ROWS + 1])
+def test_a_product_that_is_subtracted(scene, k, rng):
+    map, *_ = scene
+    other, Wt = plain(map), 0.01 * rng.normal(size=(k, map.n))
+    map.subtract(Wt)
+    other.subtract(Wt)
+    assert same(map, other)
 
 
 def test_a_prediction(scene, rng):
@@ -263,7 +294,6 @@ def test_update_is_compiled(scene, how, rng, monkeypatch):
         "stack, landmarks known": ((r, J[..., :3]), (None, J[..., 6:])),
     }[how]
     other, z = plain(map), z[0] if how.startswith("one") else z
-    other.compiled = False
     update(other, blocks, z, R)
     assert filter.update(map, blocks, z, R)
     assert map._lower == other._lower and same(map, other)

@@ -113,6 +113,21 @@ def test_the_first_gap_that_is_long_enough_is_taken():
     assert map.add(np.zeros(3), np.eye(3)) == slice(14, 17)
 
 
+def test_a_map_that_is_cleared_is_as_new(rng):
+    """Its storage stays, and nothing of what was in it is seen in what comes after."""
+    map, new = Map(), Map()
+    for i in range(20):
+        map.add(rng.normal(size=3), np.eye(3), rng.normal(size=(3, 3 * i)))
+    storage = map._P
+    map.clear()
+    assert map.n == map.n_used == 0 and map.ranges == [] and map.x.size == map.P.size == map.used.size == 0
+    for _ in range(3):
+        x, P_xm = rng.normal(size=2), rng.normal(size=(2, new.n))
+        assert map.add(x, np.eye(2), P_xm) == new.add(x, np.eye(2), P_xm)
+    assert np.array_equal(map.P, new.P) and np.array_equal(map.x, new.x) and map._P is storage
+    assert not storage[map.n :].any() and not storage[:, map.n :].any()
+
+
 def test_what_it_says_of_itself():
     map = Map(10)
     map.add(np.zeros(3), np.eye(3))
