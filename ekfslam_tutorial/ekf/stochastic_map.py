@@ -7,7 +7,7 @@ import numpy as np
 from .blas import Downdate
 from .extra import check_compiled, compiled
 from .html import map_html
-from .triangle import mirror, whole_range, whole_rows
+from .triangle import below, mirror, whole_range, whole_rows
 
 GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
 TINY = 1e-8  # of the largest number of a covariance: asymmetry, and eigenvalues below zero, that rounding explains
@@ -174,7 +174,8 @@ class Map:
             return self._Pn[np.maximum(i, j), np.minimum(i, j)] if self._lower else self._Pn[i, j]
         B = self._Pn[r, r].copy()
         if self._lower:
-            mirror(B)
+            i, j = below(len(B))
+            B[j, i] = B[i, j]
         return B
 
     def variances(self, r):

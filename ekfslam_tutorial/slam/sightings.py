@@ -139,19 +139,27 @@ def merged(parts):
     """
     if len(parts) == 1:
         return parts[0]
-    K, size = sum(len(part.lmks) for part in parts), max(part.E_l.shape[-1] for part in parts)
     every = lambda name: [getattr(part, name) for part in parts]
     e, v, visible, E_r, E_s = (np.concatenate(every(name)) for name in ("e", "v", "visible", "E_r", "E_s"))
-    rows, E_l, H_l = np.zeros((K, size), int), np.zeros((*e.shape, size)), np.zeros((*e.shape, size))
-    known, k = all(part.ranges[2] is None for part in parts), 0
+    in_map = [part.ranges[2] for part in parts if part.ranges[2] is not None]
+    size, k = max(part.E_l.shape[-1] for part in parts), 0
+    rows = np.full((len(e), size), in_map[0][0, 0] if in_map else -1)  # some state: its derivative is zero
+    E_l, H_l = np.zeros((*e.shape, size)), np.zeros((*e.shape, size))
     for part in parts:
         here, width = slice(k, k + len(part.lmks)), part.E_l.shape[-1]
         E_l[here, :, :width], k = part.E_l, here.stop
         if part.ranges[2] is not None:  # by what is known there is no derivative
             rows[here, :width], H_l[here, :, :width] = part.ranges[2], part.E_l
-    ranges = (*parts[0].ranges[:2], None if known else rows)
-    whole = Sightings(parts[0].sen, sum(every("lmks"), []), e, v, visible, ranges, E_r, E_s, E_l)
+            rows[here, width:] = part.ranges[2][:, -1:]
+    ranges = (*parts[0].ranges[:2], rows if in_map else None)
+    J = None if any(part.J is None for part in parts) else np.concatenate([E_r, E_s, H_l], -1)
+    if J is not None:
+        n = E_r.shape[-1]
+        E_r, E_s, H_l = J[..., :n], J[..., n : 2 * n], J[..., 2 * n :]
+    whole = Sightings(parts[0].sen, sum(every("lmks"), []), e, v, visible, ranges, E_r, E_s, E_l, J)
     whole.H_l, whole.r, whole.untidy = H_l, sum(every("r"), []), any(every("untidy"))
+    if all(every("has_E")):
+        whole.E, whole.has_E = np.concatenate(every("E")), True
     return whole
 
 

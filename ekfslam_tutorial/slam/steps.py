@@ -165,10 +165,13 @@ def _project_again(map, rob, sen, lmk, o, Rf, Sf):
     """The expectation of a landmark from the map as corrected so far."""
     table, k = o.table, o.k
     if table.J is not None:
-        rows = table.ranges[2]
-        rows, l = None if rows is None else rows[k : k + 1], lmk.state(map)[None]
+        size, l = lmk.type.size, lmk.state(map)[None]
+        rows = None if lmk.r is None else table.ranges[2][k : k + 1, :size].copy()
         e, _, _, J, E = compiled().expected(map, Rf, Sf, sen.model, lmk.type, l, *table.ranges[:2], rows, True)
-        table.e[k], table.J[k] = e[0], J[0]
+        n = J.shape[-1] - size
+        table.e[k], table.J[k, :, :n], table.E_l[k, :, :size] = e[0], J[0, :, :n], J[0, :, n:]
+        if lmk.r is not None:
+            table.H_l[k, :, :size] = J[0, :, n:]
         if E is not None:
             table.E[k] = E[0]
         return
