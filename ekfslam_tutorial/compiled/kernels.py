@@ -291,26 +291,40 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R):
 
 
 @compiled
+def passes(z, E, R, threshold):
+    """Whether z' (E + R)^-1 z is below the gate: 1 or 0, -1 where `whiten` says False."""
+    m, w, Z, total = len(z), z.copy(), E.copy(), 0.0
+    for a in range(m):
+        for b in range(m):
+            Z[a, b] += R[a, b]
+    if not isfinite(np.sum(z)) or not whiten(w, Z, np.empty((m, 0))):
+        return -1
+    for a in range(m):
+        total += w[a] * w[a]
+    return 1 if total < threshold else 0
+
+
+@compiled
 def gated(x, P, n, lower, r, s, rows, n_f, J, E, found, z, R, threshold):
-    """`update` by those found that pass the gate, each on its own: z' (E + R)^-1 z < threshold.
+    """`update` by those found that pass the gate, each on its own.
 
     Returns
     -------
     int
         How many have passed; `found` begins with them. -1 where `update` says False.
     """
-    q = len(found)
-    if isfinite(threshold):
-        passed, q = np.empty(q, np.int64), 0
-        for i in range(len(found)):
-            w, Z = z[i].copy(), E[found[i]] + R[i if len(R) > 1 else 0]
-            if not isfinite(np.sum(w)) or not whiten(w, Z, np.empty((len(w), 0))):
-                return -1
-            if np.sum(w * w) < threshold:
-                passed[q], found[q] = i, found[i]
-                q += 1
-        z, R = z[passed[:q]], R[passed[:q]] if len(R) > 1 else R
-    done = q == 0 or update(x, P, n, lower, r, s, rows, n_f, n_f, J, found[:q], z, R)
+    K, q, every = len(found), 0, len(R) > 1
+    w, Q = z.copy(), R.copy()
+    for i in range(K):
+        passed = passes(z[i], E[found[i]], R[i if every else 0], threshold) if isfinite(threshold) else 1
+        if passed < 0:
+            return -1
+        if passed:
+            found[q], w[q] = found[i], z[i]
+            if every:
+                Q[q] = R[i]
+            q += 1
+    done = q == 0 or update(x, P, n, lower, r, s, rows, n_f, n_f, J, found[:q], w[:q], Q[:q] if every else Q)
     return q if done else -1
 
 
