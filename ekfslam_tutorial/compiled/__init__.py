@@ -6,15 +6,15 @@ A step in a small map is hundreds of calls for a handful of numbers each. Here i
   and what they do is written down as straight code and compiled (`program.py`).
 * The filter's equations stand here once more, as loops over P (`kernels.py`), and are held against `ekf/filter.py` by
   the tests.
-* `filter.py` and `hand.py` have what `ekf/` calls, `step.py` the pieces of a step that `slam/` calls. What cannot be
+* `filter.py` and `maps.py` have what `ekf/` calls, `step.py` the pieces of a step that `slam/` calls. What cannot be
   compiled, a model with a loop that ends by itself, or one that may change, is computed as ever: the pieces return None
   or False then.
 
 Nothing above `models` and `ekf` may be imported here, and nothing imports this before a map asks for it.
 """
 
-from .filter import correct_some, mirror, overwrite, predict, rows, subtract, update
-from .hand import here, settle
+from .filter import correct_some, predict, update
+from .maps import here, mirror, overwrite, rows, settle, subtract
 from .step import born, correct_found, expected, inside, left_out, move, near, normalized
 
 __all__ = [

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..ekf.stochastic_map import LINE
 from . import kernels
 
 MANY_ROWS = 100  # of W' from which on BLAS is faster than the loops
@@ -95,37 +94,4 @@ def correct_some(map, places, n_r, n_s, J, found, z, R):
     if not kernels.update(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, found, z, R):
         return False
     map.relieve()
-    return True
-
-
-# --- what a map is asked for ------------------------------------------------------------------------------------------
-
-
-def rows(map, indices):
-    """`Map.rows` of any states: shape (k, n). None if some are not in the map."""
-    (_, P, n, lower), indices = map.storage, np.array(indices, np.int64)
-    out = np.empty((len(indices), n))
-    return out if kernels.some_rows(P, n, lower, indices, out) else None
-
-
-def mirror(map):
-    """`triangle.mirror`."""
-    _, P, n, _ = map.storage
-    kernels.mirror(P, n)
-
-
-def overwrite(map, indices, P_im):
-    """`Map.overwrite`."""
-    _, P, _, lower = map.storage
-    kernels.overwrite(P, lower, np.array(indices, np.int64), floats(P_im))
-
-
-def subtract(map, Wt):
-    """`Map.subtract`. Whether it could be done."""
-    if len(Wt) > MANY_ROWS:
-        return False
-    m, n = Wt.shape
-    W, lower = np.zeros((m, -(-n // LINE) * LINE)), map.keep_one_triangle()
-    W[:, :n] = Wt
-    kernels.downdate(map.storage[1], W, lower)
     return True

@@ -17,7 +17,6 @@ import numpy as np
 from numba import njit
 
 from ..ekf.stochastic_map import LINE as ROWS
-from ..ekf.triangle import BLOCK
 from .tile import COLUMNS, subtract_tile
 
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
@@ -40,38 +39,6 @@ def rows_of(P, n, lower, start, k, out):
         for j in range(begin):
             out[a, j] = P[i, j]
         out[a, begin:n] = P[begin:n, i]
-
-
-@compiled
-def some_rows(P, n, lower, indices, out):
-    """`rows_of` for states that stand anywhere. Whether they are all in the map."""
-    for i in range(len(indices)):
-        if not 0 <= indices[i] < n:
-            return False
-        rows_of(P, n, lower, indices[i], 1, out[i:])
-    return True
-
-
-@compiled
-def mirror(P, n):
-    """The lower triangle is copied to the upper one, `triangle.mirror`: by blocks that stay in the cache."""
-    for first in range(0, n, BLOCK):
-        for below in range(first, n, BLOCK):
-            for j in range(first, min(first + BLOCK, n)):
-                for i in range(max(below, j), min(below + BLOCK, n)):
-                    P[j, i] = P[i, j]
-
-
-@compiled
-def overwrite(P, lower, indices, rows):
-    """Rows of P, given by their indices, and the columns, `Map.overwrite`."""
-    n = rows.shape[1]
-    for a in range(len(indices)):
-        i = indices[a]
-        begin = i if lower else 0
-        P[begin:n, i] = rows[a, begin:]
-        for j in range(i if lower else n):
-            P[i, j] = rows[a, j]
 
 
 @compiled

@@ -219,7 +219,7 @@ def _write_near(frame, sensor, kind):
     return build("i8(f8[::1], f8[::1], f8[:, ::1], i8[::1])", "rf, sf, l, at", lines)
 
 
-def correct_found(map, sensor, places, n, J, e, E, seen, found, index, y, R, threshold):
+def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, threshold):
     """Innovations of those found, the gate, and `update` by those that pass, all at once. None if that cannot be.
 
     Parameters
@@ -229,7 +229,7 @@ def correct_found(map, sensor, places, n, J, e, E, seen, found, index, y, R, thr
     sensor : SensorModel
     e, E : ndarray, shape (K, m) and (K, m, m)
         Expectations and their covariances.
-    seen : list of int
+    no_E : list of int
         Of these E is not there yet: it is computed first.
     found, index : list of int, shape (k,)
         Which of the K, and which measurement each of them has.
@@ -251,7 +251,7 @@ def correct_found(map, sensor, places, n, J, e, E, seen, found, index, y, R, thr
     z, at, of = np.empty((len(found), m)), np.array(found), np.array(index)
     map.keep_one_triangle()
     where = (*map.storage, begin(r), begin(s), NO_ROWS if rows is None else rows)
-    q = run(*where, n, J, e, E, np.array(seen) if seen else NOBODY, at, of, y, noises(R), threshold, z)
+    q = run(*where, n, J, e, E, np.array(no_E) if no_E else NOBODY, at, of, y, noises(R), threshold, z)
     if q < 0:
         return None  # numpy says what is wrong
     map.relieve()
@@ -266,7 +266,7 @@ def _write_correction(sensor):
     z = sensor.residual(tape.inputs("y[i, {}]", m)[None], tape.inputs("e[k, {}]", m)[None])
     _, loop = straight_code(tape, [("z[q, {}]", z[0])], each="[")
     lines = [
-        "covariances(P, lower, r, s, rows, n_f, n_f, J, seen, E)",
+        "covariances(P, lower, r, s, rows, n_f, n_f, J, no_E, E)",
         "for q in range(len(found)):",
         "    k, i = found[q], of[q]",
         *(f"    {line}" for line in loop),
@@ -276,7 +276,7 @@ def _write_correction(sensor):
         "i8(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], "
         "i8[::1], i8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1], f8, f8[:, ::1])"
     )
-    return build(signature, "x, P, n, lower, r, s, rows, n_f, J, e, E, seen, found, of, y, R, threshold, z", lines)
+    return build(signature, "x, P, n, lower, r, s, rows, n_f, J, e, E, no_E, found, of, y, R, threshold, z", lines)
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------

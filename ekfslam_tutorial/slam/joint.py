@@ -29,7 +29,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
         return [], opt.association(map, [], raw, sen.model).new
     in_view = table.visible.nonzero()[0].tolist()
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
-    soon = by_id and opt.n_updates is None and table.J is not None  # E comes with the correction
+    soon = by_id and opt.n_updates is None and table.J is not None and not table.has_E  # E comes with the correction
     if not soon:
         table.keep(map, near)
     seen = [Obs(table, k) for k in in_view]
@@ -41,7 +41,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     found = sorted(table.match(matches.pairs, wanted))  # in the order of the table, of which they may be all
     if found:
         camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
-        _correct(map, rob, sen, table, in_view, found, raw, opt, camera)
+        _correct(map, rob, sen, table, found, in_view if soon else [], raw, opt, camera)
     elif soon:
         table.keep(map, near)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
@@ -55,9 +55,9 @@ def _candidates(map, table, raw, sen, opt):
     return in_reach(map, table, raw, sen.model, opt.association.reach(len(sen.model.R))).tolist()
 
 
-def _correct(map, rob, sen, table, in_view, found, raw, opt, camera):
-    """Gate each landmark that was found on its own; correct with all that pass at once."""
-    found = _corrected(map, sen, table, in_view, found, raw, opt)
+def _correct(map, rob, sen, table, found, no_E, raw, opt, camera):
+    """Gate each landmark that was found on its own; correct with all that pass at once. Of some E is not there yet."""
+    found = _corrected(map, sen, table, found, no_E, raw, opt)
     if found:
         normalize(map, rob)
         if sen.r is not None:
@@ -70,21 +70,22 @@ def _correct(map, rob, sen, table, in_view, found, raw, opt, camera):
                     tidy(map, lmk, camera, opt)
 
 
-def _corrected(map, sen, table, in_view, found, raw, opt):
+def _corrected(map, sen, table, found, no_E, raw, opt):
     """Those by which the map has been corrected."""
     y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
     R = sen.model.R if raw.R is None else raw.R.take(index, 0)
     if table.J is not None:
-        n, e, places = table.E_r.shape[-1], table.e, map.at_hand(*table.ranges, in_view)
-        E, some = (table.E, ()) if table.has_E else (np.full((*e.shape, e.shape[1]), np.nan), in_view)
+        n, e, places = table.E_r.shape[-1], table.e, map.at_hand(*table.ranges, no_E or found)
+        E = np.full((*e.shape, e.shape[1]), np.nan) if no_E else table.E
         done = compiled().correct_found(
-            map, sen.model, places, n, table.J, e, E, some, found, index, y, R, opt.md2_threshold
+            map, sen.model, places, n, table.J, e, E, no_E, found, index, y, R, opt.md2_threshold
         )
         if done is not None:
             (z, passed), table.E, table.has_E = done, E, True
             table.measure(found, index, y, z, R)
             return passed
-    table.keep(map, in_view)
+    if no_E:
+        table.keep(map, no_E)
     z = sen.model.residual(y.take(index, 0), table.e.take(found, 0))
     table.measure(found, index, y, z, R)
     if isfinite(opt.md2_threshold):
