@@ -40,10 +40,42 @@ class Plan:
 
 
 FULL = Plan(
-    (10, 50, 100, 200, 500, 1000), (1, 10), (10, 50, 100, 200, 500, 1000), 0.8, 3.0, 20.0, 1.2, 11, 5, (10, 100, 1000)
+    sizes=(10, 50, 100, 200, 500, 1000),
+    seen=(1, 10),
+    circuits=(10, 50, 100, 200, 500, 1000),
+    budget=0.8,
+    too_slow=3.0,
+    circuit_too_slow=20.0,
+    circuit_spend=1.2,
+    circuit_repeats=11,
+    repeats=5,
+    runs=(10, 100, 1000),
 )
-QUICK = Plan((10, 100, 500), (1, 10), (10, 100), 0.08, 0.3, 2.0, 0.5, 5, 2, (10, 1000))
-SMOKE = Plan((10,), (1, 10), (10,), 0.005, 0.05, 0.5, 0.1, 1, 1, (10,), (1, 8))
+QUICK = Plan(
+    sizes=(10, 100, 500),
+    seen=(1, 10),
+    circuits=(10, 100),
+    budget=0.08,
+    too_slow=0.3,
+    circuit_too_slow=2.0,
+    circuit_spend=0.5,
+    circuit_repeats=5,
+    repeats=2,
+    runs=(10, 1000),
+)
+SMOKE = Plan(
+    sizes=(10,),
+    seen=(1, 10),
+    circuits=(10,),
+    budget=0.005,
+    too_slow=0.05,
+    circuit_too_slow=0.5,
+    circuit_spend=0.1,
+    circuit_repeats=1,
+    repeats=1,
+    runs=(10,),
+    sizes_mb=(1, 8),
+)
 PLANS = {"full": FULL, "quick": QUICK, "smoke": SMOKE}
 
 

@@ -88,7 +88,7 @@ def correct_some(map, places, n_r, n_s, J, found, z, R):
     r, s, rows = places
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return False
-    rows = np.zeros((len(J), 0), np.int64) if rows is None else rows
+    rows = NO_ROWS if rows is None else rows
     lower = map.keep_one_triangle()
     x, P, n, _ = map.storage
     if not kernels.update(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, found, z, R):

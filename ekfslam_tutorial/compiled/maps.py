@@ -42,7 +42,7 @@ def _mirror(P, n):
 
 
 def overwrite(map, indices, P_im):
-    """`Map.overwrite`: rows, given by their indices, and the columns."""
+    """`Map.overwrite`: rows P_im, shape (k, n), given by their k indices, and the columns."""
     _, P, _, lower = map.storage
     _overwrite(P, lower, np.array(indices, np.int64), np.ascontiguousarray(P_im, float))
 
@@ -59,7 +59,7 @@ def _overwrite(P, lower, indices, P_im):
 
 
 def subtract(map, Wt):
-    """`Map.subtract`. Whether it could be done."""
+    """`Map.subtract` of W', shape (m, n). Whether it could be done."""
     if len(Wt) > MANY_ROWS:
         return False
     m, n = Wt.shape

@@ -15,7 +15,7 @@ from ..ekf.html import table_html
 
 def _frame(map, obj, kind):
     """The frame that the state of a robot or a sensor begins with: the same object as long as it stays the same."""
-    last, x = obj.last, _state(map, obj) if obj.r is None else map.state(obj.r)
+    last, x = obj.last, _state(map, obj)
     if len(x) != kind.size:
         x = x[: kind.size]
     if last is None or last.x.tobytes() != x.tobytes():

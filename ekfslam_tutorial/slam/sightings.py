@@ -1,7 +1,6 @@
 """What a sensor should see of many landmarks in one frame, and what it has measured: arrays, an `Obs` is one row."""
 
 import html
-from itertools import repeat
 
 import numpy as np
 
@@ -47,7 +46,7 @@ class Sightings:
         self.J, self.has_E, self.r, self.untidy = J, False, [], False
         K = len(lmks)
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
-        self._found = (), {}
+        self._measured = (), (), None, None, None  # see `measure`
 
     def blocks(self, some=None):
         """The stack of blocks (range, Jacobian) of all of them, or of some, given by their indices."""
@@ -114,19 +113,18 @@ class Sightings:
         R : ndarray, shape (m, m) or (k, m, m)
             One for all or one for each.
         """
-        R = repeat(R, len(found)) if R.ndim == 2 else R
-        self._found = found, {"y": map(y.__getitem__, index), "z": z, "R": R}
+        self._measured = found, index, y, z, R
 
-    def _column(self, name):
+    def _column(self, value):
         """What `measure` has noted, None for those that were not found: written out when somebody asks for it."""
-        column, (found, noted) = [None] * len(self.lmks), self._found
-        for k, value in zip(found, noted[name], strict=True) if found else ():
-            column[k] = value
+        column, (found, index, *noted) = [None] * len(self.lmks), self._measured
+        for a, (k, i) in enumerate(zip(found, index, strict=True)):
+            column[k] = value(a, i, *noted)
         return column
 
-    y = lazy(lambda self: self._column("y"))
-    z = lazy(lambda self: self._column("z"))
-    R = lazy(lambda self: self._column("R"))
+    y = lazy(lambda self: self._column(lambda a, i, y, z, R: y[i]))
+    z = lazy(lambda self: self._column(lambda a, i, y, z, R: z[a]))
+    R = lazy(lambda self: self._column(lambda a, i, y, z, R: R if R.ndim == 2 else R[a]))
 
 
 def merged(parts):
