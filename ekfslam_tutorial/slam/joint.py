@@ -75,10 +75,10 @@ def _corrected(map, sen, table, found, no_E, raw, opt):
     y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
     R = sen.model.R if raw.R is None else raw.R.take(index, 0)
     if table.J is not None:
-        n, e, places = table.E_r.shape[-1], table.e, map.at_hand(*table.ranges, no_E or found)
+        e, places = table.e, map.at_hand(*table.ranges, no_E or found)
         E = np.full((*e.shape, e.shape[1]), np.nan) if no_E else table.E
         done = compiled().correct_found(
-            map, sen.model, places, n, table.J, e, E, no_E, found, index, y, R, opt.md2_threshold
+            map, sen.model, places, table.n, table.J, e, E, no_E, found, index, y, R, opt.md2_threshold
         )
         if done is not None:
             (z, passed), table.E, table.has_E = done, E, True
@@ -99,10 +99,9 @@ def _corrected(map, sen, table, found, no_E, raw, opt):
 
 def correct_with(map, table, found, z, R):
     """Correct the map with the innovations z of some landmarks of a table, all at once."""
-    n = table.E_r.shape[-1]  # numbers of a frame
     if table.J is not None:
         places = map.at_hand(*table.ranges, found)
-        if compiled().correct_some(map, places, n, n, table.J, found, z, R):
+        if compiled().correct_some(map, places, table.n, table.n, table.J, found, z, R):
             return
     update(map, table.blocks(None if len(found) == len(table.lmks) else found), z, R)
 

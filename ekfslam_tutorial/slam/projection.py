@@ -114,7 +114,7 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
         if in_view and len(some) > MANY:
             at = compiled().near(Rf, Sf, sen.model, kind, l) if map.compiled else None
             at = np.flatnonzero(may_be_seen(Rf.compose(Sf)[0], sen.model, kind, l)) if at is None else at
-            l, rows, at = l[at], None if rows is None else rows[at], at.tolist()
+            l, rows, at = l.take(at, 0), None if rows is None else rows.take(at, 0), at.tolist()
             some, r = [some[i] for i in at], [r[i] for i in at]
         if some:
             ranges = frame_range(rob, Rf), sen.r, rows
@@ -146,8 +146,8 @@ def _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, every):
     found = compiled().expected(map, Rf, Sf, sen.model, kind, l, *ranges, every)
     if found is None:
         return None
-    (e, v, visible, J, E), n = found, Rf.size
-    table = Sightings(sen.id, lmks, e, v, visible, ranges, J[..., :n], J[..., n : 2 * n], J[..., 2 * n :], J)
+    e, v, visible, J, E = found
+    table = Sightings(sen.id, lmks, e, v, visible, ranges, J=J, n=Rf.size)
     if E is not None:
         table.E, table.has_E = E, True
     return table

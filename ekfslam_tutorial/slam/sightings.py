@@ -22,10 +22,12 @@ class Sightings:
     visible : ndarray of bool, shape (K,)
     ranges : tuple (slice or None, slice or None, ndarray of int of shape (K, k) or None)
         Where the robot's frame, the sensor's frame and each landmark are in the map; None for what is known.
-    E_r, E_s, E_l : ndarray, shape (K, m, ·)
+    E_r, E_s, E_l : ndarray, shape (K, m, ·), optional
         Jacobians of e.
     J : ndarray, shape (K, m, ·), optional
-        All three side by side, as compiled code has written them.
+        Instead of them: all three side by side, as compiled code has written them.
+    n : int, optional
+        Numbers of a frame: where they part.
 
     Attributes
     ----------
@@ -39,14 +41,19 @@ class Sightings:
         The columns of `Obs` of these names.
     """
 
-    def __init__(self, sen, lmks, e, v, visible, ranges, E_r, E_s, E_l, J=None):
-        self.sen, self.lmks, self.e, self.v, self.visible = sen, lmks, e, v, visible
-        self.ranges, self.E_r, self.E_s, self.E_l = ranges, E_r, E_s, E_l
-        self.H_l = E_l  # that of the blocks, where it is another one
-        self.J, self.has_E, self.r, self.untidy = J, False, [], False
+    def __init__(self, sen, lmks, e, v, visible, ranges, E_r=None, E_s=None, E_l=None, *, J=None, n=None):
+        self.sen, self.lmks, self.e, self.v, self.visible, self.ranges = sen, lmks, e, v, visible, ranges
+        self.J, self.n, self.has_E, self.r, self.untidy = J, n, False, [], False
+        if J is None:
+            self.E_r, self.E_s, self.E_l = E_r, E_s, E_l
         K = len(lmks)
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
         self._measured = (), (), None, None, None  # see `measure`
+
+    E_r = lazy(lambda self: self.J[..., : self.n])
+    E_s = lazy(lambda self: self.J[..., self.n : 2 * self.n])
+    E_l = lazy(lambda self: self.J[..., 2 * self.n :])
+    H_l = lazy(lambda self: self.E_l)  # that of the blocks, where it is another one
 
     def blocks(self, some=None):
         """The stack of blocks (range, Jacobian) of all of them, or of some, given by their indices."""
@@ -150,12 +157,13 @@ def merged(parts):
             rows[here, :width], H_l[here, :, :width] = part.ranges[2], part.E_l
             rows[here, width:] = part.ranges[2][:, -1:]
     ranges = (*parts[0].ranges[:2], rows if in_map else None)
-    J = None if any(part.J is None for part in parts) else np.concatenate([E_r, E_s, H_l], -1)
-    if J is not None:
-        n = E_r.shape[-1]
-        E_r, E_s, H_l = J[..., :n], J[..., n : 2 * n], J[..., 2 * n :]
-    whole = Sightings(parts[0].sen, sum(every("lmks"), []), e, v, visible, ranges, E_r, E_s, E_l, J)
-    whole.H_l, whole.r, whole.untidy = H_l, sum(every("r"), []), any(every("untidy"))
+    seen = parts[0].sen, sum(every("lmks"), []), e, v, visible, ranges
+    if any(part.J is None for part in parts):
+        whole = Sightings(*seen, E_r, E_s, E_l)
+    else:
+        whole = Sightings(*seen, J=np.concatenate([E_r, E_s, H_l], -1), n=E_r.shape[-1])
+        H_l = whole.E_l
+    whole.E_l, whole.H_l, whole.r, whole.untidy = E_l, H_l, sum(every("r"), []), any(every("untidy"))
     if all(every("has_E")):
         whole.E, whole.has_E = np.concatenate(every("E")), True
     return whole

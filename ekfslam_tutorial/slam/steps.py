@@ -59,7 +59,7 @@ def move(map, rob, dt):
 
 def _check_control(rob, dt):
     m, u = sum(rob.motion.control_fields.values()), np.asarray(rob.u)
-    if u.shape != (m,) or not (isfinite(u.dot(u)) or np.isfinite(u).all()):
+    if u.shape != (m,) or not (isfinite(sum(u.tolist())) or np.isfinite(u).all()):
         fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
     if not 0 <= dt < np.inf:
