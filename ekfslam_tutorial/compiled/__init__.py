@@ -14,16 +14,19 @@ Nothing above `models` and `ekf` may be imported here, and nothing imports this 
 """
 
 from .filter import correct_some, predict, update
-from .maps import here, mirror, overwrite, rows, settle, subtract
+from .maps import between, explained, here, joined, mirror, overwrite, rows, settle, subtract
 from .step import born, correct_found, expected, inside, left_out, move, near, normalized
 
 __all__ = [
+    "between",
     "born",
     "correct_found",
     "correct_some",
     "expected",
+    "explained",
     "here",
     "inside",
+    "joined",
     "left_out",
     "mirror",
     "move",

@@ -1,11 +1,14 @@
 """Compiled pieces of the maps: what `ekf/stochastic_map.py` and `ekf/compressed.py` ask of their storage."""
 
+from math import sqrt
+
 import numpy as np
 
 from ..ekf.stochastic_map import LINE
 from ..ekf.triangle import BLOCK
+from ..ekf.virtual import EXPLAINED, TINY
 from .filter import MANY_ROWS
-from .kernels import compiled, downdate, rows_of
+from .kernels import compiled, downdate, put, rows_of
 
 # --- a map -----------------------------------------------------------------------------------------------------------
 
@@ -24,6 +27,22 @@ def _rows(P, n, lower, indices, out):
             return False
         rows_of(P, n, lower, indices[i], 1, out[i:])
     return True
+
+
+def between(map, i, j):
+    """`Map.between`: shape (len(i), len(j))."""
+    _, P, _, lower = map.storage
+    out = np.empty((len(i), len(j)))
+    _between(P, lower, i, j, out)
+    return out
+
+
+@compiled
+def _between(P, lower, rows, cols, out):
+    for a in range(len(rows)):
+        for b in range(len(cols)):
+            i, j = rows[a], cols[b]
+            out[a, b] = P[j, i] if lower and i < j else P[i, j]
 
 
 def mirror(map):
@@ -101,31 +120,109 @@ def _here(at, used_at, now, rows, some, out):
     return True
 
 
-@compiled
-def settle(x, x_near, L, P, v, hand, at):
+def settle(x, x_near, virtual, v, at):
     """The means x of all states follow those at hand: b = b_0 + G v, `VirtualStates.times`.
 
     Parameters
     ----------
     x, x_near : ndarray
         Means of all states, and of those at hand.
-    L, P : ndarray
-        `VirtualStates.factors`.
-    v, hand : ndarray of int
-        Where the virtual states are at hand; which states are.
+    virtual : VirtualStates
+    v : ndarray of int
+        Where the virtual states are at hand.
     at : ndarray of int
-        Where these are.
+        Where each state is at hand, -1 if it is far.
     """
-    size, n, moved, w = len(v), len(x), np.empty(len(hand)), x_near[v]
-    for i in range(len(hand)):
-        moved[i] = x[hand[i]] + x_near[at[hand[i]]]
+    _settle(x, x_near, *virtual.factors, v, at)
+
+
+@compiled
+def _settle(x, x_near, Lt, P, v, at):
+    size, n, w = len(v), len(x), x_near[v]
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
-            w[i] -= L[j, i] * w[j]
-        w[i] /= L[i, i]
-    for i in range(size):
-        row = P[i, :n]
+            w[i] -= Lt[i, j] * w[j]
+        w[i] /= Lt[i, i]
+    dx = np.zeros(n)
+    for i in range(0, size - 3, 4):  # four rows at a time: dx is read and written each time
+        w0, w1, w2, w3 = w[i], w[i + 1], w[i + 2], w[i + 3]
         for j in range(n):
-            x[j] += w[i] * row[j]
-    for i in range(len(hand)):
-        x[hand[i]] = moved[i]
+            dx[j] += w0 * P[i, j] + w1 * P[i + 1, j] + w2 * P[i + 2, j] + w3 * P[i + 3, j]
+    for i in range(size - size % 4, size):
+        for j in range(n):
+            dx[j] += w[i] * P[i, j]
+    for j in range(n):
+        x[j] += x_near[at[j]] if at[j] >= 0 else dx[j]
+
+
+def explained(virtual, i, P_ii):
+    """`VirtualStates.take`: G_i of states that come to hand, (k, size + rank), and which of them get a virtual one."""
+    size, k = virtual.size, len(i)
+    G, order = np.zeros((k, size + k)), np.empty(k, np.int64)
+    rank = _explained(*virtual.factors, i, P_ii, G, order)
+    return (G, order) if rank == k else (G[:, : size + rank].copy(), order[:rank])
+
+
+@compiled
+def _explained(Lt, P, i, P_ii, G, order):
+    size, k = len(Lt), len(i)
+    for a in range(k):
+        g = G[a]
+        for c in range(size):
+            g[c] = P[c, i[a]]
+        for c in range(size):
+            g[c] /= Lt[c, c]
+            for d in range(c + 1, size):
+                g[d] -= Lt[c, d] * g[c]
+    s, left = np.empty(k), np.empty(k)
+    for a in range(k):
+        s[a], left[a] = sqrt(max(P_ii[a, a], TINY)), P_ii[a, a]
+        for c in range(size):
+            left[a] -= G[a, c] ** 2
+        left[a] /= s[a] ** 2
+    for rank in range(k):  # `virtual.cholesky` of what is left, the largest first
+        p = np.argmax(left)
+        if not left[p] > EXPLAINED:
+            return rank
+        order[rank], at, pivot = p, size + rank, sqrt(left[p])
+        for a in range(k):
+            if left[a] == -np.inf:
+                continue
+            total = P_ii[a, p]
+            for c in range(at):
+                total -= G[a, c] * G[p, c]
+            G[a, at] = total / (s[p] * pivot)
+            left[a] -= (G[a, at] / s[a]) ** 2
+        G[p, at], left[p] = s[p] * pivot, -np.inf
+    return k
+
+
+def joined(near, v, G_i, P_ii):
+    """`CompressedMap._joined`. Returns the range in the near map."""
+    here, x = near.free(len(G_i) + G_i.shape[1] - len(v)), np.zeros(len(G_i) + G_i.shape[1] - len(v))
+    x_near, P, n, lower = near.storage
+    _join(x_near, P, n, lower, v, G_i, P_ii, here.start, x)
+    return near.occupy(here, x)
+
+
+@compiled
+def _join(x_near, P, n, lower, v, G, P_ii, start, x):
+    k, size, m = len(G), len(v), len(x)
+    row, P_xm, P_xx = np.empty((1, n)), np.zeros((m, n)), np.zeros((m, m))
+    for c in range(size):
+        rows_of(P, n, lower, v[c], 1, row)
+        for a in range(k):
+            x[a] += G[a, c] * x_near[v[c]]
+            for j in range(n):
+                P_xm[a, j] += G[a, c] * row[0, j]
+    for a in range(k):
+        for b in range(k):
+            P_xx[a, b] = P_ii[a, b]
+            for c in range(size):
+                P_xx[a, b] += P_xm[a, v[c]] * G[b, c]
+        for c in range(k, m):
+            P_xx[a, c] = P_xx[c, a] = G[a, size + c - k]
+    for a in range(k):
+        for c in range(size):
+            P_xm[a, v[c]] += G[a, c]
+    put(P, n, lower, start, P_xm, P_xx)

@@ -50,12 +50,12 @@ class CompressedMap:
         self._far, self.active, self.compiled = Map(capacity, compiled=compiled), active, compiled
         self._at = np.zeros(0, int)  # where each state of the map is at hand; -1 for the far ones
         self._used_at = np.zeros(0, int)  # when it was used last
-        self._near, self._virtual = Map(compiled=compiled), VirtualStates(0)
+        self._near, self._virtual = Map(compiled=compiled), VirtualStates(0, compiled)
         self._now = self.layout = 0
         self._begin()
 
     def __repr__(self):
-        return f"Compressed{self._far!r}".replace("states in use", f"states in use, {len(self._hand)} at hand")
+        return f"Compressed{self._far!r}".replace("states in use", f"states in use, {self._n_hand} at hand")
 
     def _repr_html_(self):
         return map_html(self)
@@ -76,6 +76,7 @@ class CompressedMap:
         self._far.__setstate__(state["far"])
         self._used_at, self._now = np.array(state["used_at"]), state["now"]
         self._at = np.full(len(self._used_at), -1)
+        self._virtual.reach(len(self._at))
         self._begin()
 
     @property
@@ -112,25 +113,36 @@ class CompressedMap:
     @property
     def P(self):
         """Covariance of all states, shape (n, n). A view, too, good until the next operation on the map."""
-        if len(self._hand):
+        if self._n_hand:
             self._put_back()
             self._begin()
         return self._far.P
 
     def flush(self):
         """Put all that is at hand back into the large covariance; what was used last stays at hand."""
-        if not len(self._hand):
+        if not self._n_hand:
             return
-        keep = np.sort(self._hand[self._used_last()])
+        keep = self._used_last()
         self._put_back()
         self._begin()
         self._load(keep)
 
+    @property
+    def _hand(self):
+        """The states that are at hand, in the order of the map."""
+        return np.flatnonzero(self._at >= 0)
+
+    @property
+    def _n_hand(self):
+        """How many states are at hand."""
+        return self._near.n_used - len(self._v)
+
     def _used_last(self):
-        """Which of the states at hand were used last: a quarter of `active`, and what was used together with it."""
-        last = self._used_at[self._hand]
+        """The states at hand that were used last: a quarter of `active`, and what was used together with it."""
+        hand = self._hand
+        last = self._used_at[hand]
         n = min(len(last), 1 + self.active // 4)
-        return last >= np.partition(last, -n)[-n]
+        return hand[last >= np.partition(last, -n)[-n]]
 
     def add(self, x, P_xx, P_xm=None):
         """Put a state into the map: see `Map.add`."""
@@ -171,7 +183,7 @@ class CompressedMap:
         What has happened since then has only made them smaller: far states do not move.
         """
         here, far = self._at[r], self._far.variances(r)
-        return np.where(here >= 0, self._near.variances(here), far) if len(self._hand) else far
+        return np.where(here >= 0, self._near.variances(here), far) if self._n_hand else far
 
     def fetch(self, blocks):
         """As `Map.fetch`, of all that is at hand. The states of the blocks are brought there."""
@@ -269,7 +281,7 @@ class CompressedMap:
 
     def relieve(self):
         """After a correction: put all back when too much has come to hand."""
-        if len(self._hand) > self.active and len(self._hand) > 2 * self._used_last().sum():
+        if self._n_hand > self.active and self._n_hand > 2 * len(self._used_last()):
             self.flush()  # it would be of no use if all were needed again
 
     def insert(self, x, P_xx, P_xm):
@@ -291,7 +303,7 @@ class CompressedMap:
         r = self._far.reserve(x)
         self._make_room()
         self._now += 1
-        self._take(np.arange(r.start, r.stop), here.start)
+        self._take(r, here)
         self._here[r.start, r.stop] = here
         return r
 
@@ -304,7 +316,6 @@ class CompressedMap:
                 self._near.remove(slice(here, here + 1))
         self._at[r] = -1
         self._virtual.forget(r)
-        self._hand = self._hand[self._at[self._hand] >= 0]
         self._here, self.layout = {}, self.layout + 1
 
     # --- between the far states and those at hand --------------------------------------------------------------------
@@ -313,45 +324,48 @@ class CompressedMap:
         """Nothing is at hand."""
         self._near.clear()
         self._virtual.clear()
-        self._virtual.reach(self.n)
         self._v = np.zeros(0, int)
-        self._at[:], self._hand, self._here, self._moved = -1, np.zeros(0, int), {}, False
+        self._at[:], self._here, self._moved = -1, {}, False
         self.layout += 1
 
-    def _take(self, indices, start):
-        """Note that these states are at hand now, from this place on."""
-        self._at[indices] = np.arange(start, start + len(indices))
-        self._used_at[indices] = self._now
-        self._hand = np.concatenate([self._hand, indices])
+    def _take(self, r, here):
+        """Note that the states of range r, or those of these indices, are at hand now, here."""
+        self._at[r] = np.arange(here.start, here.stop)
+        self._used_at[r] = self._now
         self.layout += 1
 
     def _make_room(self):
         """Let the arrays reach over the whole map."""
-        n = self.n
-        if n > len(self._at):
-            more = GROWTH * n - len(self._at)
+        if self.n > len(self._at):
+            more = GROWTH * self.n - len(self._at)
             self._at = np.concatenate([self._at, np.full(more, -1)])
             self._used_at = np.concatenate([self._used_at, np.zeros(more, int)])
-        self._virtual.reach(n)
+            self._virtual.reach(len(self._at))
 
     def _load(self, i):
         """Bring far states to hand, and with them virtual states."""
-        if not self.used[i].all():
+        if not all(self.used[i].tolist()):
             raise ValueError(f"states {i.tolist()} are not in use in this map of {self.n} states")
-        near, v, P_i = self._near, self._v, self._far.rows(i[None])[0]
-        P_ii = P_i[:, i]
+        P_i = self._far.rows(i[None])[0]
+        P_ii = P_i.take(i, 1)
         G_i = self._virtual.take(i, P_i, P_ii)
+        r = compiled().joined(self._near, self._v, G_i, P_ii) if self.compiled else self._joined(G_i, P_ii)
+        k = len(i)
+        self._v = np.concatenate([self._v, np.arange(r.start + k, r.stop)])
+        self._take(i, slice(r.start, r.start + k))
+
+    def _joined(self, G_i, P_ii):
+        """Put states that depend on the virtual ones by G_i, and those of these that are new, into the near map."""
+        near, v = self._near, self._v
         old, new = G_i[:, : len(v)], G_i[:, len(v) :]
-        k, m = len(i), len(i) + new.shape[1]
+        k, m = len(G_i), len(G_i) + new.shape[1]
         x, P_xm, P_xx = np.zeros(m), np.zeros((m, near.n)), np.zeros((m, m))
         x[:k] = old.dot(near.x[v])
         P_xm[:k] = old.dot(near.rows(v))
         P_xx[:k, :k] = P_ii + P_xm[:k, v].dot(old.T)
         P_xx[:k, k:], P_xx[k:, :k] = new, new.T
         P_xm[:k, v] += old
-        r = near.insert(x, symmetric(P_xx), P_xm)
-        self._v = np.concatenate([v, np.arange(r.start + k, r.stop)])
-        self._take(i, r.start)
+        return near.insert(x, symmetric(P_xx), P_xm)
 
     def _by_those_at_hand(self, i):
         """T with P = P_0 + T P_near T': a state at hand is itself, a far one follows the virtual ones by G."""
@@ -367,20 +381,20 @@ class CompressedMap:
             return
         self._moved, far, near = False, self._far.x, self._near.x
         if self.compiled:
-            compiled().settle(far, near, *self._virtual.factors, self._v, self._hand, self._at)
+            compiled().settle(far, near, self._virtual, self._v, self._at)
         else:
-            dx = self._virtual.times(near[self._v], self.n)
-            dx[self._hand] = near[self._at[self._hand]]
+            dx, hand = self._virtual.times(near[self._v], self.n), self._hand
+            dx[hand] = near[self._at[hand]]
             self._far.shift(dx)
         near[:] = 0.0
 
     def _put_back(self):
         """Bring the large covariance up to date."""
         self._settle()
-        hand, v, P = np.sort(self._hand), self._v, self._near.P
+        hand, v, P = self._hand, self._v, self._near.between
         here, Gt = self._at[hand], self._virtual.all(self.n)
-        rows = P[np.ix_(here, v)] @ Gt
-        rows[:, hand] = P[np.ix_(here, here)]
+        rows = P(here, v) @ Gt
+        rows[:, hand] = P(here, here)
         if len(v):
-            self._far.subtract(cholesky(-P[np.ix_(v, v)])[0].T @ Gt)
+            self._far.subtract(cholesky(-P(v, v))[0].T @ Gt)
         self._far.overwrite(hand, rows)

@@ -76,12 +76,11 @@ class Map:
     def _look(self):
         """Views of the part of the storage that is in use: made once, not at every access."""
         n = self.n
-        self._xn, self._Pn, self._usedn = self._x[:n], self._P[:n, :n], self._used[:n]
-        self._Pt = self._Pn.T
+        self._xn, self._Pn = self._x[:n], self._P[:n, :n]
 
     def __getstate__(self):
         """For copies: addresses and views stay here."""
-        return {k: v for k, v in vars(self).items() if k not in ("_xn", "_Pn", "_usedn", "_Pt", "_downdate")}
+        return {k: v for k, v in vars(self).items() if k not in ("_xn", "_Pn", "_downdate")}
 
     def __setstate__(self, state):
         self.__dict__.update(state)
@@ -108,7 +107,7 @@ class Map:
     @property
     def used(self):
         """Which states are in use, shape (n,), bool."""
-        return self._usedn
+        return self._used[: self.n]
 
     @property
     def ranges(self):
@@ -165,7 +164,7 @@ class Map:
 
     def state(self, r):
         """Mean of the state in range r: a copy, shape (k,); of K states given by their rows (K, k), shape (K, k)."""
-        return self._xn[r].copy()
+        return self._xn[r].copy() if isinstance(r, slice) else self._xn.take(r)
 
     def block(self, r):
         """Covariance of the state in range r: a copy, shape (k, k); of K states by their rows (K, k), (K, k, k)."""
@@ -182,6 +181,10 @@ class Map:
         """Variances of the states in range r, or of K states given by their rows (K, k): a copy of that shape."""
         return self._Pn.diagonal()[r].copy()
 
+    def between(self, i, j):
+        """Covariance between some states and others, given by their indices: a copy, shape (len(i), len(j))."""
+        return compiled().between(self, i, j) if self.compiled else self.P[np.ix_(i, j)]
+
     def rows(self, r):
         """Covariance of the state in range r with the whole map, P[r, :]. Not to be written to.
 
@@ -195,7 +198,7 @@ class Map:
         ndarray, shape (k, n) or (K, k, n)
         """
         if not self._lower:
-            return self._Pt[r]
+            return self._Pn.T[r]
         if self.compiled:
             i = range(r.start, r.stop) if isinstance(r, slice) else r.ravel()
             if (rows := compiled().rows(self, i)) is not None:
@@ -233,7 +236,7 @@ class Map:
         P_xx : ndarray, shape (k, k)
         """
         self._xn[r] = x
-        self._Pt[r] = P_xm
+        self._Pn.T[r] = P_xm
         if self._lower:  # nobody reads what is right of the diagonal
             self._Pn[r, : r.stop] = P_xm[:, : r.stop]
         else:
@@ -245,7 +248,7 @@ class Map:
         if self.compiled:
             compiled().overwrite(self, indices, P_im)
         else:
-            self._Pt[indices] = P_im
+            self._Pn.T[indices] = P_im
             self._Pn[indices] = P_im
 
     def move(self, r, x):
@@ -274,7 +277,7 @@ class Map:
         """A new state, as `add` puts it in, unchecked; P_xx is symmetric. Returns its range."""
         n, r = self.n, self.reserve(x)
         self._Pn[r, :n] = P_xm
-        self._Pt[r, :n] = P_xm
+        self._Pn.T[r, :n] = P_xm
         self._Pn[r, r] = P_xx
         return r
 
@@ -304,7 +307,7 @@ class Map:
         if r.stop > self.n:
             self.n = r.stop
             self._look()
-        self._xn[r], self._usedn[r] = x, True
+        self._x[r], self._used[r] = x, True
         self._starts.add(r.start)
         self.n_used += len(x)
         return r
@@ -342,7 +345,7 @@ class Map:
         """Larger storage, for n entries and more."""
         size, m = roomy(int(GROWTH * n)), self.n
         x, P, used = np.zeros(size), square(size), np.zeros(size, bool)
-        x[:m], P[:m, :m], used[:m] = self._xn, self._Pn, self._usedn
+        x[:m], P[:m, :m], used[:m] = self._xn, self._Pn, self.used
         self._store(x, P, used)
 
 

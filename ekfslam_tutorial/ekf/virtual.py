@@ -12,6 +12,8 @@ import numpy as np
 from scipy.linalg.blas import dtrsm  # pyright: ignore[reportAttributeAccessIssue]
 from scipy.linalg.lapack import dpstrf, dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
 
+from .extra import compiled
+
 EXPLAINED = 4e-15
 """A state of which no more than this share of its variance is left, given the others, is a function of them."""
 
@@ -25,6 +27,8 @@ class VirtualStates:
     ----------
     n : int
         Extent of the map.
+    compiled : bool
+        As in `Map`.
 
     Attributes
     ----------
@@ -32,7 +36,8 @@ class VirtualStates:
         How many virtual states there are.
     """
 
-    def __init__(self, n):
+    def __init__(self, n, compiled=False):
+        self.compiled = compiled
         self._P = np.zeros((0, n))  # nothing was ever written right of the extent
         self.clear()
 
@@ -41,12 +46,11 @@ class VirtualStates:
         self.size, self._L = 0, np.zeros((0, 0), order="F")
 
     def reach(self, n):
-        """Let the map have this extent."""
+        """Let there be room for a map of this extent."""
         rows, old = self._P.shape
-        if n > old:
-            P = np.zeros((rows, 2 * n))
-            P[:, :old] = self._P
-            self._P = P
+        P = np.zeros((rows, n))
+        P[:, :old] = self._P
+        self._P = P
 
     def take(self, i, P_i, P_ii):
         """States come to hand: more virtual ones for what these do not yet explain.
@@ -62,18 +66,24 @@ class VirtualStates:
         ndarray, shape (k, size)
             G_i, the columns of the new virtual states included.
         """
-        old, G_i = self.size, self.of(i)
-        C, first = cholesky(P_ii - G_i.dot(G_i.T), P_ii.diagonal())
+        old = self.size
+        G_i, first = compiled().explained(self, i, P_ii) if self.compiled else self._explained(i, P_ii)
         self.size = size = old + len(first)
         L = np.zeros((size, size), order="F")
-        L[:old, :old], L[old:, :old], L[old:, old:] = self._L, G_i[first], C[first]
+        L[:old, :old], L[old:] = self._L, G_i[first]
         self._L = L
         if size > len(self._P):
             P = np.zeros((2 * size, self._P.shape[1]))
             P[:old] = self._P[:old]
             self._P = P
         self._P[old:size, : P_i.shape[1]] = P_i[first]
-        return np.concatenate([G_i, C], axis=1)
+        return G_i
+
+    def _explained(self, i, P_ii):
+        """G_i, as `take` returns it, and those of the states that get a virtual one each."""
+        G_i = self.of(i)
+        C, first = cholesky(P_ii - G_i.dot(G_i.T), P_ii.diagonal())
+        return np.concatenate([G_i, C], axis=1), first
 
     def of(self, i):
         """G of some states, given by their indices (k,): shape (k, size)."""
@@ -87,8 +97,8 @@ class VirtualStates:
 
     @property
     def factors(self):
-        """L, and P_0[A, :] whose first rows count: G' = L^-1 P_0[A, :]."""
-        return self._L, self._P
+        """L', row-major, and P_0[A, :] whose first rows count: G' = L^-1 P_0[A, :]."""
+        return self._L.T, self._P
 
     def times(self, v, n):
         """G v of the whole map, shape (n,)."""

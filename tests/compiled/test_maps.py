@@ -1,9 +1,22 @@
 """What a compressed map asks compiled code for, against the same in numpy."""
 
 import numpy as np
+import pytest
 
-from ekfslam_tutorial.compiled import here, settle
+from ekfslam_tutorial.compiled import explained, here, settle
+from ekfslam_tutorial.ekf import CompressedMap, Map
 from ekfslam_tutorial.ekf.virtual import VirtualStates
+
+CLOSE = 1e-12  # of the largest number: a dozen operations on each, in another order
+
+
+def close(a, b):
+    return a.shape == b.shape and np.abs(a - b).max(initial=0.0) <= CLOSE * np.abs(b).max(initial=1.0)
+
+
+def covariance(rng, n, rank=None):
+    A = rng.normal(size=(n, rank or n))
+    return A @ A.T
 
 
 def test_where_they_are_at_hand():
@@ -27,7 +40,7 @@ def test_means_follow_those_at_hand(rng):
     dx = virtual.times(x_near[v], n)
     dx[hand] = x_near[at[hand]]
     expected = x + dx
-    settle(x, x_near, *virtual.factors, v, hand, at)
+    settle(x, x_near, virtual, v, at)
     assert np.abs(x - expected).max() < 1e-13 * np.abs(expected).max()  # four products and a solution, in another order
 
 
@@ -35,5 +48,73 @@ def test_nothing_is_at_hand(rng):
     x = rng.normal(size=5)
     before = x.copy()
     nothing = np.zeros(0, int)
-    settle(x, np.zeros(3), *VirtualStates(5).factors, nothing, nothing, np.full(5, -1))
+    settle(x, np.zeros(3), VirtualStates(5), nothing, np.full(5, -1))
     assert np.array_equal(x, before)
+
+
+@pytest.mark.parametrize("lower", [False, True])
+def test_between_some_states_and_others(rng, lower):
+    map = Map(compiled=True)
+    P = covariance(rng, 90)
+    map.add(rng.normal(size=90), P)
+    if lower:  # what is right of the diagonal is not true then
+        map.subtract(np.zeros((1, 90)))
+        assert map.storage[3]
+        map.storage[1][0, 1:90] = np.nan
+    i, j = np.array([5, 0, 88, 5]), np.array([3, 89, 0])
+    assert np.array_equal(map.between(i, j), P[np.ix_(i, j)])
+    assert map.between(i[:0], j).shape == (0, 3)
+
+
+@pytest.mark.parametrize("hand", [[], [7, 2], [11, 3, 4, 29, 0]])
+@pytest.mark.parametrize("some", [[8], [9, 10], [13, 21, 6, 22, 28]])
+def test_what_those_at_hand_explain(rng, hand, some):
+    n, hand, some = 30, np.array(hand, int), np.array(some)
+    for P in (
+        covariance(rng, n),
+        covariance(rng, n, 8),
+        np.outer(s := 10.0 ** rng.uniform(-4, 2, n), s) * covariance(rng, n),
+    ):
+        virtual = VirtualStates(n)
+        if len(hand):
+            virtual.take(hand, P[hand], P[np.ix_(hand, hand)])
+        expected, first = virtual._explained(some, P[np.ix_(some, some)])
+        G, order = explained(virtual, some, np.ascontiguousarray(P[np.ix_(some, some)]))
+        assert G.shape == expected.shape and np.array_equal(order, first)
+        scale = np.sqrt(P.diagonal()[some])[:, None]
+        assert close(G / scale, expected / scale)
+
+
+def test_what_is_a_function_of_those_at_hand_gets_no_virtual_state(rng):
+    P = covariance(rng, 10, 3)
+    virtual, three, others = VirtualStates(10), np.array([1, 5, 6]), np.array([0, 9])
+    virtual.take(three, P[three], P[np.ix_(three, three)])
+    G, order = explained(virtual, others, P[np.ix_(others, others)].copy())
+    assert G.shape == (2, 3) and order.size == 0 and close(G @ G.T, P[np.ix_(others, others)])
+
+
+@pytest.mark.parametrize("active", [30, 200])  # with one triangle of what is at hand, and with both
+def test_states_come_to_hand(rng, active):
+    """The same map twice: at one of them numpy does it."""
+    maps = [CompressedMap(active=active, compiled=True) for _ in range(2)]
+    P, x = covariance(rng, 150), rng.normal(size=150)
+    for map in maps:
+        for i in range(0, 150, 2):
+            map.add(x[i : i + 2], P[i : i + 2, i : i + 2], P[i : i + 2, :i])
+        map._near.compiled = map._virtual.compiled = map.compiled = map is maps[0]
+    for _ in range(25):
+        rows = 2 * rng.choice(75, 4, replace=False)[:, None] + [0, 1]
+        J, z = rng.normal(size=(8, 2)), rng.normal(size=8)
+        for map in maps:
+            places = map.at_hand(None, None, rows, list(range(4)))[2]
+            H = np.zeros((8, map._near.n))
+            for k in range(4):
+                H[2 * k : 2 * k + 2, places[k]] = J[2 * k : 2 * k + 2]
+            Pn = map._near.P
+            Z = H @ Pn @ H.T + np.eye(8)
+            map.shift(Pn @ H.T @ np.linalg.solve(Z, z))
+            map.subtract(np.linalg.solve(np.linalg.cholesky(Z), H @ Pn))
+        here = [map._at[map._hand] for map in maps]
+        a, b = (map._near.between(at, at) for map, at in zip(maps, here, strict=True))
+        assert np.array_equal(*here) and close(a, b)  # virtual states may come in another order
+    assert close(maps[0].x, maps[1].x) and close(maps[0].P, maps[1].P)
