@@ -59,7 +59,7 @@ def run(program, world, method, folder, too_slow=120):
     pose : ndarray, shape (3,)
     """
     steps, answer = folder / "steps.txt", folder / "answer.txt"
-    lines = [f"{len(world.steps)} {np.sqrt(R[0, 0])} {np.sqrt(R[1, 1])}"]
+    lines = [f"{len(world.steps)} {np.sqrt(R[0, 0])} {np.sqrt(R[1, 1])} {world.max_range}"]
     for step in world.steps:
         lines.append(" ".join(map(repr, [*step.u.tolist(), *U.ravel().tolist(), len(step.ids)])))
         lines += [f"{i} {r!r} {b!r}" for i, (r, b) in zip(step.ids, step.y.tolist(), strict=True)]

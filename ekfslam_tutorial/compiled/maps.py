@@ -100,10 +100,10 @@ def here(at, used_at, now, rows, some):
         Of each state of the map: where it is at hand, -1 if it is far; when it was used last.
     now : int
     rows : ndarray of int, shape (K, k)
-    some : list of int
+    some : list of int, or ndarray
     """
     out = np.empty_like(rows)
-    return out if _here(at, used_at, now, rows, np.array(some, np.int64), out) else None
+    return out if _here(at, used_at, now, rows, np.asarray(some, np.int64), out) else None
 
 
 @compiled
@@ -121,7 +121,7 @@ def _here(at, used_at, now, rows, some, out):
 
 
 def settle(x, x_near, virtual, v, at):
-    """The means x of all states follow those at hand: b = b_0 + G v, `VirtualStates.times`.
+    """The means x of all states follow those at hand, b = b_0 + G v, `VirtualStates.times`; these are zero then.
 
     Parameters
     ----------
@@ -153,6 +153,7 @@ def _settle(x, x_near, Lt, P, v, at):
             dx[j] += w[i] * P[i, j]
     for j in range(n):
         x[j] += x_near[at[j]] if at[j] >= 0 else dx[j]
+    x_near[:] = 0.0
 
 
 def explained(virtual, i, P_ii):

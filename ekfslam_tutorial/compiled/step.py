@@ -200,23 +200,23 @@ def _single(a, ndim):
     return a[0] if a.ndim > ndim else a
 
 
-def near(Rf, Sf, sensor, kind, l):
-    """Indices of the landmarks that `may_be_seen`. None if not compiled."""
+def near(Rf, Sf, sensor, kind, x, rows):
+    """Indices of the landmarks that `may_be_seen`, of which each has some rows of x, (K, k). None if not compiled."""
     run = _program(_write_near, type(Rf), sensor, kind)
-    if run is None or type(Sf) is not type(Rf) or l.shape[-1] != kind.size:
+    if run is None or type(Sf) is not type(Rf) or rows.shape[-1] != kind.size:
         return None
-    at = np.empty(len(l), np.int64)
-    return at[: run(Rf.x, Sf.x, np.ascontiguousarray(l, float), at)]
+    at = np.empty(len(rows), np.int64)
+    return at[: run(Rf.x, Sf.x, x, rows, at)]
 
 
 def _write_near(frame, sensor, kind):
     tape = Tape()
     Rf, Sf = frame(tape.inputs("rf[{}]", frame.size)), frame(tape.inputs("sf[{}]", frame.size))
-    seen = may_be_seen(Rf.compose(Sf)[0], sensor, kind, tape.inputs("l[k, {}]", kind.size)[None])
+    seen = may_be_seen(Rf.compose(Sf)[0], sensor, kind, tape.inputs("x[rows[k, {}]]", kind.size)[None])
     before, loop = straight_code(tape, [("seen", np.asarray(seen)[0])], each="[k")
     loop += ["if seen:", "    at[q] = k", "    q += 1"]
-    lines = ["q = 0", *before, "for k in range(len(l)):", *(f"    {line}" for line in loop), "return q"]
-    return build("i8(f8[::1], f8[::1], f8[:, ::1], i8[::1])", "rf, sf, l, at", lines)
+    lines = ["q = 0", *before, "for k in range(len(rows)):", *(f"    {line}" for line in loop), "return q"]
+    return build("i8(f8[::1], f8[::1], f8[::1], i8[:, ::1], i8[::1])", "rf, sf, x, rows, at", lines)
 
 
 def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, threshold):
@@ -229,8 +229,8 @@ def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, thr
     sensor : SensorModel
     e, E : ndarray, shape (K, m) and (K, m, m)
         Expectations and their covariances.
-    no_E : list of int
-        Of these E is not there yet: it is computed first.
+    no_E : ndarray of int, or None
+        Of these E is not there yet: it is computed first; for all others it becomes NaN.
     found, index : list of int, shape (k,)
         Which of the K, and which measurement each of them has.
     y : ndarray, shape (·, m)
@@ -251,7 +251,7 @@ def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, thr
     z, at, of = np.empty((len(found), m)), np.array(found), np.array(index)
     map.keep_one_triangle()
     where = (*map.storage, begin(r), begin(s), NO_ROWS if rows is None else rows)
-    q = run(*where, n, J, e, E, np.array(no_E) if no_E else NOBODY, at, of, y, noises(R), threshold, z)
+    q = run(*where, n, J, e, E, NOBODY if no_E is None else no_E, at, of, y, noises(R), threshold, z)
     if q < 0:
         return None  # numpy says what is wrong
     map.relieve()
@@ -266,7 +266,9 @@ def _write_correction(sensor):
     z = sensor.residual(tape.inputs("y[i, {}]", m)[None], tape.inputs("e[k, {}]", m)[None])
     _, loop = straight_code(tape, [("z[q, {}]", z[0])], each="[")
     lines = [
-        "covariances(P, lower, r, s, rows, n_f, n_f, J, no_E, E)",
+        "if len(no_E) > 0:",
+        "    E[:] = np.nan",
+        "    covariances(P, lower, r, s, rows, n_f, n_f, J, no_E, E)",
         "for q in range(len(found)):",
         "    k, i = found[q], of[q]",
         *(f"    {line}" for line in loop),

@@ -379,13 +379,13 @@ class CompressedMap:
         """Bring the means of all states up to date: b = b_0 + G v."""
         if not self._moved:
             return
-        self._moved, far, near = False, self._far.x, self._near.x
+        self._moved, near = False, self._near.x
         if self.compiled:
-            compiled().settle(far, near, self._virtual, self._v, self._at)
-        else:
-            dx, hand = self._virtual.times(near[self._v], self.n), self._hand
-            dx[hand] = near[self._at[hand]]
-            self._far.shift(dx)
+            compiled().settle(self._far.x, near, self._virtual, self._v, self._at)
+            return
+        dx, hand = self._virtual.times(near[self._v], self.n), self._hand
+        dx[hand] = near[self._at[hand]]
+        self._far.shift(dx)
         near[:] = 0.0
 
     def _put_back(self):

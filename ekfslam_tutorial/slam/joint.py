@@ -27,13 +27,14 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     table = sightings(map, rob, sen, list(lmks.values()), Rf, Sf, in_view=by_id)
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
-    in_view = table.visible.nonzero()[0].tolist()
+    visible = table.visible.nonzero()[0]
+    in_view = visible.tolist()
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
     soon = by_id and opt.n_updates is None and table.J is not None and not table.has_E  # E comes with the correction
     if not soon:
         table.keep(map, near)
-    seen = [Obs(table, k) for k in in_view]
-    obs.update({(sen.id, o.lmk): o for o in seen})
+    seen, id = [Obs(table, k) for k in in_view], sen.id
+    obs.update({(id, o.lmk): o for o in seen})
 
     expected = seen if by_id else [Obs(table, k) for k in near]
     matches = opt.association(map, expected, raw, sen.model)
@@ -41,7 +42,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     found = sorted(table.match(matches.pairs, wanted))  # in the order of the table, of which they may be all
     if found:
         camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
-        _correct(map, rob, sen, table, found, in_view if soon else [], raw, opt, camera)
+        _correct(map, rob, sen, table, found, visible if soon else None, raw, opt, camera)
     elif soon:
         table.keep(map, near)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
@@ -56,7 +57,7 @@ def _candidates(map, table, raw, sen, opt):
 
 
 def _correct(map, rob, sen, table, found, no_E, raw, opt, camera):
-    """Gate each landmark that was found on its own; correct with all that pass at once. Of some E is not there yet."""
+    """Gate each landmark that was found on its own; correct with all that pass at once. Of `no_E` E is not there yet."""
     found = _corrected(map, sen, table, found, no_E, raw, opt)
     if found:
         normalize(map, rob)
@@ -75,8 +76,8 @@ def _corrected(map, sen, table, found, no_E, raw, opt):
     y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
     R = sen.model.R if raw.R is None else raw.R.take(index, 0)
     if table.J is not None:
-        e, places = table.e, map.at_hand(*table.ranges, no_E or found)
-        E = np.full((*e.shape, e.shape[1]), np.nan) if no_E else table.E
+        e, places = table.e, map.at_hand(*table.ranges, found if no_E is None else no_E)
+        E = table.E if no_E is None else np.empty((*e.shape, e.shape[1]))
         done = compiled().correct_found(
             map, sen.model, places, table.n, table.J, e, E, no_E, found, index, y, R, opt.md2_threshold
         )
@@ -84,8 +85,8 @@ def _corrected(map, sen, table, found, no_E, raw, opt):
             (z, passed), table.E, table.has_E = done, E, True
             table.measure(found, index, y, z, R)
             return passed
-    if no_E:
-        table.keep(map, no_E)
+    if no_E is not None:
+        table.keep(map, no_E.tolist())
     z = sen.model.residual(y.take(index, 0), table.e.take(found, 0))
     table.measure(found, index, y, z, R)
     if isfinite(opt.md2_threshold):
@@ -113,13 +114,13 @@ def _distances(z, Z):
 
 def _recorded(table, wanted, rob, sen):
     """Count what has happened to the landmarks that were looked for. Returns the events."""
-    events, lmks, matched, updated = [], table.lmks, table.matched, table.updated
+    events, rob, sen = [], rob.id, sen.id
     for k in wanted:
-        lmk = lmks[k]
+        lmk, matched, updated = table.lmks[k], table.matched[k], table.updated[k]
         lmk.n_search += 1
-        lmk.n_match += matched[k]
-        lmk.n_inlier += updated[k]
-        events += _events(rob.id, sen.id, lmk.id, matched[k], updated[k])
+        lmk.n_match += matched
+        lmk.n_inlier += updated
+        events += _events(rob, sen, lmk.id, matched, updated)
     return events
 
 

@@ -110,19 +110,26 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
     for group in groups_of(sen, lmks):
         kind, rows, r = group.kind, group.rows, group.ranges
         some = lmks if len(group.members) == len(lmks) else [lmks[i] for i in group.members]
-        l = np.array([lmk.x for lmk in some]) if rows is None else map.state(rows)
         if in_view and len(some) > MANY:
-            at = compiled().near(Rf, Sf, sen.model, kind, l) if map.compiled else None
-            at = np.flatnonzero(may_be_seen(Rf.compose(Sf)[0], sen.model, kind, l)) if at is None else at
-            l, rows, at = l.take(at, 0), None if rows is None else rows.take(at, 0), at.tolist()
+            at = _in_view(map, Rf, Sf, sen.model, kind, some, rows)
+            rows, at = None if rows is None else rows.take(at, 0), at.tolist()
             some, r = [some[i] for i in at], [r[i] for i in at]
         if some:
+            l = np.array([lmk.x for lmk in some]) if rows is None else map.state(rows)
             ranges = frame_range(rob, Rf), sen.r, rows
             part = _compiled(map, rob, sen, some, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
             part = part or _computed(rob, sen, some, kind, l, Rf, Sf, ranges)
             part.r, part.untidy = r, hasattr(kind, "ahead")
             parts.append(part)
     return merged(parts) if parts else None
+
+
+def _in_view(map, Rf, Sf, sensor, kind, lmks, rows):
+    """Indices of the landmarks that `may_be_seen`: a quick look at all of them, most of which are elsewhere."""
+    x = map.x if rows is not None else np.concatenate([lmk.x for lmk in lmks])
+    rows = np.arange(len(x)).reshape(len(lmks), -1) if rows is None else rows
+    at = compiled().near(Rf, Sf, sensor, kind, x, rows) if map.compiled else None
+    return np.flatnonzero(may_be_seen(Rf.compose(Sf)[0], sensor, kind, x[rows])) if at is None else at
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

@@ -27,9 +27,11 @@ def test_the_same_landmarks(sensor, kind, interpreted, rng):
         Rf, Sf = (Frame3(rng.normal(size=7)).normalized()[0] for _ in range(2))
     l = np.array([kind.from_point(p)[0] for p in rng.uniform(-10, 10, (200, kind.dim))])
     expected = np.flatnonzero(may_be_seen(Rf.compose(Sf)[0], sensor, kind, l))
-    found = near(Rf, Sf, sensor, kind, l)
+    x, rows = np.zeros(l.size + 7), 7 + rng.permutation(l.size).reshape(l.shape)
+    x[rows] = l
+    found = near(Rf, Sf, sensor, kind, x, rows)
     assert np.array_equal(found, expected) and 0 < len(found) < len(l)
-    assert len(near(Rf, Sf, sensor, kind, l[:0])) == 0
+    assert len(near(Rf, Sf, sensor, kind, x, rows[:0])) == 0
 
 
 @pytest.mark.parametrize("active", [None, 5, 15])

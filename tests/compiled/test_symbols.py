@@ -200,7 +200,7 @@ def test_innovations_are_those_of_the_model(name, rng):
     map, J, E = Map(compiled=True), np.zeros((200, m, 6)), np.zeros((200, m, m))
     map.add(np.zeros(3), np.eye(3))
     places = slice(0, 3), None, None
-    z, passed = step.correct_found(map, sensor, places, 3, J, e, E, [], found, index, y, np.eye(m), np.inf)
+    z, passed = step.correct_found(map, sensor, places, 3, J, e, E, None, found, index, y, np.eye(m), np.inf)
     assert np.array_equal(z, sensor.residual(y[index], e[found])) and passed == found
 
 

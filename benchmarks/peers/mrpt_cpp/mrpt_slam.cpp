@@ -2,8 +2,8 @@
 //
 //   mrpt_slam naive|davison STEPS ANSWER SHORT
 //
-// STEPS   number of steps, range std, bearing std; then for each step "dx dy dtheta", the nine numbers of the covariance
-//         of that motion, the number of measurements, and "id range bearing" for each of them
+// STEPS   number of steps, range std, bearing std, the sensor's reach; then for each step "dx dy dtheta", the nine numbers
+//         of the covariance of that motion, the number of measurements, and "id range bearing" for each of them
 // ANSWER  for each step the nanoseconds of thread CPU that it took; then the robot's pose and its covariance
 //
 // SHORT   nanoseconds: a shorter run is done twice and the second time counts, as in circuit.py
@@ -13,6 +13,7 @@
 #include <mrpt/obs/CObservationBearingRange.h>
 #include <mrpt/slam/CRangeBearingKFSLAM2D.h>
 
+#include <cmath>
 #include <ctime>
 #include <fstream>
 #include <iomanip>
@@ -45,9 +46,12 @@ static obs::CActionCollection::Ptr read_motion(std::istream &in) {
     return actions;
 }
 
-static obs::CSensoryFrame::Ptr read_sight(std::istream &in) {
+// The sensor sees all around. MRPT has to know: it predicts what can be in view, and does it again if it was mistaken.
+static obs::CSensoryFrame::Ptr read_sight(std::istream &in, double reach) {
     auto seen = obs::CObservationBearingRange::Create();
     seen->validCovariances = false;
+    seen->maxSensorDistance = reach;
+    seen->fieldOfView_yaw = 2 * M_PI;
     int m;
     in >> m;
     for (int i = 0; i < m; ++i) {
@@ -66,13 +70,13 @@ int main(int argc, char **argv) {
     std::ifstream in(argv[2]);
     std::ofstream out(argv[3]);
     int n_steps;
-    double std_range, std_bearing;
-    in >> n_steps >> std_range >> std_bearing;
+    double std_range, std_bearing, reach;
+    in >> n_steps >> std_range >> std_bearing >> reach;
     std::vector<obs::CActionCollection::Ptr> actions;
     std::vector<obs::CSensoryFrame::Ptr> frames;
     for (int k = 0; k < n_steps; ++k) {
         actions.push_back(read_motion(in));
-        frames.push_back(read_sight(in));
+        frames.push_back(read_sight(in, reach));
     }
 
     std::optional<slam::CRangeBearingKFSLAM2D> filter;
