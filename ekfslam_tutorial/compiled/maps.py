@@ -200,7 +200,8 @@ def _explained(Lt, P, i, P_ii, G, order):
 
 def joined(near, v, G_i, P_ii):
     """`CompressedMap._joined`. Returns the range in the near map."""
-    here, x = near.free(len(G_i) + G_i.shape[1] - len(v)), np.zeros(len(G_i) + G_i.shape[1] - len(v))
+    m = len(G_i) + G_i.shape[1] - len(v)
+    here, x = near.free(m), np.zeros(m)
     x_near, P, n, lower = near.storage
     _join(x_near, P, n, lower, v, G_i, P_ii, here.start, x)
     return near.occupy(here, x)

@@ -138,10 +138,10 @@ class CompressedMap:
         return self._near.n_used - len(self._v)
 
     def _used_last(self):
-        """The states at hand that were used last: a quarter of `active`, and what was used together with it."""
+        """The states at hand that were used last: a fifth of `active`, and what was used together with it."""
         hand = self._hand
         last = self._used_at[hand]
-        n = min(len(last), 1 + self.active // 4)
+        n = min(len(last), 1 + self.active // 5)
         return hand[last >= np.partition(last, -n)[-n]]
 
     def add(self, x, P_xx, P_xm=None):

@@ -57,7 +57,7 @@ def _candidates(map, table, raw, sen, opt):
 
 
 def _correct(map, rob, sen, table, found, no_E, raw, opt, camera):
-    """Gate each landmark that was found on its own; correct with all that pass at once. Of `no_E` E is not there yet."""
+    """Gate each that was found on its own; correct with all that pass at once. E of `no_E` is not there yet."""
     found = _corrected(map, sen, table, found, no_E, raw, opt)
     if found:
         normalize(map, rob)
