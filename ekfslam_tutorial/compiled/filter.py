@@ -82,7 +82,7 @@ def correct_some(map, places, n_r, n_s, J, found, z, R):
     z : ndarray, shape (k, m)
     R : ndarray, shape (m, m), or (k, m, m)
     """
-    m, found, R = z.shape[1], np.array(found), noises(R)
+    m, found, R = z.shape[1], np.asarray(found), noises(R)
     if z.size > MANY_ROWS or R.shape not in ((1, m, m), (len(z), m, m)):
         return False
     r, s, rows = places
