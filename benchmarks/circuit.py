@@ -12,6 +12,8 @@ from .ours import STEPS
 from .world import circuit
 
 GROWTH = 3.2  # exponent of the total time in N from which the next one is guessed
+MRPT = ("MRPT, joint", "naive"), ("MRPT, one by one", "davison")
+UNTOLD = "MRPT, one by one, reach not told"
 SHORT = 0.1  # s; a shorter circuit is driven twice. Most of it is overhead, which grows with the number of steps only
 
 
@@ -25,8 +27,8 @@ def makers(peers):
         found["GTSAM iSAM2"] = drive(lambda world: peers.gtsam_peer.Isam2(world))
         found["GTSAM batch"] = drive(lambda world: peers.gtsam_peer.Batch(world))
     if peers.mrpt:
-        for name, method in ("MRPT, joint", "naive"), ("MRPT, one by one", "davison"):
-            found[name] = lambda world, method=method: mrpt(peers, world, method)
+        for name, *how in (*MRPT, (UNTOLD, "davison", False)):
+            found[name] = lambda world, how=how: mrpt(peers, world, *how)
     return found
 
 
@@ -54,10 +56,10 @@ def once(filter, world):
     return np.array(times)
 
 
-def mrpt(peers, world, method):
-    """The same in MRPT's own process."""
+def mrpt(peers, world, method, told=True):
+    """The same in MRPT's own process, which is told how far the sensor sees, or not."""
     with TemporaryDirectory() as folder:
-        return peers.modules["mrpt_peer"].run(peers.mrpt, world, method, Path(folder))[0]
+        return peers.modules["mrpt_peer"].run(peers.mrpt, world, method, Path(folder), told)[0]
 
 
 def run(sizes, peers, repeats, spend, too_slow, tell=lambda n: None):

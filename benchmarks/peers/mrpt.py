@@ -10,6 +10,7 @@ from ..circuit import SHORT
 from ..world import R, U
 
 SOURCE = Path(__file__).parent / "mrpt_cpp"
+FAR = 1000.0  # m, further than anything
 
 
 def build(folder):
@@ -40,7 +41,7 @@ def build(folder):
     return folder / "mrpt_slam"
 
 
-def run(program, world, method, folder, too_slow=120):
+def run(program, world, method, folder, told=True, too_slow=120):
     """One circuit.
 
     Parameters
@@ -51,6 +52,8 @@ def run(program, world, method, folder, too_slow=120):
         `naive`: all measurements of a step at once; `davison`: one after another.
     folder : Path
         For the files that are exchanged.
+    told : bool
+        Whether it is told how far the sensor sees. Without, it predicts all landmarks and their covariances, always.
 
     Returns
     -------
@@ -59,7 +62,7 @@ def run(program, world, method, folder, too_slow=120):
     pose : ndarray, shape (3,)
     """
     steps, answer = folder / "steps.txt", folder / "answer.txt"
-    lines = [f"{len(world.steps)} {np.sqrt(R[0, 0])} {np.sqrt(R[1, 1])} {world.max_range}"]
+    lines = [f"{len(world.steps)} {np.sqrt(R[0, 0])} {np.sqrt(R[1, 1])} {world.max_range if told else FAR}"]
     for step in world.steps:
         lines.append(" ".join(map(repr, [*step.u.tolist(), *U.ravel().tolist(), len(step.ids)])))
         lines += [f"{i} {r!r} {b!r}" for i, (r, b) in zip(step.ids, step.y.tolist(), strict=True)]
