@@ -296,7 +296,7 @@ class CompressedMap:
 
     def occupy(self, here, x):
         """A new state, at hand where it is `free`. Returns its range in the map."""
-        return self._own(self._near.occupy(here, np.zeros(len(x))), x)
+        return self._own(self._near.occupy(here, 0.0), x)
 
     def _own(self, here, x):
         """A new state of the map, which is at hand here."""
@@ -337,7 +337,7 @@ class CompressedMap:
     def _make_room(self):
         """Let the arrays reach over the whole map."""
         if self.n > len(self._at):
-            more = GROWTH * self.n - len(self._at)
+            more = int(GROWTH * self.n) - len(self._at)
             self._at = np.concatenate([self._at, np.full(more, -1)])
             self._used_at = np.concatenate([self._used_at, np.zeros(more, int)])
             self._virtual.reach(len(self._at))

@@ -9,7 +9,7 @@ from .extra import check_compiled, compiled
 from .html import map_html
 from .triangle import below, mirror, whole_range, whole_rows
 
-GROWTH = 2  # new storage is larger by this factor, so that a map of n states is copied O(log n) times
+GROWTH = 2**0.5  # of the number of states: the storage of P doubles, so a map of n states is copied O(log n) times
 TINY = 1e-8  # of the largest number of a covariance: asymmetry, and eigenvalues below zero, that rounding explains
 LINE = 8  # numbers in a line of the cache
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
@@ -309,7 +309,7 @@ class Map:
             self._look()
         self._x[r], self._used[r] = x, True
         self._starts.add(r.start)
-        self.n_used += len(x)
+        self.n_used += r.stop - r.start
         return r
 
     def remove(self, r):
