@@ -133,7 +133,8 @@ def settle(x, x_near, virtual, v, at):
     at : ndarray of int
         Where each state is at hand, -1 if it is far.
     """
-    _settle(x, x_near, *virtual.factors, v, at)
+    Lt, P = virtual.factors
+    _settle(x, x_near, Lt, P, v, at)
 
 
 @compiled
@@ -158,9 +159,9 @@ def _settle(x, x_near, Lt, P, v, at):
 
 def explained(virtual, i, P_ii):
     """`VirtualStates.take`: G_i of states that come to hand, (k, size + rank), and which of them get a virtual one."""
-    size, k = virtual.size, len(i)
+    size, k, (Lt, P) = virtual.size, len(i), virtual.factors
     G, order = np.zeros((k, size + k)), np.empty(k, np.int64)
-    rank = _explained(*virtual.factors, i, P_ii, G, order)
+    rank = _explained(Lt, P, i, P_ii, G, order)
     return (G, order) if rank == k else (G[:, : size + rank].copy(), order[:rank])
 
 

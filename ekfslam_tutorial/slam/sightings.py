@@ -45,7 +45,7 @@ class Sightings:
         self.sen, self.lmks, self.e, self.v, self.visible, self.ranges = sen, lmks, e, v, visible, ranges
         self.J, self.n, self.has_E, self.r, self.untidy = J, n, False, [], False
         if J is None:
-            self.E_r, self.E_s, self.E_l = E_r, E_s, E_l
+            vars(self).update(E_r=E_r, E_s=E_s, E_l=E_l)  # not looked up in J, then
         K = len(lmks)
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
         self._measured = (), (), None, None, None  # see `measure`
