@@ -125,12 +125,12 @@ def settle(x, x_near, virtual, v, at):
 
     Parameters
     ----------
-    x, x_near : ndarray
+    x, x_near : ndarray, shape (n,) and (n_near,)
         Means of all states, and of those at hand.
     virtual : VirtualStates
-    v : ndarray of int
+    v : ndarray of int, shape (size,)
         Where the virtual states are at hand.
-    at : ndarray of int
+    at : ndarray of int, shape (n,) or longer
         Where each state is at hand, -1 if it is far.
     """
     Lt, P = virtual.factors
@@ -158,7 +158,7 @@ def _settle(x, x_near, Lt, P, v, at):
 
 
 def explained(virtual, i, P_ii):
-    """`VirtualStates.take`: G_i of states that come to hand, (k, size + rank), and which of them get a virtual one."""
+    """`VirtualStates._explained` of states i (k,), P_ii (k, k): G_i (k, size + rank), and who gets a virtual one."""
     size, k, (Lt, P) = virtual.size, len(i), virtual.factors
     G, order = np.zeros((k, size + k)), np.empty(k, np.int64)
     rank = _explained(Lt, P, i, P_ii, G, order)
@@ -200,7 +200,7 @@ def _explained(Lt, P, i, P_ii, G, order):
 
 
 def joined(near, v, G_i, P_ii):
-    """`CompressedMap._joined`. Returns the range in the near map."""
+    """`CompressedMap._joined` of G_i (k, size + rank) and P_ii (k, k). Returns the range in the near map."""
     m = len(G_i) + G_i.shape[1] - len(v)
     here, x = near.free(m), np.zeros(m)
     x_near, P, n, lower = near.storage

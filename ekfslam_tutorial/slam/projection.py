@@ -126,7 +126,7 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
 
 def _in_view(map, Rf, Sf, sensor, kind, lmks, rows):
     """Indices of the landmarks that `may_be_seen`: a quick look at all of them, most of which are elsewhere."""
-    x = map.x if rows is not None else np.concatenate([lmk.x for lmk in lmks])
+    x = map.x if rows is not None else np.concatenate([lmk.x for lmk in lmks], dtype=float)
     rows = np.arange(len(x)).reshape(len(lmks), -1) if rows is None else rows
     at = compiled().near(Rf, Sf, sensor, kind, x, rows) if map.compiled else None
     return np.flatnonzero(may_be_seen(Rf.compose(Sf)[0], sensor, kind, x[rows])) if at is None else at

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.compiled import near
+from ekfslam_tutorial.ekf import Map
 from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.observation import may_be_seen
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
-from ekfslam_tutorial.slam import projection
+from ekfslam_tutorial.slam import Lmk, projection
 
 from .scenes import Pair, raw
 
@@ -32,6 +33,13 @@ def test_the_same_landmarks(sensor, kind, interpreted, rng):
     found = near(Rf, Sf, sensor, kind, x, rows)
     assert np.array_equal(found, expected) and 0 < len(found) < len(l)
     assert len(near(Rf, Sf, sensor, kind, x, rows[:0])) == 0
+
+
+def test_known_landmarks_may_be_integers(rng):
+    lmks = [Lmk(i, EucPnt(2), x=rng.integers(-9, 9, 2)) for i in range(50)]
+    F = Frame2(np.zeros(3))
+    a, b = (projection._in_view(map, F, F, FAR, EucPnt(2), lmks, None) for map in (Map(), Map(compiled=True)))
+    assert np.array_equal(a, b) and 0 < len(a) < 50
 
 
 @pytest.mark.parametrize("active", [None, 5, 15])
