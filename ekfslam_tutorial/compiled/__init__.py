@@ -14,12 +14,13 @@ Nothing above `models` and `ekf` may be imported here, and nothing imports this 
 """
 
 from .filter import correct_some, predict, update
-from .maps import between, explained, here, joined, mirror, overwrite, rows, settle, subtract
+from .maps import between, cholesky, explained, here, joined, mirror, overwrite, rows, settle, subtract
 from .step import born, correct_found, expected, inside, left_out, move, near, normalized
 
 __all__ = [
     "between",
     "born",
+    "cholesky",
     "correct_found",
     "correct_some",
     "expected",

@@ -160,42 +160,63 @@ def _settle(x, x_near, Lt, P, v, at):
 def explained(virtual, i, P_ii):
     """`VirtualStates._explained` of states i (k,), P_ii (k, k): G_i (k, size + rank), and who gets a virtual one."""
     size, k, (Lt, P) = virtual.size, len(i), virtual.factors
-    G, order = np.zeros((k, size + k)), np.empty(k, np.int64)
-    rank = _explained(Lt, P, i, P_ii, G, order)
-    return (G, order) if rank == k else (G[:, : size + rank].copy(), order[:rank])
+    Gt, order = np.empty((size + k, k)), np.empty(k, np.int64)
+    rank = _explained(Lt, P, i, P_ii, Gt, order)
+    return Gt[: size + rank].T, order[:rank]
 
 
 @compiled
-def _explained(Lt, P, i, P_ii, G, order):
+def _explained(Lt, P, i, P_ii, Gt, order):
     size, k = len(Lt), len(i)
-    for a in range(k):
-        g = G[a]
-        for c in range(size):
-            g[c] = P[c, i[a]]
-        for c in range(size):
-            g[c] /= Lt[c, c]
-            for d in range(c + 1, size):
-                g[d] -= Lt[c, d] * g[c]
+    for c in range(size):
+        for a in range(k):
+            Gt[c, a] = P[c, i[a]]
+    for c in range(size):
+        for a in range(k):
+            Gt[c, a] /= Lt[c, c]
+        for d in range(c + 1, size):
+            for a in range(k):
+                Gt[d, a] -= Lt[c, d] * Gt[c, a]
+    return _pivoted(P_ii, size, Gt, order)
+
+
+def cholesky(P):
+    """`virtual.cholesky` of P (k, k): C (k, rank), and the rows in which it is lower triangular."""
+    Ct, order = np.empty(P.shape), np.empty(len(P), np.int64)
+    rank = _pivoted(P, 0, Ct, order)
+    return Ct[:rank].T, order[:rank]
+
+
+@compiled
+def _pivoted(P, size, Ct, order):
+    """Rows for C', of which the first, so many, are there: C C' = P, whose diagonal is the scale. Returns the rank."""
+    k = len(P)
     s, left = np.empty(k), np.empty(k)
     for a in range(k):
-        s[a], left[a] = sqrt(max(P_ii[a, a], TINY)), P_ii[a, a]
-        for c in range(size):
-            left[a] -= G[a, c] ** 2
+        s[a], left[a] = sqrt(max(P[a, a], TINY)), P[a, a]
+    for c in range(size):
+        for a in range(k):
+            left[a] -= Ct[c, a] ** 2
+    for a in range(k):
         left[a] /= s[a] ** 2
-    for rank in range(k):  # `virtual.cholesky` of what is left, the largest first
-        p = np.argmax(left)
+    for rank in range(k):  # the largest first
+        p, row = np.argmax(left), Ct[size + rank]
         if not left[p] > EXPLAINED:
             return rank
-        order[rank], at, pivot = p, size + rank, sqrt(left[p])
+        pivot = s[p] * sqrt(left[p])
         for a in range(k):
-            if left[a] == -np.inf:
-                continue
-            total = P_ii[a, p]
-            for c in range(at):
-                total -= G[a, c] * G[p, c]
-            G[a, at] = total / (s[p] * pivot)
-            left[a] -= (G[a, at] / s[a]) ** 2
-        G[p, at], left[p] = s[p] * pivot, -np.inf
+            row[a] = P[p, a]
+        for c in range(size + rank):
+            h = Ct[c, p]
+            for a in range(k):
+                row[a] -= h * Ct[c, a]
+        for a in range(k):
+            row[a] /= pivot
+        for before in order[:rank]:
+            row[before] = 0.0
+        for a in range(k):
+            left[a] -= (row[a] / s[a]) ** 2
+        order[rank], row[p], left[p] = p, pivot, -np.inf
     return k
 
 

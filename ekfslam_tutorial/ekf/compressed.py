@@ -123,9 +123,9 @@ class CompressedMap:
         if not self._n_hand:
             return
         keep = self._used_last()
-        self._put_back()
+        hand, rows = self._put_back()
         self._begin()
-        self._load(keep)
+        self._load(keep, rows[np.searchsorted(hand, keep)])
 
     @property
     def _hand(self):
@@ -342,11 +342,11 @@ class CompressedMap:
             self._used_at = np.concatenate([self._used_at, np.zeros(more, int)])
             self._virtual.reach(len(self._at))
 
-    def _load(self, i):
-        """Bring far states to hand, and with them virtual states."""
+    def _load(self, i, P_i=None):
+        """Bring far states to hand, and with them virtual states. P_i are their rows of P_0, if they are known."""
         if not all(self.used[i].tolist()):
             raise ValueError(f"states {i.tolist()} are not in use in this map of {self.n} states")
-        P_i = self._far.rows(i[None])[0]
+        P_i = self._far.rows(i[None])[0] if P_i is None else P_i
         P_ii = P_i.take(i, 1)
         G_i = self._virtual.take(i, P_i, P_ii)
         r = compiled().joined(self._near, self._v, G_i, P_ii) if self.compiled else self._joined(G_i, P_ii)
@@ -389,12 +389,15 @@ class CompressedMap:
         near[:] = 0.0
 
     def _put_back(self):
-        """Bring the large covariance up to date."""
+        """Bring the large covariance up to date. Returns which states were at hand, and their rows of it."""
         self._settle()
         hand, v, P = self._hand, self._v, self._near.between
         here, Gt = self._at[hand], self._virtual.all(self.n)
         rows = P(here, v) @ Gt
         rows[:, hand] = P(here, here)
         if len(v):
-            self._far.subtract(cholesky(-P(v, v))[0].T @ Gt)
+            end = 1 + np.flatnonzero(self._at[: self.n] < 0).max(initial=-1)  # of the far states: others get their rows
+            C = (compiled().cholesky if self.compiled else cholesky)(-P(v, v))[0]
+            self._far.subtract(C.T @ Gt[:, :end])
         self._far.overwrite(hand, rows)
+        return hand, rows

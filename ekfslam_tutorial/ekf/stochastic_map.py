@@ -260,7 +260,7 @@ class Map:
         self._xn += dx
 
     def subtract(self, Wt):
-        """P = P - W W', given W' of shape (m, n)."""
+        """P = P - W W', given W' of shape (m, n); if it has fewer columns, of the first states only."""
         if not self.compiled or not compiled().subtract(self, Wt):
             self._downdate(Wt, self.keep_one_triangle())
 
