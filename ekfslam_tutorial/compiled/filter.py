@@ -1,5 +1,7 @@
 """Compiled pieces of the filter: what `ekf/filter.py` calls for a map with `compiled`, blocks given."""
 
+from functools import cache
+
 import numpy as np
 
 from . import kernels
@@ -9,14 +11,32 @@ NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
 RANGE = slice, type(None)
 
 
+PREDICT = "void(f8[::1, :], i8, b1, i8, f8[:, ::1], f8[:, ::1], f8[:, ::1])"
+UPDATE = (
+    "b1(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, i8, f8[:, :, ::1], i8[::1], f8[:, ::1], f8[:, :, ::1])"
+)
+
+
+@cache
+def machine_code(kernel, types):
+    """A kernel as `program.entry` gives programs."""
+    return kernel.compile(types)
+
+
 def floats(a):
-    """An array as programs take it: whatever its type and order, and whether or not it may be written to."""
-    return np.array(a, float, order="C")
+    """An array as machine code takes it, whatever its type and order. It is not written to."""
+    return np.asarray(a, float, order="C")
+
+
+def indices(a):
+    """The same for whole numbers."""
+    return np.asarray(a, np.int64, order="C")
 
 
 def noises(R):
     """A covariance for all, or one for each: a stack."""
-    return np.array(R, float, order="C", ndmin=3)
+    R = floats(R)
+    return R[None] if R.ndim == 2 else R
 
 
 def begin(r):
@@ -31,7 +51,7 @@ def predict(map, r, x, X_x, X_u, U):
     if not isinstance(here, slice) or (X_x.shape, X_u.shape, U.shape, np.shape(x)) != ((k, k), (k, nu), (nu, nu), (k,)):
         return False
     _, P, n, lower = map.storage
-    kernels.predict(P, n, lower, here.start, X_x, X_u, U)
+    machine_code(kernels.predict, PREDICT)(P, n, lower, here.start, X_x, X_u, U)
     map.move(r, x)
     return True
 
@@ -50,7 +70,7 @@ def update(map, blocks, z, R):
             ranges.append(r)
             sizes.append(r.stop - r.start)
         else:
-            rows = np.array(r, np.int64, order="C")
+            rows = indices(r)
             if rows.ndim != 2 or len(rows) != len(z) or not kernels.within(rows, map.n):
                 return False
             sizes.append(rows.shape[1])
@@ -60,7 +80,7 @@ def update(map, blocks, z, R):
     if not 1 <= len(ranges) <= 2:
         return False
     (r, s), (n_r, n_s) = (*ranges, None)[:2], (*sizes[: len(ranges)], 0)[:2]
-    J = np.concatenate(Js, -1, dtype=float)
+    J = np.concatenate(Js, -1, out=np.empty((*z.shape, sum(sizes))))
     found = np.arange(len(z))
     return correct_some(map, map.at_hand(r, s, rows, found), n_r, n_s, J, found, z, R)
 
@@ -82,16 +102,16 @@ def correct_some(map, places, n_r, n_s, J, found, z, R):
     z : ndarray, shape (k, m)
     R : ndarray, shape (m, m), or (k, m, m)
     """
-    m, found, R = z.shape[1], np.asarray(found), noises(R)
+    m, (r, s, rows), J, z, R = z.shape[1], places, floats(J), floats(z), noises(R)
     if z.size > MANY_ROWS or R.shape not in ((1, m, m), (len(z), m, m)):
         return False
-    r, s, rows = places
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return False
-    rows = NO_ROWS if rows is None else rows
+    found, rows = indices(found), NO_ROWS if rows is None else indices(rows)
     lower = map.keep_one_triangle()
     x, P, n, _ = map.storage
-    if not kernels.update(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, found, z, R):
+    run = machine_code(kernels.update, UPDATE)
+    if not run(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, found, z, R):
         return False
     map.relieve()
     return True

@@ -156,11 +156,11 @@ def covariances(P, lower, r, s, rows, n_r, n_s, J, found, E):
 
 
 @compiled
-def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
-    """HP += H P and E = H P H' of the stack of those found: `cross` and `covariance`."""
+def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, Z):
+    """HP += H P and Z += H P H' of the stack of those found: `cross` and `covariance`."""
     K, m, n_before = len(found), J.shape[1], n_r + n_s
     cols, at = columns_of(r, s, n_r, n_s, rows.shape[1], rows.shape[1] == 0)
-    q, P_at = len(cols), np.empty((len(cols), n))
+    q, P_at, HP_at = len(cols), np.empty((len(cols), n)), np.empty((len(cols), K * m))
     for c in range(q):
         if cols[c] < n_before:
             rows_of(P, n, lower, at[c], 1, P_at[c:])
@@ -181,50 +181,41 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, E):
         for c in range(q):
             if cols[c] >= n_before:
                 at[c] = rows[k, cols[c] - n_before]
+            if cols[c] >= n_before or i == 0:
+                for p in range(K * m):
+                    HP_at[c, p] = HP[p, at[c]]
         for a in range(m):
-            for p in range(i * m + a, K * m):
-                total = 0.0
-                for c in range(q):
-                    total += HP[p, at[c]] * J[k, a, cols[c]]
-                E[p, i * m + a] = E[i * m + a, p] = total
+            h, out = J[k, a], Z[i * m + a]
+            for c in range(q):
+                h_c, row = h[cols[c]], HP_at[c]
+                for p in range(K * m):
+                    out[p] += h_c * row[p]
 
 
 @compiled
-def whiten(z, Z, HP):
-    """With Z = L L': z becomes L^-1 z and HP becomes W' = L^-1 H P, in place. Whether Z is positive definite."""
-    M, n = HP.shape
-    for j in range(M):
-        for i in range(j, M):
-            total = Z[i, j]
-            for c in range(j):
-                total -= Z[i, c] * Z[j, c]
-            if i == j:
-                if not (total > 0 and isfinite(total)):
-                    return False
-                Z[j, j] = sqrt(total)
-            else:
-                Z[i, j] = total / Z[j, j]
-    for i in range(M):
-        for c in range(i):
-            z[i] -= Z[i, c] * z[c]
+def eliminate(A, first):
+    """With Z = L L' from column `first` on, A becomes L^-1 A, in place. Whether Z is positive definite."""
+    for i in range(len(A)):
+        row, Z = A[i], A[:, first + i]  # above row i: L'
         for c in range(0, i - 3, 4):  # four rows at a time: row i is read and written each time
-            h0, h1, h2, h3 = Z[i, c], Z[i, c + 1], Z[i, c + 2], Z[i, c + 3]
-            for j in range(n):
-                HP[i, j] -= h0 * HP[c, j] + h1 * HP[c + 1, j] + h2 * HP[c + 2, j] + h3 * HP[c + 3, j]
+            h0, h1, h2, h3 = Z[c], Z[c + 1], Z[c + 2], Z[c + 3]
+            for j in range(A.shape[1]):
+                row[j] -= h0 * A[c, j] + h1 * A[c + 1, j] + h2 * A[c + 2, j] + h3 * A[c + 3, j]
         for c in range(i - i % 4, i):
-            for j in range(n):
-                HP[i, j] -= Z[i, c] * HP[c, j]
-        h = 1 / Z[i, i]
-        z[i] *= h
-        for j in range(n):
-            HP[i, j] *= h
+            h0 = Z[c]
+            for j in range(A.shape[1]):
+                row[j] -= h0 * A[c, j]
+        if not (Z[i] > 0 and isfinite(Z[i])):
+            return False
+        h = 1 / sqrt(Z[i])
+        for j in range(A.shape[1]):
+            row[j] *= h
     return True
 
 
 @compiled
-def downdate(P, Wt, lower):
-    """P -= W W' in tiles; W' has a multiple of ROWS columns, those that are too many are zero."""
-    n = Wt.shape[1]
+def downdate(P, Wt, n, lower):
+    """P -= W W' in tiles, of n states; W' has columns up to a multiple of ROWS, those that are too many are zero."""
     for j in range(0, n, COLUMNS):
         for i in range(j - j % ROWS if lower else 0, n, ROWS):
             subtract_tile(P, i, j, Wt)  # pyright: ignore[reportCallIssue]
@@ -240,34 +231,34 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R):
         False if the covariance of the innovation is not positive definite, or z not finite: nothing has been changed.
     """
     K, m = z.shape
-    M = K * m
-    HP, Z = np.zeros((M, -(-n // ROWS) * ROWS)), np.empty((M, M))
-    products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, Z)
+    M, first = K * m, -(-n // ROWS) * ROWS
+    A = np.zeros((M, first + (M // ROWS + 1) * ROWS))  # [H P, Z, z] becomes [W', L', w]; rows are whole lines
+    Z = A[:, first:]
+    products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, Z)
     for i in range(K):
         for a in range(m):
             for b in range(m):
                 Z[i * m + a, i * m + b] += R[i if len(R) > 1 else 0, a, b]
-    w = z.copy().reshape(M)
-    if not isfinite(np.sum(w)) or not whiten(w, Z, HP):
+            Z[i * m + a, M] = z[i, a]
+    if not isfinite(np.sum(z)) or not eliminate(A, first):
         return False
     for i in range(M):
         for j in range(n):
-            x[j] += w[i] * HP[i, j]
-    downdate(P, HP, lower)
+            x[j] += Z[i, M] * A[i, j]
+    downdate(P, A, n, lower)
     return True
 
 
 @compiled
 def passes(z, E, R, threshold):
-    """Whether z' (E + R)^-1 z is below the gate: 1 or 0, -1 where `whiten` says False."""
-    m, w, Z, total = len(z), z.copy(), E.copy(), 0.0
-    for a in range(m):
-        for b in range(m):
-            Z[a, b] += R[a, b]
-    if not isfinite(np.sum(z)) or not whiten(w, Z, np.empty((m, 0))):
+    """Whether z' (E + R)^-1 z is below the gate: 1 or 0, -1 where `eliminate` says False."""
+    m, total = len(z), 0.0
+    A = np.empty((m, m + 1))  # [Z, z] becomes [L', w]
+    A[:, :m], A[:, m] = E + R, z
+    if not isfinite(np.sum(z)) or not eliminate(A, 0):
         return -1
     for a in range(m):
-        total += w[a] * w[a]
+        total += A[a, m] ** 2
     return 1 if total < threshold else 0
 
 

@@ -84,7 +84,7 @@ def subtract(map, Wt):
     m, n = Wt.shape
     W, lower = np.zeros((m, -(-n // LINE) * LINE)), map.keep_one_triangle()
     W[:, :n] = Wt
-    downdate(map.storage[1], W, lower)
+    downdate(map.storage[1], W, n, lower)
     return True
 
 

@@ -130,7 +130,7 @@ def build(signature, arguments, lines):
 def entry(run):
     """The machine code of a program, called as it is: to look at the types of 15 arguments takes numba 0.8 us.
 
-    So who calls it answers for them: of another type, numbers are misread, and nobody says so. The tests look.
+    So who calls it answers for types and order: what has others is misread, and nobody says so. The tests look.
     """
     return run.get_overload(run.signatures[0])
 

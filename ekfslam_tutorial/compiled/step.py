@@ -248,10 +248,12 @@ def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, thr
     (r, s, rows), run, m = places, _program(_write_correction, sensor), e.shape[1]
     if run is None or not isinstance(r, RANGE) or not isinstance(s, RANGE) or len(found) * m > MANY_ROWS:
         return None
-    z, at, of = np.empty((len(found), m)), np.array(found), np.array(index)
+    z, at, of, R = np.empty((len(found), m)), np.array(found), np.array(index), noises(R)
+    if R.shape not in ((1, m, m), (len(z), m, m)):
+        return None
     map.keep_one_triangle()
     where = (*map.storage, begin(r), begin(s), NO_ROWS if rows is None else rows)
-    q = run(*where, n, J, e, E, NOBODY if no_E is None else no_E, at, of, y, noises(R), threshold, z)
+    q = run(*where, n, J, e, E, NOBODY if no_E is None else no_E, at, of, y, R, threshold, z)
     if q < 0:
         return None  # numpy says what is wrong
     map.relieve()
@@ -287,7 +289,7 @@ def _write_correction(sensor):
 def inside(sensor, y):
     """Whether a measurement is one of something visible: `sensor.visible` of `sensor.retro`. None if not compiled."""
     run = _program(_write_inside, sensor)
-    return None if run is None else run(np.array(y))
+    return None if run is None else run(floats(y))
 
 
 def _write_inside(sensor):

@@ -81,7 +81,7 @@ class Options:
 
     def __post_init__(self):
         object.__setattr__(self, "n", np.atleast_1d(np.array(self.n, float)))
-        object.__setattr__(self, "N", np.atleast_2d(np.array(self.N, float)))
+        object.__setattr__(self, "N", np.atleast_2d(np.array(self.N, float, order="C")))
         check_covariance(self.N, len(self.n), "the covariance N of the prior")
         for name in ("n_updates", "max_lmks"):
             self._need(name, getattr(self, name) is None or getattr(self, name) >= 0, "a number of 0 or more, or None")

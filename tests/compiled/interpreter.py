@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numba import typeof
+from numba import typeof, types
 from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
 
@@ -22,21 +22,45 @@ USED = "columns_of", "covariance_of", "covariances", "gated", "join", "propagate
 SPACE |= {name: getattr(kernels, name) for name in USED}
 
 
+def look(given, wanted):
+    """Refuse arguments that machine code would misread: it does not look itself. It writes into none that it is given.
+
+    Parameters
+    ----------
+    given : sequence
+    wanted : sequence of numba types
+    """
+    assert len(given) == len(wanted)
+    for value, kind in zip(given, wanted, strict=True):
+        found = typeof(value)
+        if isinstance(found, types.Array):
+            found = found.copy(readonly=False)
+        if cpu_target.typing_context.can_convert(found, kind) is None:
+            raise TypeError(f"No matching definition: {found} is not {kind}")
+
+
 def build(signature, arguments, lines):
     """In the place of `program.build`."""
-    types, _ = normalize_signature(signature)
+    wanted, _ = normalize_signature(signature)
     space, text = dict(SPACE), "".join(f"    {line}\n" for line in lines)
     exec(f"def run({arguments}):\n{text}", space)
 
     def run(*given):
-        assert len(given) == len(types)
-        for value, wanted in zip(given, types, strict=True):
-            if cpu_target.typing_context.can_convert(typeof(value), wanted) is None:
-                raise TypeError(f"No matching definition: {typeof(value)} is not {wanted}")
+        look(given, wanted)
         with np.errstate(all="ignore"):
             return space["run"](*given)
 
     run.lines = lines
+    return run
+
+
+def looked_at(code, wanted):
+    """Machine code that gets its arguments looked at."""
+
+    def run(*given):
+        look(given, wanted)
+        return code(*given)
+
     return run
 
 

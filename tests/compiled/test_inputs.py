@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.compiled import step
+from ekfslam_tutorial.compiled import program, step
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
@@ -119,3 +119,12 @@ def test_copies_of_a_map_go_on_alone(copied, interpreted, rng):
         pair.go(rng)
     assert pair.compiled.map.compiled and not np.array_equal(pair.compiled.map.P, P)
     assert np.array_equal(old.x, x) and np.array_equal(old.P, P)
+
+
+@pytest.mark.parametrize("wrong", [np.ones(3, int), np.ones((2, 3), order="F"), np.ones((2, 6))[:, ::2], np.ones(3)])
+def test_what_would_be_misread_is_seen_here(wrong):
+    """Machine code does not look at its arguments; in these tests somebody does."""
+    total = program.build("f8(f8[:, ::1])", "a", ["return np.sum(a)"])
+    assert total(read_only(np.ones((2, 3)))) == 6.0
+    with pytest.raises(TypeError, match="is not array"):
+        total(wrong)

@@ -214,7 +214,7 @@ def test_tiles(n, m, lower, rng):
     P[:] = rng.normal(size=P.shape)
     before, Wt = P.copy(), np.zeros((m, size))
     Wt[:, :n] = rng.normal(size=(m, n))
-    kernels.downdate(P, Wt, lower)
+    kernels.downdate(P, Wt, n, lower)
     expected = before[:n, :n] - Wt[:, :n].T @ Wt[:, :n]
     assert close(np.tril(P[:n, :n]), np.tril(expected)) and (lower or close(P[:n, :n], expected))
     before[:n, :n] = P[:n, :n] = 0
@@ -234,7 +234,7 @@ def test_tiles_of_a_processor_with_fewer_registers(tmp_path):
         P, Wt = np.zeros((40, 40), order="F"), rng.normal(size=(5, 32))
         for lower in True, False:
             P[:] = 0
-            kernels.downdate(P, Wt, lower)
+            kernels.downdate(P, Wt, 32, lower)
             keep = np.tril if lower else np.asarray
             assert np.abs(keep(P[:32, :32] + Wt.T @ Wt)).max() < 1e-13 and not P[32:].any() and not P[:, 32:].any()
     """

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.compiled import explained, here, settle
+from ekfslam_tutorial.compiled import cholesky, explained, here, settle
 from ekfslam_tutorial.ekf import CompressedMap, Map
+from ekfslam_tutorial.ekf import virtual as by_numpy
 from ekfslam_tutorial.ekf.virtual import VirtualStates
 
 CLOSE = 1e-12  # of the largest number: a dozen operations on each, in another order
@@ -91,6 +92,34 @@ def test_what_is_a_function_of_those_at_hand_gets_no_virtual_state(rng):
     virtual.take(three, P[three], P[np.ix_(three, three)])
     G, order = explained(virtual, others, P[np.ix_(others, others)].copy())
     assert G.shape == (2, 3) and order.size == 0 and close(G @ G.T, P[np.ix_(others, others)])
+
+
+@pytest.mark.parametrize("n, rank", [(1, 1), (3, 3), (5, 2), (4, 0), (60, 60), (60, 23)])
+def test_factors_of_a_covariance(rng, n, rank):
+    for scale in np.ones(n), 10.0 ** rng.uniform(-4, 2, n):
+        P = np.outer(scale, scale) * covariance(rng, n, rank) if rank else np.zeros((n, n))
+        (C, order), (expected, first) = cholesky(P), by_numpy.cholesky(P)
+        assert C.shape == expected.shape == (n, rank) and np.array_equal(order, first)
+        assert close(C / scale[:, None], expected / scale[:, None])
+        assert not np.triu(C[order], 1).any()
+
+
+def test_what_is_no_covariance_has_the_factors_of_its_positive_part():
+    """A rounding error below zero, as it is left of a difference, is nothing."""
+    C, order = cholesky(np.diag([4.0, -1e-17, 1.0]))
+    assert np.array_equal(C, [[2.0, 0.0], [0.0, 0.0], [0.0, 1.0]]) and order.tolist() == [0, 2]
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("n_first", [0, 1, 40, 97, 100])
+def test_the_first_states_only(rng, n_first, compiled):
+    """W' with fewer columns than there are states."""
+    map, P = Map(compiled=compiled), covariance(rng, 100)
+    map.add(np.zeros(100), P)
+    Wt = rng.normal(size=(3, n_first))
+    map.subtract(Wt)
+    P[:n_first, :n_first] -= Wt.T @ Wt
+    assert close(map.P, P)
 
 
 @pytest.mark.parametrize("active, lower", [(30, False), (200, True)])  # of more than 70 at hand one triangle is kept
