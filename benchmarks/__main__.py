@@ -46,8 +46,8 @@ FULL = Plan(
     budget=0.8,
     too_slow=3.0,
     circuit_too_slow=20.0,
-    circuit_spend=1.2,
-    circuit_repeats=11,
+    circuit_spend=3.0,
+    circuit_repeats=9,
     repeats=5,
     runs=(10, 100, 1000),
 )

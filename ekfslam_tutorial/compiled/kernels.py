@@ -6,7 +6,7 @@ P is the map's storage, column-major, of which the first n rows and columns coun
 triangle of it is true. A range that is not in the map begins at -1; its Jacobian drops out.
 
 Shapes: rows of P (k, n); a Jacobian J of K landmarks (K, m, n_r + n_s + n_l), for robot, sensor and landmark, of which
-those `found` count, M = m len(found) numbers in all; HP (M, n), Z and E of all (M, M), z and R as measured.
+those `found` count, M = m len(found) numbers in all; [H P, Z, z] (M, ·), Z from column `first` on; z and R as measured.
 
 The file is compiled; read `ekf/filter.py`. The tests hold the two against each other.
 """
@@ -19,6 +19,7 @@ from numba import njit
 from ..ekf.stochastic_map import LINE as ROWS
 from .tile import COLUMNS, subtract_tile
 
+WIDTH = 16  # numbers that a loop has done in one turn; what is left over it does one by one
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
 
 
@@ -156,11 +157,11 @@ def covariances(P, lower, r, s, rows, n_r, n_s, J, found, E):
 
 
 @compiled
-def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, Z):
-    """HP += H P and Z += H P H' of the stack of those found: `cross` and `covariance`."""
+def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
+    """To A is added H P, and from column `first` on H P H', of the stack of those found: `cross` and `covariance`."""
     K, m, n_before = len(found), J.shape[1], n_r + n_s
     cols, at = columns_of(r, s, n_r, n_s, rows.shape[1], rows.shape[1] == 0)
-    q, P_at, HP_at = len(cols), np.empty((len(cols), n)), np.empty((len(cols), K * m))
+    q, P_at, HP_at = len(cols), np.zeros((len(cols), first)), np.empty((len(cols), K * m))
     for c in range(q):
         if cols[c] < n_before:
             rows_of(P, n, lower, at[c], 1, P_at[c:])
@@ -171,10 +172,10 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, Z):
                 at[c] = rows[k, cols[c] - n_before]
                 rows_of(P, n, lower, at[c], 1, P_at[c:])
         for a in range(m):
-            h, out = J[k, a], HP[i * m + a]
+            h, out = J[k, a], A[i * m + a]
             for c in range(q):
                 h_c, row = h[cols[c]], P_at[c]
-                for j in range(n):
+                for j in range(first):
                     out[j] += h_c * row[j]
     for i in range(K):
         k = found[i]
@@ -183,9 +184,9 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, HP, Z):
                 at[c] = rows[k, cols[c] - n_before]
             if cols[c] >= n_before or i == 0:
                 for p in range(K * m):
-                    HP_at[c, p] = HP[p, at[c]]
+                    HP_at[c, p] = A[p, at[c]]
         for a in range(m):
-            h, out = J[k, a], Z[i * m + a]
+            h, out = J[k, a], A[i * m + a, first:]
             for c in range(q):
                 h_c, row = h[cols[c]], HP_at[c]
                 for p in range(K * m):
@@ -231,10 +232,10 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R):
         False if the covariance of the innovation is not positive definite, or z not finite: nothing has been changed.
     """
     K, m = z.shape
-    M, first = K * m, -(-n // ROWS) * ROWS
-    A = np.zeros((M, first + (M // ROWS + 1) * ROWS))  # [H P, Z, z] becomes [W', L', w]; rows are whole lines
+    M, first = K * m, -(-n // WIDTH) * WIDTH
+    A = np.zeros((M, first + (M // WIDTH + 1) * WIDTH))  # [H P, Z, z] becomes [W', L', w]
+    products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first)
     Z = A[:, first:]
-    products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, Z)
     for i in range(K):
         for a in range(m):
             for b in range(m):
