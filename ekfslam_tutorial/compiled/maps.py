@@ -189,7 +189,11 @@ def cholesky(P):
 
 @compiled
 def _pivoted(P, size, Ct, order):
-    """Rows for C', of which the first, so many, are there: C C' = P, whose diagonal is the scale. Returns the rank."""
+    """Add rows to C' (size + k, k), of which `size` are there, until C C' = P (k, k). Returns how many: the rank.
+
+    `order` (k,) gets the states in the order of these rows, the one of which most is left first; what is left is
+    measured by the diagonal of P.
+    """
     k = len(P)
     s, left = np.empty(k), np.empty(k)
     for a in range(k):

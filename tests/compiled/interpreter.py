@@ -45,11 +45,11 @@ def build(signature, arguments, lines):
     space, text = dict(SPACE), "".join(f"    {line}\n" for line in lines)
     exec(f"def run({arguments}):\n{text}", space)
 
-    def run(*given):
-        look(given, wanted)
-        with np.errstate(all="ignore"):
-            return space["run"](*given)
+    @np.errstate(all="ignore")
+    def quietly(*given):
+        return space["run"](*given)
 
+    run = looked_at(quietly, wanted)
     run.lines = lines
     return run
 
