@@ -14,7 +14,7 @@ Nothing above `models` and `ekf` may be imported here, and nothing imports this 
 """
 
 from .filter import correct_some, predict, update
-from .maps import between, cholesky, explained, here, joined, mirror, overwrite, rows, settle, subtract
+from .maps import between, cholesky, explained, follow, here, joined, mirror, overwrite, rows, settle, subtract
 from .step import born, correct_found, expected, inside, left_out, move, near, normalized
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "correct_some",
     "expected",
     "explained",
+    "follow",
     "here",
     "inside",
     "joined",

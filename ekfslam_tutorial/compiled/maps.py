@@ -120,25 +120,39 @@ def _here(at, used_at, now, rows, some, out):
     return True
 
 
-def settle(x, x_near, virtual, v, at):
-    """The means x of all states follow those at hand, b = b_0 + G v, `VirtualStates.times`; these are zero then.
+def follow(x, x_near, of):
+    """`CompressedMap._follow`: what x_near (n_near,) says goes to the means x (n,) of the states at hand.
 
-    Parameters
-    ----------
-    x, x_near : ndarray, shape (n,) and (n_near,)
-        Means of all states, and of those at hand.
-    virtual : VirtualStates
-    v : ndarray of int, shape (size,)
-        Where the virtual states are at hand.
-    at : ndarray of int, shape (n,) or longer
-        Where each state is at hand, -1 if it is far.
+    `of` says which state of the map stands where in the near map, -1 for the virtual ones.
     """
-    Lt, P = virtual.factors
-    _settle(x, x_near, Lt, P, v, at)
+    _follow(x, x_near, of)
 
 
 @compiled
-def _settle(x, x_near, Lt, P, v, at):
+def _follow(x, x_near, of):
+    for k in range(len(x_near)):
+        if of[k] >= 0:
+            x[of[k]] += x_near[k]
+            x_near[k] = 0.0
+
+
+def settle(x, x_near, virtual, v, of):
+    """The means x of the far states follow the virtual ones, b = b_0 + G v, `VirtualStates.times`; these are zero then.
+
+    Parameters
+    ----------
+    x, x_near, of
+        As in `follow`.
+    virtual : VirtualStates
+    v : ndarray of int, shape (size,)
+        Where the virtual states are at hand.
+    """
+    Lt, P = virtual.factors
+    _settle(x, x_near, Lt, P, v, of)
+
+
+@compiled
+def _settle(x, x_near, Lt, P, v, of):
     size, n, w = len(v), len(x), x_near[v]
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
@@ -152,8 +166,11 @@ def _settle(x, x_near, Lt, P, v, at):
     for i in range(size - size % 4, size):
         for j in range(n):
             dx[j] += w[i] * P[i, j]
+    for k in range(len(x_near)):
+        if of[k] >= 0:
+            dx[of[k]] = 0.0
     for j in range(n):
-        x[j] += x_near[at[j]] if at[j] >= 0 else dx[j]
+        x[j] += dx[j]
     x_near[:] = 0.0
 
 
@@ -227,20 +244,20 @@ def _pivoted(P, size, Ct, order):
 def joined(near, v, G_i, P_ii):
     """`CompressedMap._joined` of G_i (k, size + rank) and P_ii (k, k). Returns the range in the near map."""
     m = len(G_i) + G_i.shape[1] - len(v)
-    here, x = near.free(m), np.zeros(m)
-    x_near, P, n, lower = near.storage
-    _join(x_near, P, n, lower, v, G_i, P_ii, here.start, x)
-    return near.occupy(here, x)
+    here = near.free(m)
+    _, P, n, lower = near.storage
+    _join(P, n, lower, v, G_i, P_ii, here.start)
+    return near.occupy(here, 0.0)
 
 
 @compiled
-def _join(x_near, P, n, lower, v, G, P_ii, start, x):
-    k, size, m = len(G), len(v), len(x)
+def _join(P, n, lower, v, G, P_ii, start):
+    k, size = len(G), len(v)
+    m = k + G.shape[1] - size
     row, P_xm, P_xx = np.empty((1, n)), np.zeros((m, n)), np.zeros((m, m))
     for c in range(size):
         rows_of(P, n, lower, v[c], 1, row)
         for a in range(k):
-            x[a] += G[a, c] * x_near[v[c]]
             for j in range(n):
                 P_xm[a, j] += G[a, c] * row[0, j]
     for a in range(k):

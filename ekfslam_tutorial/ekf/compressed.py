@@ -50,6 +50,7 @@ class CompressedMap:
         self._far, self.active, self.compiled = Map(capacity, compiled=compiled), active, compiled
         self._at = np.zeros(0, int)  # where each state of the map is at hand; -1 for the far ones
         self._used_at = np.zeros(0, int)  # when it was used last
+        self._of = np.zeros(0, int)  # which state of the map stands where in the near map; -1 for the virtual ones
         self._near, self._virtual = Map(compiled=compiled), VirtualStates(0, compiled)
         self._now = self.layout = 0
         self._begin()
@@ -156,10 +157,7 @@ class CompressedMap:
 
     def state(self, r):
         """Mean of the state in range r: a copy, shape (k,); of K states given by their rows (K, k), shape (K, k)."""
-        if self._moved:
-            here = self._here.get((r.start, r.stop)) if isinstance(r, slice) else None
-            if here is not None:
-                return self._far.x[r] + self._near.x[here]
+        if self._behind and not (isinstance(r, slice) and (r.start, r.stop) in self._here):
             self._settle()
         return self._far.state(r)
 
@@ -214,13 +212,12 @@ class CompressedMap:
 
     @property
     def storage(self):
-        """As `Map.storage`, of what is at hand; x is how far the mean has moved since it was brought up to date."""
+        """As `Map.storage`, of what is at hand; x is how far it has moved, until `relieve` has seen to it."""
         return self._near.storage
 
     def at_hand(self, r, s=None, rows=None, some=None):
         """Where these states stand in `storage`; they are brought there to be used. Of the rows, (K, k), only some."""
         self._now += 1
-        self._moved = True
         if r is not None:
             self._used_at[r], r = self._now, self.here(r)
         if s is not None:
@@ -257,18 +254,13 @@ class CompressedMap:
 
     def move(self, r, x):
         """Set the mean of the state in range r, and leave its covariance as it is."""
-        here = self._here.get((r.start, r.stop))
-        here = self._at[r] if here is None else here
-        if isinstance(here, slice) or here.min(initial=0) >= 0:
-            self._near.x[here] = 0.0
-        else:
+        if self._behind and (r.start, r.stop) not in self._here:
             self._settle()
         self._far.move(r, x)
 
     def shift(self, dx):
-        """x = x + dx, of all that is at hand."""
+        """x = x + dx, of all that is at hand; see `storage`."""
         self._near.shift(dx)
-        self._moved = True
 
     def subtract(self, Wt):
         """P = P - W W', of all that is at hand."""
@@ -281,6 +273,7 @@ class CompressedMap:
 
     def relieve(self):
         """After a correction: put all back when too much has come to hand."""
+        self._follow()
         if self._n_hand > self.active and self._n_hand > 2 * len(self._used_last()):
             self.flush()  # it would be of no use if all were needed again
 
@@ -314,6 +307,7 @@ class CompressedMap:
         for here in self._at[r].tolist():
             if here >= 0:
                 self._near.remove(slice(here, here + 1))
+                self._of[here] = -1
         self._at[r] = -1
         self._virtual.forget(r)
         self._here, self.layout = {}, self.layout + 1
@@ -325,11 +319,14 @@ class CompressedMap:
         self._near.clear()
         self._virtual.clear()
         self._v = np.zeros(0, int)
-        self._at[:], self._here, self._moved = -1, {}, False
+        self._at[:], self._of[:], self._here, self._behind = -1, -1, {}, False
         self.layout += 1
 
     def _take(self, r, here):
         """Note that the states of range r, or those of these indices, are at hand now, here."""
+        if self._near.n > len(self._of):
+            self._of = np.concatenate([self._of, np.full(self._near.n, -1)])
+        self._of[here] = np.arange(r.start, r.stop) if isinstance(r, slice) else r
         self._at[r] = np.arange(here.start, here.stop)
         self._used_at[r] = self._now
         self.layout += 1
@@ -346,6 +343,7 @@ class CompressedMap:
         """Bring far states to hand, and with them virtual states. P_i are their rows of P_0, if they are known."""
         if not all(self.used[i].tolist()):
             raise ValueError(f"states {i.tolist()} are not in use in this map of {self.n} states")
+        self._settle()
         P_i = self._far.rows(i[None])[0] if P_i is None else P_i
         P_ii = P_i.take(i, 1)
         G_i = self._virtual.take(i, P_i, P_ii)
@@ -359,13 +357,12 @@ class CompressedMap:
         near, v = self._near, self._v
         old, new = G_i[:, : len(v)], G_i[:, len(v) :]
         k, m = len(G_i), len(G_i) + new.shape[1]
-        x, P_xm, P_xx = np.zeros(m), np.zeros((m, near.n)), np.zeros((m, m))
-        x[:k] = old.dot(near.x[v])
+        P_xm, P_xx = np.zeros((m, near.n)), np.zeros((m, m))
         P_xm[:k] = old.dot(near.rows(v))
         P_xx[:k, :k] = P_ii + P_xm[:k, v].dot(old.T)
         P_xx[:k, k:], P_xx[k:, :k] = new, new.T
         P_xm[:k, v] += old
-        return near.insert(x, symmetric(P_xx), P_xm)
+        return near.insert(np.zeros(m), symmetric(P_xx), P_xm)
 
     def _by_those_at_hand(self, i):
         """T with P = P_0 + T P_near T': a state at hand is itself, a far one follows the virtual ones by G."""
@@ -375,16 +372,26 @@ class CompressedMap:
         T[np.ix_(far, self._v)] = self._virtual.of(i.ravel()[far])
         return T.reshape(*i.shape, -1)
 
+    def _follow(self):
+        """Bring the means of the states at hand up to date: those of the far ones are behind now."""
+        x, near, self._behind = self._far.x, self._near.x, True
+        if self.compiled:
+            compiled().follow(x, near, self._of)
+            return
+        here = np.flatnonzero(self._of[: len(near)] >= 0)
+        x[self._of[here]] += near[here]
+        near[here] = 0.0
+
     def _settle(self):
         """Bring the means of all states up to date: b = b_0 + G v."""
-        if not self._moved:
+        if not self._behind:
             return
-        self._moved, near = False, self._near.x
+        self._behind, near = False, self._near.x
         if self.compiled:
-            compiled().settle(self._far.x, near, self._virtual, self._v, self._at)
+            compiled().settle(self._far.x, near, self._virtual, self._v, self._of)
             return
-        dx, hand = self._virtual.times(near[self._v], self.n), self._hand
-        dx[hand] = near[self._at[hand]]
+        dx = self._virtual.times(near[self._v], self.n)
+        dx[self._hand] = 0.0
         self._far.shift(dx)
         near[:] = 0.0
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.compiled import cholesky, explained, here, settle
+from ekfslam_tutorial.compiled import cholesky, explained, follow, here, settle
 from ekfslam_tutorial.ekf import CompressedMap, Map
 from ekfslam_tutorial.ekf import virtual as by_numpy
 from ekfslam_tutorial.ekf.virtual import VirtualStates
@@ -35,13 +35,20 @@ def test_means_follow_those_at_hand(rng):
     P = A @ A.T
     virtual = VirtualStates(n)
     virtual.take(hand, P[hand], P[np.ix_(hand, hand)])
-    at = np.full(n, -1)
-    at[hand] = [0, 2, 3, 4]
+    of = np.full(12, -1)  # longer than it need be, as it is when the near map has been larger
+    of[[0, 2, 3, 4]] = hand
     x, x_near = rng.normal(size=n), rng.normal(size=9)
+    expected, left = x.copy(), x_near.copy()
+    expected[hand] += x_near[[0, 2, 3, 4]]
+    left[[0, 2, 3, 4]] = 0.0
+    follow(x, x_near, of)
+    assert np.array_equal(x, expected) and np.array_equal(x_near, left)
+
     dx = virtual.times(x_near[v], n)
-    dx[hand] = x_near[at[hand]]
+    dx[hand] = 0.0
     expected = x + dx
-    settle(x, x_near, virtual, v, at)
+    settle(x, x_near, virtual, v, of)
+    assert np.array_equal(x[hand], expected[hand]) and not x_near.any()
     assert np.abs(x - expected).max() < 1e-13 * np.abs(expected).max()  # four products and a solution, in another order
 
 
@@ -49,7 +56,7 @@ def test_nothing_is_at_hand(rng):
     x = rng.normal(size=5)
     before = x.copy()
     nothing = np.zeros(0, int)
-    settle(x, np.zeros(3), VirtualStates(5), nothing, np.full(5, -1))
+    settle(x, np.zeros(3), VirtualStates(5), nothing, np.full(3, -1))
     assert np.array_equal(x, before)
 
 
