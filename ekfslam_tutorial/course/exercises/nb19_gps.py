@@ -137,6 +137,8 @@ _wrong("last position before", "The truck has moved on since then: interpolate."
        d=_at(lambda t, f: np.searchsorted(t, f, side="right") - 1))
 _wrong("nearest point of the path", "GPS says when, too. The nearest point of the whole path hides errors along it.",
        d=lambda t, path, f: np.linalg.norm(path[None] - f[:, None, 1:], axis=2).min(1))
+_wrong("distances sorted", "d is in the order of fixes: sort a copy for the error.",
+       d=lambda t, path, f: np.sort(gps_error(t, path, f, 1.0)[0]))
 _wrong("squared distances", "d is in metres: take the root.",
        d=lambda t, path, f: gps_error(t, path, f, 1.0)[0] ** 2)
 _wrong("x and y added", "The distance is the root of dx^2 + dy^2.",

@@ -82,11 +82,11 @@ def _(f, rng):
         (20, 2, one, none, [0], "found in 2 of 21 searches"),
         (20, 15, one, none, [], "found in 15 of 21 searches"),
         (3, 0, one, none, [], "found in none of 4 searches: too few to tell"),
+        (10, 3, one, none, [0], "found in 3 of 11 searches"),  # before the next: old counts fail here
         (9, 0, one, none, [0], "found in none of 10 searches, this scan included"),
         (8, 0, one, none, [], "found in none of 9 searches"),
         (20, 2, none, none, [], "2 of 20, but out of view now"),
         (9, 3, one, one, [], "found in 4 of 10 searches, this scan included"),
-        (10, 3, one, none, [0], "found in 3 of 11 searches"),
         (9, 3, one, none, [], "found in 3 of 10, exactly the share"),
     ):
         args = (np.array([s]), np.array([m]), seen, got, 10, 0.3)
@@ -132,6 +132,8 @@ _wrong("no trial", "A tree that is new and was missed once is out at once. Wait 
 _wrong("counted in matches", "min_search is about how often it was looked for, not how often it was found.",
        bad=lambda s, m, v, got, n, r: v & (m >= n) & (m < r * s))
 _wrong("more than min_search", "*At least* min_search: >=.", bad=lambda s, m, v, got, n, r: v & (s > n) & (m < r * s))
+_wrong("count first, then test", "This scan counts, too: test the new counts, searched + visible and found + matched.",
+       bad=lambda s, m, v, got, n, r: v & (s - v >= n) & (m - got < r * (s - v)))
 _wrong("deleted out of view", "Only a tree that should be in view now may go: this scan says nothing about the others.",
        bad=lambda s, m, v, got, n, r: (s >= n) & (m < r * s))
 _wrong("deleted when missed once", "One miss is no proof: a car may stand before it. The share over all searches "
