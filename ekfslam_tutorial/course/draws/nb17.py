@@ -185,12 +185,12 @@ def size_figure():
     bars = right.barh(at, list(cost.values()), color=[LOOK[k][0] for k in shown])
     right.bar_label(bars, [f" {c:.1f}" for c in cost.values()], fontsize=13)
     right.set_yticks(at, [KINDS[k] for k in shown])
-    right.set(xlabel="size of P, against 3 numbers each", xlim=(0, 1.2 * max(cost.values())))
+    right.set(xlabel="mean size of P, against 3 numbers each", xlim=(0, 1.2 * max(cost.values())))
     right.grid(False)
     text = ", ".join(f"{KINDS[k]} {stored(k, 'good').states[:, -1].mean():.0f}" for k in shown)
     return fig, (
-        f"Numbers in the map in the last frame: {text}. The covariance, and so a correction, is "
-        f"{cost['ahm']:.1f} times as large with 7 numbers as with 3."
+        f"Numbers in the map in the last frame: {text}. Over all frames the covariance, and so a correction, is on "
+        f"average {cost['ahm']:.1f} times as large with 7 numbers as with 3."
     )
 
 
