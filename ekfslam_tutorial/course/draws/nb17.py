@@ -185,7 +185,7 @@ def size_figure():
     bars = right.barh(at, list(cost.values()), color=[LOOK[k][0] for k in shown])
     right.bar_label(bars, [f" {c:.1f}" for c in cost.values()], fontsize=13)
     right.set_yticks(at, [KINDS[k] for k in shown])
-    right.set(xlabel="mean size of P, against 3 numbers each", xlim=(0, 1.2 * max(cost.values())))
+    right.set(xlabel="mean size of P (eucPnt: 1)", xlim=(0, 1.2 * max(cost.values())))
     right.grid(False)
     text = ", ".join(f"{KINDS[k]} {stored(k, 'good').states[:, -1].mean():.0f}" for k in shown)
     return fig, (
