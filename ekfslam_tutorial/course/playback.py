@@ -10,7 +10,7 @@ from ..graphics.player import StateLog, log_caption, log_strip, player_frame
 from .figures import one_line, show
 
 
-def replay(log: StateLog, caption: str = "", n: int = 3, at: Sequence[int] = ()):
+def replay(log: StateLog, caption: str = "", n: int = 3, at: Sequence[int] = (), strip=None):
     """Show a run: film strip, caption, player.
 
     Parameters
@@ -23,6 +23,8 @@ def replay(log: StateLog, caption: str = "", n: int = 3, at: Sequence[int] = ())
         Pictures of the film strip, evenly spaced.
     at : sequence of int, optional
         Numbers of the frames in the strip, instead.
+    strip : matplotlib Figure, optional
+        A film strip of your own, where the one that is drawn from the log would be too full.
 
     Notes
     -----
@@ -31,6 +33,6 @@ def replay(log: StateLog, caption: str = "", n: int = 3, at: Sequence[int] = ())
     once the notebook is trusted, that is, run; nbviewer; HTML pages). The tests of the notebooks compare the caption,
     not the numbers inside the player, which may differ in the last digit from computer to computer.
     """
-    show(log_strip(log, n, at=at), one_line(f"{caption} {log_caption(log)}"))
+    show(strip or log_strip(log, n, at=at), one_line(f"{caption} {log_caption(log)}"))
     plain = f"Player: {log.title or 'replay'}, {len(log)} frames. It shows where a notebook's scripts run."
     display({"text/html": player_frame(log), "text/plain": plain}, raw=True)

@@ -68,7 +68,8 @@ def effect_figure(which, s, x, P, k=3):
     a, b = (x[s["robots"][s[i]]][:2] for i in "ab")
     ax.annotate("", b, a, arrowprops=dict(arrowstyle="->", color=VERMILLION, linewidth=2), zorder=8)
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=f"robot {s['a']} sees robot {s['b']}")
-    ax.legend(loc="upper left", fontsize=12)
+    below = dict(loc="upper center", bbox_to_anchor=(0.5, -0.15), fontsize=12, frameon=False)
+    ax.legend(ncols=2, **below)
 
     owners = [(f"robot {r}", p) for r, p in s["robots"].items()] + [(f"lmk {i}", p) for i, p in s["lmks"].items()]
     less = [100 * (1 - std(P, p) / std(s["P"], p)) for _, p in owners]
@@ -79,7 +80,7 @@ def effect_figure(which, s, x, P, k=3):
     bars.set_yticks(range(len(owners)), [o for o, _ in owners], fontsize=11)
     bars.invert_yaxis()
     bars.set(xlabel="standard deviation of the position: smaller by (%)")
-    bars.legend(loc="lower right", fontsize=12)
+    bars.legend(ncols=3, **below)
     of = dict(zip([o for o, _ in owners], less, strict=True))
     third = max((of[f"robot {r}"], f"robot {r}") for r in s["robots"] if r not in (s["a"], s["b"]))
     return fig, (
@@ -296,6 +297,25 @@ def film(which, pictures=60):
             now.truth, now.sim_lmk, now.obs = {}, None, {}
         log.add(now)
     return log
+
+
+def film_strip(log, n=3):
+    """Frames of the film side by side. Each robot has its look; the landmarks lie too close to be numbered."""
+    frames = log.frames()
+    fig, axes = plt.subplots(1, n, figsize=(13, 4.4), sharex=True, sharey=True, layout="constrained")
+    for ax, last in zip(axes, np.linspace(0, len(frames) - 1, n + 1).round().astype(int)[1:], strict=True):
+        now = frames[last]
+        l, L = (np.array(a) for a in zip(*(m for m in now.lmks.values() if np.isfinite(m[1]).all()), strict=True))
+        plot_ellipse(ax, l, L @ L.swapaxes(1, 2), log.k, **line(ESTIMATE, linewidth=1.1), label=sigma_label(log.k))
+        ax.plot(*l.T, **points(ESTIMATE, markersize=4), label="landmarks")
+        for r, color, dash in zip(ROBOTS, HUES, DASHES, strict=True):
+            path = np.array([frame.robots[r][0][:2] for frame in frames[: last + 1]])
+            ax.plot(*path.T, color=color, linestyle=dash, linewidth=1.4, label=f"robot {r}")
+            robot(ax, now.robots[r][0][:3], size=0.35, facecolor=color, edgecolor=BLACK)
+        ax.set(xlabel="x (m)", aspect="equal", title=f"frame {now.k}, t = {now.t:.1f} s")
+    axes[0].set_ylabel("y (m)")
+    fig.legend(*axes[-1].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize=12, frameon=False)
+    return fig
 
 
 def _paths(ax, which, history):

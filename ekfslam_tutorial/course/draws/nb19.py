@@ -4,6 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ...graphics import DEAD_RECKONING, ESTIMATE, MEASUREMENT, REJECTED, UPDATED, line, plot_ellipse, points
+from ...graphics.artists import Labels
+from ...graphics.player import log_strip
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
 from ..controls import Choice, Int, Toggle
 from ..widgets import explorable
@@ -65,7 +67,7 @@ def dead_reckoning(which, drive, car):
 
 
 def dead_reckoning_figure(which, paths):
-    """Paths by the controls alone, {name: path}, and GPS. Returns (fig, caption)."""
+    """Paths by the controls alone, {name: path}, the model first, and GPS. Returns (fig, caption)."""
     rec = recording(which)
     fig, ax = plt.subplots(figsize=(10, 6.6), layout="constrained")
     ax.plot(*rec.fixes[1][:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
@@ -79,7 +81,12 @@ def dead_reckoning_figure(which, paths):
     ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal", title=which)
     ax.set_adjustable("datalim")
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    return fig, f"{which.capitalize()}, by the controls alone: median distance to GPS {', '.join(words)}."
+    (first, model), *others = paths.items()
+    apart = [f"{name} {np.linalg.norm(path - model, axis=1).max():.0f} m" for name, path in others]
+    return fig, (
+        f"{which.capitalize()}, by the controls alone: median distance to GPS {', '.join(words)}. "
+        f"Largest distance to {first}: {', '.join(apart)}."
+    )
 
 
 # ---- association ----------------------------------------------------------------------------------------------------
@@ -235,6 +242,17 @@ def overlay(percent, gps):
     ax.set_title(f"{which}, {t:.0f} s")
     ax.legend(loc="upper left", fontsize=12)
     return fig, {"trees": len(trees), "caption": f"{which.capitalize()} after {t:.0f} s: {len(trees)} trees."}
+
+
+def film_strip(log, n=3):
+    """Frames of the film side by side, without the numbers of the trees: there are too many."""
+    fig = log_strip(log, n)
+    for ax in fig.axes:
+        for names in [c for c in ax.collections if isinstance(c, Labels)]:
+            names.remove()
+        for dots in ax.lines:  # small ones, from the first trees on
+            dots.set_markersize(min(dots.get_markersize(), 2.5))
+    return fig
 
 
 def wrong_mount_figure(which, ahead):
