@@ -96,7 +96,9 @@ def _run(commands):
         "--checkpoint", type=int, metavar="N", help="keep the run every N frames, to be resumed after a crash"
     )
     run.add_argument(
-        "--resume", action="store_true", help="go on from the last checkpoint in the folder, to the same end"
+        "--resume",
+        action="store_true",
+        help="go on from the last checkpoint in the folder, to the same end; kept every N frames as before",
     )
     run.add_argument(
         "--threads", type=_positive, default=1, metavar="N", help="of the linear algebra (BLAS); default 1"

@@ -19,8 +19,18 @@ from ..toolbox import Recorder, Recording, UserData, parse_override, universal_s
 from . import results, views
 from .files import file_name, find_scenario, writable_folder
 
-KEPT, EVERY = "checkpoint.npz", 200
-"""Where a run is kept on the way; every how many frames, where the user does not say."""
+KEPT = "checkpoint.npz"
+"""Where a run is kept on the way."""
+
+
+class KeptHistory(History):
+    """A history that knows every how many frames its run is kept; whoever goes on with it does the same.
+
+    Keeping brings the far states of a compressed map up to date. That moves its last digits, so it is done in the same
+    frames.
+    """
+
+    every = 200  # where the user does not say
 
 
 def main(options):
@@ -38,14 +48,15 @@ def main(options):
     print(f"linear algebra on {options.threads} thread{'s' * (options.threads > 1)} (--threads)", file=sys.stderr)
     if data.options.compiled:
         print("steps compiled: the first run of a model on a machine takes some seconds more", file=sys.stderr)
-    history, recorder = History(), Recorder()
+    history, recorder = KeptHistory(), Recorder()
     state = taken_up(options, out, data, recording, history)
+    if options.checkpoint is not None:
+        history.every = options.checkpoint
     run = universal_slam(data, recording, resume=state)
     watchers: list = [history, recorder] if options.record else [history]
     keeper = None
     if options.resume or options.checkpoint is not None:
-        every = EVERY if options.checkpoint is None else options.checkpoint
-        keeper = Checkpoint(out / KEPT, data, recording, history, every, len(run))
+        keeper = Checkpoint(out / KEPT, data, recording, history, history.every, len(run))
         watchers.append(keeper)
     with ExitStack() as windows:  # they close last: everything is written while they are still open
         if options.live:

@@ -149,6 +149,43 @@ def test_the_command_goes_on_after_an_interrupt(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "stopped" / "checkpoint.npz").exists()
 
 
+def test_resume_keeps_a_run_in_the_same_frames_as_before(tmp_path, monkeypatch):
+    """Each checkpoint moves the last digits of a compressed map: without the same interval the end is not the same."""
+    compressed = ["--set", "options.compressed=true", "--set", "time.last=40"]
+    drive = lambda name, *more: cli.main(["run", "range_bearing_2d", "--out", str(tmp_path / name), *compressed, *more])
+    assert drive("whole", "--checkpoint", "7") == 0
+    add = History.add
+
+    def killed_in_frame_16(self, s):
+        add(self, s)
+        if s.k == 16:
+            raise KeyboardInterrupt  # nothing is kept here, unlike after the first Ctrl-C
+
+    monkeypatch.setattr(History, "add", killed_in_frame_16)
+    assert drive("killed", "--checkpoint", "7") == 130
+    monkeypatch.setattr(History, "add", add)
+    assert plain.load(tmp_path / "killed" / "checkpoint.npz")["run"]["frames"] == 14
+    assert drive("killed", "--resume") == 0
+    assert files(tmp_path / "killed") == files(tmp_path / "whole")
+
+
+@pytest.mark.parametrize(("more", "every"), [([], 200), (["--checkpoint", "4"], 4)])
+def test_an_interval_that_is_given_goes_before_the_one_that_was_kept(tmp_path, monkeypatch, more, every):
+    """Also where none was kept, as by `Checkpoint` without the command."""
+    data, _ = source(UserData.from_toml(SCENARIOS / "lecture_mapping.toml", {"time.last": 20}))
+    history, seen = History(), []
+    frames = universal_slam(data)
+    keeper = Checkpoint(tmp_path / "checkpoint.npz", data, None, history, 5, len(frames))
+    for _ in range(5):
+        snapshot = next(frames)
+        history.add(snapshot)
+        keeper.add(snapshot)
+    init = Checkpoint.__init__
+    monkeypatch.setattr(Checkpoint, "__init__", lambda *a: (seen.append(a[-2]), init(*a))[1])
+    assert run(tmp_path, "--resume", *more) == 0
+    assert seen == [every]
+
+
 def test_without_a_checkpoint_it_begins_at_the_beginning_and_says_so(tmp_path, capsys):
     assert run(tmp_path, "--resume") == 0
     assert "from the beginning" in capsys.readouterr().err
