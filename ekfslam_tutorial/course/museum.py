@@ -89,7 +89,7 @@ def augment(x, P, y, R):
     return enlarge(x, P, l, P_lx, P_lx[..., :3] @ T(L_r) + L_y @ R @ T(L_y))
 
 
-# ---- the mutants: what each thread says was done -------------------------------------------------------------------
+# ---- the mutants: what each thread says was done; G is the name it has for F_x, the Jacobian of the motion ----------
 
 
 def predict_late(x, P, u, U):

@@ -30,12 +30,12 @@ def only_an_alarm(predict, x, P, u, U):
     return bool(np.abs(guard(predict, x, P, u, U)).max() > 1e-6)
 
 
-@wrong("20.2", "F P F'|zero|wrong")
+@wrong("20.2", "F_x P F_x'|zero|wrong")
 def always_silent(predict, x, P, u, U):
     return np.zeros((len(x), len(x)))
 
 
-@wrong("20.2", "P_rm|P2|F P F'|before")
+@wrong("20.2", "P_rm|P2|F_x P F_x'|before")
 def jacobian_by_the_robot_alone(predict, x, P, u, U):
     x2, P2 = predict(x, P, u, U)
     F = np.eye(len(x))
@@ -55,7 +55,7 @@ def shapes_for_three_controls_only(predict, x, P, u, U):
     return guard(predict, x, P, u, U) + 0 * G @ U @ G.T
 
 
-@wrong("20.2", "zero|F P F'|difference")
+@wrong("20.2", "zero|F_x P F_x'|difference")
 def relative_to_the_right_value(predict, x, P, u, U):
     P2 = predict(x, P, u, U)[1]
     return guard(predict, x, P, u, U) / np.abs(P2).max()

@@ -24,9 +24,9 @@ def guard(predict, x, P, u, U):
         step[2] = wrap(step[2])
         return step
 
-    F = numerical_jacobian(lambda x: moved(x, u), x)
-    G = numerical_jacobian(lambda u: moved(x, u), u)
-    return P_new - (F @ P @ F.T + G @ U @ G.T)
+    F_x = numerical_jacobian(lambda x: moved(x, u), x)
+    F_u = numerical_jacobian(lambda u: moved(x, u), u)
+    return P_new - (F_x @ P @ F_x.T + F_u @ U @ F_u.T)
 
 
 watch = Exercise(
@@ -35,10 +35,10 @@ watch = Exercise(
     guard,
     hints=(
         "The new mean is a function of x and u. Its derivatives say what the new P must be, whatever the model is.",
-        "F = numerical_jacobian(lambda x: predict(x, P, u, U)[0], x), and G the same for u. Then compare P2 with "
-        "F P F' + G U G'.",
+        "F_x = numerical_jacobian(lambda x: predict(x, P, u, U)[0], x), and F_u the same for u. Then compare P2 with "
+        "F_x P F_x' + F_u U F_u'.",
         "predict may wrap the heading: take the differences to x2 first, wrap entry 2 of them, and differentiate "
-        "that. At the end: return P2 - (F @ P @ F.T + G @ U @ G.T).",
+        "that. At the end: return P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T).",
     ),
     seconds=1.8,
 )
@@ -92,7 +92,7 @@ def _(f, rng):
         difference(f, museum.predict, case(rng, n))
 
 
-@watch.link("silent where nothing is wrong", "A right prediction must give zero: P2 - (F P F' + G U G').")
+@watch.link("silent where nothing is wrong", "A right prediction must give zero: P2 - (F_x P F_x' + F_u U F_u').")
 def _(f, rng):
     for n in (7, 3, 5):
         c = case(rng, n)
@@ -101,7 +101,7 @@ def _(f, rng):
 
 MUTANTS = {
     "predict_elementwise": "P_rr multiplied entry by entry",
-    "predict_transposed": "G' P G in place of G P G'",
+    "predict_transposed": "F_x' P F_x in place of F_x P F_x'",
     "predict_no_heading": "a last row 0 0 0 in the Jacobian",
     "predict_swapped": "sine and cosine swapped in the Jacobian",
     "predict_late": "the Jacobian taken after the motion",
@@ -109,7 +109,8 @@ MUTANTS = {
 
 
 @watch.link(
-    "rings at wrong Jacobians", "Compare the whole P2 with F P F' + G U G', F and G taken at x, before the step."
+    "rings at wrong Jacobians",
+    "Compare the whole P2 with F_x P F_x' + F_u U F_u', F_x and F_u taken at x, before the step.",
 )
 def _(f, rng):
     for name, what in MUTANTS.items():
@@ -123,7 +124,7 @@ def _(f, rng):
     same(difference(f, museum.predict_pose_only, c), museum.predict_pose_only, c, "a P_rm that stays behind")
 
 
-@watch.link("another motion model", "The guard must not know the model: take F and G from `predict` alone.")
+@watch.link("another motion model", "The guard must not know the model: take F_x and F_u from `predict` alone.")
 def _(f, rng):
     c = case(rng, 5, 2)
     same(difference(f, unicycle, c), unicycle, c, "a right unicycle, u = [v, w]")
@@ -144,7 +145,7 @@ def _(f, rng):
 
 
 def parts(predict, x, P, u, U, at=None):
-    """x2, P2, and F and G with wrapped headings, taken at x or at another place."""
+    """x2, P2, and F_x and F_u with wrapped headings, taken at x or at another place."""
     x2, P2 = predict(x, P, u, U)
 
     def moved(a, u):
@@ -161,63 +162,64 @@ def parts(predict, x, P, u, U, at=None):
              "difference to x2 before you differentiate.")  # fmt: skip
 def _(predict, x, P, u, U):
     x2, P2 = predict(x, P, u, U)
-    F = numerical_jacobian(lambda x: predict(x, P, u, U)[0], x)
-    G = numerical_jacobian(lambda u: predict(x, P, u, U)[0], u)
-    return P2 - (F @ P @ F.T + G @ U @ G.T)
+    F_x = numerical_jacobian(lambda x: predict(x, P, u, U)[0], x)
+    F_u = numerical_jacobian(lambda u: predict(x, P, u, U)[0], u)
+    return P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T)
 
 
 @watch.wrong("only the robot's block", "You compare P_rr only. A filter that leaves P_rm behind passes your guard: "
              "compare all of P2.")  # fmt: skip
 def _(predict, x, P, u, U):
-    _, P2, F, G = parts(predict, x, P, u, U)
+    _, P2, F_x, F_u = parts(predict, x, P, u, U)
     D = np.zeros_like(P2)
-    D[:3, :3] = (P2 - (F @ P @ F.T + G @ U @ G.T))[:3, :3]
+    D[:3, :3] = (P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T))[:3, :3]
     return D
 
 
-@watch.wrong("noise forgotten", "The control is uncertain, too: G U G' is missing.")
+@watch.wrong("noise forgotten", "The control is uncertain, too: F_u U F_u' is missing.")
 def _(predict, x, P, u, U):
-    _, P2, F, _ = parts(predict, x, P, u, U)
-    return P2 - F @ P @ F.T
+    _, P2, F_x, _ = parts(predict, x, P, u, U)
+    return P2 - F_x @ P @ F_x.T
 
 
-@watch.wrong("noise added as it is", "U is the covariance of the control. In the state it becomes G U G', with the "
-             "Jacobian G by u.")  # fmt: skip
+@watch.wrong("noise added as it is", "U is the covariance of the control. In the state it becomes F_u U F_u', with the "
+             "Jacobian F_u by u.")  # fmt: skip
 def _(predict, x, P, u, U):
-    _, P2, F, _ = parts(predict, x, P, u, U)
-    want = F @ P @ F.T
+    _, P2, F_x, _ = parts(predict, x, P, u, U)
+    want = F_x @ P @ F_x.T
     want[: len(U), : len(U)] += U
     return P2 - want
 
 
-@watch.wrong("transposed", "Your guard has the very bug it should find: F P F', not F' P F.")
+@watch.wrong("transposed", "Your guard has the very bug it should find: F_x P F_x', not F_x' P F_x.")
 def _(predict, x, P, u, U):
-    _, P2, F, G = parts(predict, x, P, u, U)
-    return P2 - (F.T @ P @ F + G @ U @ G.T)
+    _, P2, F_x, F_u = parts(predict, x, P, u, U)
+    return P2 - (F_x.T @ P @ F_x + F_u @ U @ F_u.T)
 
 
-@watch.wrong("Jacobians after the step", "F and G are taken at x, before the step, not at the new state.")
+@watch.wrong("Jacobians after the step", "F_x and F_u are taken at x, before the step, not at the new state.")
 def _(predict, x, P, u, U):
     x2 = predict(x, P, u, U)[0]
-    _, P2, F, G = parts(predict, x, P, u, U, at=x2)
-    return P2 - (F @ P @ F.T + G @ U @ G.T)
+    _, P2, F_x, F_u = parts(predict, x, P, u, U, at=x2)
+    return P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T)
 
 
 @watch.wrong("other sign", "The order is: what P is, minus what it should be.")
 def _(predict, x, P, u, U):
-    _, P2, F, G = parts(predict, x, P, u, U)
-    return F @ P @ F.T + G @ U @ G.T - P2
+    _, P2, F_x, F_u = parts(predict, x, P, u, U)
+    return F_x @ P @ F_x.T + F_u @ U @ F_u.T - P2
 
 
 @watch.wrong(
     "magnitude", "Give the difference with its sign, without abs: the sign tells whether P is too large or too small."
 )
 def _(predict, x, P, u, U):
-    _, P2, F, G = parts(predict, x, P, u, U)
-    return np.abs(P2 - (F @ P @ F.T + G @ U @ G.T))
+    _, P2, F_x, F_u = parts(predict, x, P, u, U)
+    return np.abs(P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T))
 
 
-@watch.wrong("symmetry only", "A symmetric P can be wrong: G' P G is symmetric. Compare P2 with F P F' + G U G'.")
+@watch.wrong("symmetry only", "A symmetric P can be wrong: F_x' P F_x is symmetric. Compare P2 with F_x P F_x' "
+             "+ F_u U F_u'.")  # fmt: skip
 def _(predict, x, P, u, U):
     P2 = predict(x, P, u, U)[1]
     return P2 - P2.T
@@ -231,26 +233,26 @@ def _(predict, x, P, u, U):
 
 @watch.wrong("what P should be", "That is what P should be. The guard returns the difference to what P is.")
 def _(predict, x, P, u, U):
-    _, _, F, G = parts(predict, x, P, u, U)
-    return F @ P @ F.T + G @ U @ G.T
+    _, _, F_x, F_u = parts(predict, x, P, u, U)
+    return F_x @ P @ F_x.T + F_u @ U @ F_u.T
 
 
-@watch.wrong("old P as it was", "P is moved by F: F P F', not P.")
+@watch.wrong("old P as it was", "P is moved by F_x: F_x P F_x', not P.")
 def _(predict, x, P, u, U):
-    _, P2, _, G = parts(predict, x, P, u, U)
-    return P2 - (P + G @ U @ G.T)
+    _, P2, _, F_u = parts(predict, x, P, u, U)
+    return P2 - (P + F_u @ U @ F_u.T)
 
 
 @watch.wrong("diagonal only", "Covariances count as much as variances: compare the whole matrices.")
 def _(predict, x, P, u, U):
-    _, P2, F, G = parts(predict, x, P, u, U)
-    return np.diag(np.diag(P2 - (F @ P @ F.T + G @ U @ G.T)))
+    _, P2, F_x, F_u = parts(predict, x, P, u, U)
+    return np.diag(np.diag(P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T)))
 
 
 @watch.wrong("elementwise", "`*` multiplies entry by entry. The product of matrices is `@`.")
 def _(predict, x, P, u, U):
-    _, P2, F, G = parts(predict, x, P, u, U)
-    return P2 - (F * P * F.T + G @ U @ G.T)
+    _, P2, F_x, F_u = parts(predict, x, P, u, U)
+    return P2 - (F_x * P * F_x.T + F_u @ U @ F_u.T)
 
 
 @watch.variant("one Jacobian of everything")
@@ -277,9 +279,9 @@ def _(predict, x, P, u, U):
         d[2] = (d[2] + np.pi) % (2 * np.pi) - np.pi
         return d / 2e-5
 
-    F = np.array([column(h, 0 * u) for h in 1e-5 * np.eye(len(x))]).T
-    G = np.array([column(0 * x, h) for h in 1e-5 * np.eye(len(u))]).T
-    return np.subtract(P2, F @ P @ F.T) - G @ U @ G.T
+    F_x = np.array([column(h, 0 * u) for h in 1e-5 * np.eye(len(x))]).T
+    F_u = np.array([column(0 * x, h) for h in 1e-5 * np.eye(len(u))]).T
+    return np.subtract(P2, F_x @ P @ F_x.T) - F_u @ U @ F_u.T
 
 
 @watch.variant("sine and cosine of the heading turned back")
@@ -291,6 +293,6 @@ def _(predict, x, P, u, U):
         new[2] += 2 * np.pi * np.round((x2[2] - new[2]) / (2 * np.pi))
         return new
 
-    F = numerical_jacobian(lambda x: mean(x, u), x)
-    G = numerical_jacobian(lambda u: mean(x, u), u)
-    return P2 - F @ P @ F.T - G @ U @ G.T
+    F_x = numerical_jacobian(lambda x: mean(x, u), x)
+    F_u = numerical_jacobian(lambda u: mean(x, u), u)
+    return P2 - F_x @ P @ F_x.T - F_u @ U @ F_u.T

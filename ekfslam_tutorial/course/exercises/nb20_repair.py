@@ -107,7 +107,7 @@ def _(f, rng):
         expect.close(two(f(x, 0 * P, u, U), n)[1], turn_go_turn(x, 0 * P, u, U)[1], "P from the noise alone")
 
 
-@repair.link("all together", "P = F P F' + G U G', in one step.")
+@repair.link("all together", "P = F_x P F_x' + F_u U F_u', in one step.")
 def _(f, rng):
     for n in (5, 3, 11):
         c = case(rng, n)
@@ -189,7 +189,7 @@ _wrong("r1 forgotten", "The robot turns by r1 first, then it goes: the direction
                  mean=lambda th, r1, t, r2: [t * np.cos(th), t * np.sin(th), r1 + r2]))
 _wrong("both turns before going", "The way lies between the two turns: its direction is theta + r1, without r2.",
        _variation(mean=lambda th, r1, t, r2: [t * np.cos(th + r1 + r2), t * np.sin(th + r1 + r2), r1 + r2]))
-_wrong("transposed", "G P G', not G' P G.", _variation(lambda F, *_: F.T))
+_wrong("transposed", "X_x P X_x', not X_x' P X_x.", _variation(lambda F, *_: F.T))
 _wrong("heading row zero", "The new heading is the old one plus r1 + r2: the last row is 0 0 1.",
        _variation(lambda F, *_: np.diag([1, 1, 0]) @ F))
 _wrong("P_rm not moved", "P_rm = X_x P_rm, and its mirror image: the robot's rows and columns, not P_rr only.",
