@@ -1,15 +1,20 @@
 """The bug museum: the right filter is that of notebook 05, each mutant is caught, the numbers of the quiz are true."""
 
+import re
+from pathlib import Path
+
+import nbformat
 import numpy as np
 import pytest
 
 from ekfslam_tutorial.course import museum
+from ekfslam_tutorial.course.draws.nb20 import readings_table, zoo
 from ekfslam_tutorial.course.draws.nb20_runs import bench, caught, mutant_case, readings
 from ekfslam_tutorial.course.exercises.nb05_augment import augment
 from ekfslam_tutorial.course.exercises.nb05_correct import correct
 from ekfslam_tutorial.course.exercises.nb05_observe import observe
 from ekfslam_tutorial.course.exercises.nb05_predict import predict
-from ekfslam_tutorial.course.exercises.nb20_quiz import LETTERS, MOST, PANELS, READINGS
+from ekfslam_tutorial.course.exercises.nb20_quiz import LETTERS, MOST, PANELS, READINGS, self_test
 
 R = np.array([[0.02, 0.001], [0.001, 0.003]])
 Y = np.array([4.0, -2.9])
@@ -61,6 +66,34 @@ def test_the_readings_in_the_hints_are_true(key):
     now = r.rmse, r.mean_nis, r.mean_nees, r.broken, b.position, b.heading, b.first
     # three digits were written down; what is beyond MOST has diverged and is not reproducible
     np.testing.assert_allclose(np.minimum(now, MOST), READINGS[key], rtol=0.02)
+
+
+def test_the_sentences_of_the_notebook_are_true():
+    assert sum(caught(e.key)["runs to the end"] for e in museum.EXHIBITS) == 0  # "twelve of twelve ran to the end"
+    assert sum(not caught(e.key)["picture"] for e in museum.EXHIBITS) == 4  # "four of them kept the picture"
+    assert sum(not e.thread for e in museum.EXHIBITS) == 2  # "two more are known from lectures and homework"
+    for key in ("late", "twice"):  # "even draw good maps": the map is as good as without a bug, up to a tenth
+        assert np.median(readings(key).map_error) < 1.1 * np.median(readings("right").map_error)
+
+
+def test_first_sight_shows_both_of_its_readings():
+    """The mapping formula is honest with the pose known: a student must see what it was caught by."""
+    assert bench("mapping").first < 3 < 20 < bench("mapping").first_lost and caught("mapping")["first sight"]
+    _, numbers = zoo("mapping", 0)
+    assert "pose known 2.1 (2), uncertain 50.4 (2)" in numbers["caption"]
+    assert readings_table().splitlines()[6].split()[-2:] == ["0.037", "0.9"]  # panel E, new: identity
+
+
+def test_the_hints_name_the_section_of_the_table():
+    book = nbformat.read(Path(__file__).parents[2] / "notebooks" / "20_bug_museum.ipynb", 4)
+    section = ""
+    for cell in book.cells:
+        section = (re.findall(r"^## (\d+)", cell.source, re.M) or [section])[-1]
+        if "tests_figure" in cell.source:
+            break
+    hints = [*self_test.hints, *(question.help for question in self_test.questions)]
+    named = [n for hint in hints for n in re.findall(r"section (\d+)", hint)]
+    assert len(named) == 2 and set(named) == {section}
 
 
 def test_every_panel_has_an_answer():

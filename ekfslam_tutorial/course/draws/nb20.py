@@ -35,16 +35,18 @@ def catalogue():
 def readings_table():
     """What the instruments read for the eight panels, as text."""
     rows = [
-        "          the whole filter, 20 runs           sensor covered     first sight",
-        "panel   RMSE [m]    NIS     NEES   P < 0     position  heading    landmark",
+        "          the whole filter, 20 runs           sensor covered      first sight, pose",
+        "panel   RMSE [m]    NIS     NEES   P < 0     position  heading    known  uncertain",
     ]
     for letter, key in [*PANELS.items(), ("no bug", "right")]:
         r, b = readings(key), bench(key)
         rows.append(
             f"{letter:^7} {_short(r.rmse, 5):>7} {_short(r.mean_nis, 100):>7} {_short(r.mean_nees, 500):>8}"
-            f" {r.broken:>5}     {_short(b.position):>9} {_short(b.heading):>8} {_short(b.first):>11}"
+            f" {r.broken:>5}     {_short(b.position):>9} {_short(b.heading):>8} {_short(b.first):>8}"
+            f" {_short(b.first_lost):>10}"
         )
-    return "\n".join([*rows, f"{'honest':^7} {'':>7} {'2':>7} {'3':>8} {'0':>5}     {'2':>9} {'1':>8} {'2':>11}"])
+    honest = f"{'honest':^7} {'':>7} {'2':>7} {'3':>8} {'0':>5}     {'2':>9} {'1':>8} {'2':>8} {'2':>10}"
+    return "\n".join([*rows, honest])
 
 
 def answers_table():
@@ -199,7 +201,8 @@ def zoo(exhibit, case):
     caption = (
         f"{name[0].upper()}{name[1:]}: RMSE {_short(r.rmse, 5)} m; NIS {_short(r.mean_nis, 100)} (honest: 2); NEES "
         f"{_short(r.mean_nees, 500)} (3); P < 0 in {r.broken} of {RUNS} runs. Sensor covered: position "
-        f"{_short(b.position)} (2), heading {_short(b.heading)} (1). First sight: {_short(b.first)} (2)."
+        f"{_short(b.position)} (2), heading {_short(b.heading)} (1). First sight: pose known {_short(b.first)} (2), "
+        f"uncertain {_short(b.first_lost)} (2)."
     )
     return fig, {"nis": r.mean_nis, "nees": r.mean_nees, "rmse_m": r.rmse, "caption": caption}
 
@@ -211,7 +214,8 @@ def _dials(ax, r, b):
         ("NIS", r.mean_nis, 2, r.meter.nis_band),
         ("sensor covered: NEES of position", b.position, 2, anees_band(2, 400, 0.999)),
         ("sensor covered: NEES of heading", b.heading, 1, anees_band(1, 400, 0.999)),
-        ("first sight: NEES of landmark", b.first, 2, anees_band(2, 400, 0.999)),
+        ("first sight, pose known: NEES of landmark", b.first, 2, anees_band(2, 400, 0.999)),
+        ("first sight, pose uncertain: NEES of landmark", b.first_lost, 2, anees_band(2, 400, 0.999)),
     )
     low, high = 0.008, 1200.0
     for y, (name, value, honest, band) in zip(range(len(rows), 0, -1), rows, strict=True):
@@ -222,7 +226,7 @@ def _dials(ax, r, b):
         ax.plot(at, y, "D", color=BLACK, markersize=11, markerfacecolor=ORANGE, zorder=3)
         ax.text(low, y + 0.28, f"{name}: {_short(value)} (honest: {honest})", fontsize=13)
     ax.text(low, 0.3, f"RMSE {_short(r.rmse, 5)} m      P < 0 in {r.broken} of {RUNS} runs", fontsize=13)
-    ax.set(xscale="log", xlim=(0.005, 2000), ylim=(0.0, 5.7), xlabel="reading / honest reading; green: 99.9 % band")
+    ax.set(xscale="log", xlim=(0.005, 2000), ylim=(0.0, 6.7), xlabel="reading / honest reading; green: 99.9 % band")
     ax.set_xticks([0.01, 0.1, 1, 10, 100, 1000], ["0.01", "0.1", "1", "10", "100", "1000"])
     ax.minorticks_off()
     ax.grid(False)

@@ -225,7 +225,7 @@ TESTS = {
     "NEES": "in its 99.9 % band, 20 runs",
     "P >= 0": "no negative eigenvalue in 20 runs",
     "sensor covered": "NEES of half a round of predictions, 400 runs",
-    "first sight": "NEES of a new landmark, 400 times",
+    "first sight": "NEES of a new landmark, with the pose known and after half a round, 400 runs each",
     "guard": "P of a prediction against finite differences (exercise 20.2)",
     "H": "H against finite differences",
     "seam": "an innovation is never larger than half a turn",

@@ -14,7 +14,7 @@ LETTERS = dict(zip(("over_q", "elementwise", "transposed", "pose_only", "no_head
 """The letter of each answer: the order of the museum."""
 
 INSTRUMENTS = ("RMSE", "NIS", "NEES", "runs with P < 0", "position, sensor covered", "heading, sensor covered",
-               "first sight")  # fmt: skip
+               "first sight, pose known")  # fmt: skip
 READINGS = {
     "no_heading": (0.50, 2.40, 99.5, 0, 49.5, 62.5, 2.12),
     "not_squared": (0.784, 1.19, 2.98, 0, 0.0240, 0.0123, 2.12),
@@ -82,7 +82,7 @@ self_test = Quiz(
     name="self_test",
     hints=(
         "Go back to the section of each question; nothing here needs a long computation.",
-        "The table of section 5 has a column for each test: count.",
+        "The table of section 6 has a column for each test: count.",
         "A guard that compares P with the mean believes the mean. A statistic sees only what is larger than its band.",
     ),
 )
@@ -90,7 +90,7 @@ self_test.ask(
     "it_runs",
     "a",
     "how many of the twelve bugs stop the program?  a: none  b: three  c: all",
-    "Look at the first column of the table in section 5.",
+    "Look at the first column of the table in section 6.",
     {
         "b": "Not one of them: twelve programs run to the end and print numbers.",
         "c": "Not one of them: twelve programs run to the end and print numbers.",
