@@ -108,6 +108,40 @@ def test_the_strip_shows_frames_and_one_legend(run, flat):
     assert len({ax.get_xlim() for ax in fig.axes}) == 1
 
 
+@pytest.mark.parametrize("flat", [True, False])
+def test_the_strip_without_landmarks_shows_how_uncertain_the_robot_is(run, flat):
+    log = StateLog()
+    for s in run(flat, sensor=[]):
+        log.add(s)
+    fig = log_strip(log)
+    words = [text.get_text() for text in fig.legends[0].get_texts()]
+    assert "estimated landmark" not in words  # there is none
+    (ellipse,) = [w for w in words if "σ" in w]
+    sizes = []
+    for ax in fig.axes:
+        curve = [c for c in ax.lines if c.get_label() == ellipse][-1]
+        points = np.array(curve.get_data_3d() if not flat else curve.get_data())
+        sizes.append(np.nanmax(points, axis=1) - np.nanmin(points, axis=1))
+    assert (np.diff(sizes, axis=0)[:, :2] > 0).all()  # no sensor: it grows
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_labels_of_the_strip_are_not_cut(run, flat):
+    log = StateLog()
+    for s in run(flat, time_last=9):
+        log.add(s)
+    style.use_style()
+    fig = log_strip(log)
+    fig.canvas.draw()
+    boxes = [axis.get_tightbbox() for ax in fig.axes for axis in (ax.xaxis, ax.yaxis, getattr(ax, "zaxis", ax.xaxis))]
+    assert all(box.x0 > 0 and box.x1 < fig.bbox.width for box in boxes)
+    assert all(ax.get_zlabel() for ax in fig.axes if not flat)
+    cells = np.linspace(0, fig.bbox.width, len(fig.axes) + 1)
+    for ax, left, right in zip(fig.axes, cells, cells[1:], strict=False):
+        box = (ax.zaxis if not flat else ax.yaxis).get_tightbbox()
+        assert left <= box.x0 and box.x1 <= right  # nor under the next picture
+
+
 def test_a_strip_of_one_frame(run):
     log = StateLog()
     log.add(next(run(True)))
@@ -143,6 +177,21 @@ def test_the_caption_counts(run):
     assert f"{len(s.lmks)} landmarks in the map" in caption
     stated = float(re.search(r"the robot ([\d.]+) m from its true position", caption)[1])
     assert stated == pytest.approx(error, rel=0.05, abs=0.002)
+
+
+def test_the_caption_counts_no_part_of_the_measurements(run):
+    log = StateLog(period=2)
+    for s in run(True):
+        log.add(s)
+    assert any(frame.obs for frame in log.frames())
+    assert re.match(r"\d+ frames, [\d.]+ s\. At the end: ", log_caption(log))  # half of them: no number of the run
+
+
+def test_the_caption_of_a_run_without_sensor_names_no_measurement(run):
+    log = StateLog()
+    for s in run(True, sensor=[]):
+        log.add(s)
+    assert "measurement" not in log_caption(log)
 
 
 @pytest.mark.parametrize("what", [log_strip, log_caption])

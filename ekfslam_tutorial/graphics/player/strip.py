@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from ..artists import Labels, draw_legend
+from ..ellipses import ellipse_points, ellipsoid_wires, nan_separated, sigma_label
 from ..picture import map_picture
+from ..style import ESTIMATE, line
 from ..views import fit_limits
 from .frames import LogFrame
 from .state_log import StateLog
@@ -52,11 +56,14 @@ def log_strip(log: StateLog, n: int = 3, width: float = 12, at: Sequence[int] = 
     fig = plt.figure(figsize=(width, min(cell, 4.5) + 1.0))
     entries: dict = {}
     for column, i in enumerate(chosen):
-        ax = _axes(fig, column * cell, cell, d)
+        ax: Any = _axes(fig, column * cell, cell, d)
         _draw(ax, frames[: i + 1], d, log.k)
         ax.set(**{f"{axis}lim": limit for axis, limit in zip("xyz", limits, strict=False)})
+        if d == 3:  # the same scales in each picture, and room for the numbers of the z axis
+            ax.set_box_aspect(np.ptp(limits, axis=1), zoom=0.92)
         ax.set_title(f"frame {frames[i].k}, t = {frames[i].t:.1f} s", fontsize=13)
-        entries |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+        handles, names = ax.get_legend_handles_labels()
+        entries |= {name: h for h, name in zip(handles, names, strict=True) if _is_drawn(h)}
     draw_legend(fig, entries)
     return fig
 
@@ -65,10 +72,21 @@ def _axes(fig, left, cell, d):
     """Add axes in a cell of the strip, with room for their numbers; inches."""
     w, h = fig.get_size_inches()
     if d == 3:
-        return fig.add_axes((left / w, 0.55 / h, cell / w, 1 - 1.0 / h), projection="3d", computed_zorder=False)
-    ax = fig.add_axes(((left + 0.75) / w, 1.25 / h, (cell - 0.85) / w, 1 - 1.65 / h))
+        rect = (left / w, 0.55 / h, (cell - 0.45) / w, 1 - 1.0 / h)
+        ax = fig.add_axes(rect, projection="3d", computed_zorder=False)
+        ax.tick_params(labelsize=10, pad=0)
+        ax.locator_params(nbins=5)
+        ax.locator_params(axis="z", nbins=3)
+        ax.zaxis.labelpad = -2
+        return ax
+    ax = fig.add_axes(((left + 0.9) / w, 1.25 / h, (cell - 1.0) / w, 1 - 1.65 / h))
     ax.locator_params(nbins=6)
     return ax
+
+
+def _is_drawn(curve) -> bool:
+    """Say whether a line has a point that is not NaN."""
+    return bool(np.isfinite(curve.get_data_3d() if hasattr(curve, "get_data_3d") else curve.get_data()).any())
 
 
 def log_caption(log: StateLog) -> str:
@@ -77,11 +95,14 @@ def log_caption(log: StateLog) -> str:
     Parameters
     ----------
     log : StateLog
+        Measurements are counted if it has some, and all: not if frames of the run are left out.
     """
     frames = _frames(log)
     last, obs = frames[-1], [o for frame in frames for o in frame.obs]
     used, gone = sum(o.updated for o in obs), sum(len(frame.gone) for frame in frames)
-    words = [f"{_count(used, 'measurement')} used, {len(obs) - used} rejected"]
+    words = []
+    if obs and all(after.k == frame.k + 1 for frame, after in pairwise(frames)):
+        words.append(f"{_count(used, 'measurement')} used, {len(obs) - used} rejected")
     if gone:
         words.append(f"{_count(gone, 'landmark')} deleted")
     radii = [log.k * np.linalg.norm(L, ord=2) for _, L in last.lmks.values() if np.isfinite(L).all()]
@@ -93,10 +114,8 @@ def log_caption(log: StateLog) -> str:
             far = np.linalg.norm(x[: len(last.truth[id]) // 2 + 1] - last.truth[id][: len(x) // 2 + 1])
             who = f"robot {id}" if len(last.robots) > 1 else "the robot"
             ending.append(f"{who} {far:.2g} m from its true position")
-    return (
-        f"{_count(len(frames), 'frame')}, {last.t - frames[0].t:.3g} s: {', '.join(words)}. "
-        f"At the end: {', '.join(ending)}."
-    )
+    events = f": {', '.join(words)}" if words else ""
+    return f"{_count(len(frames), 'frame')}, {last.t - frames[0].t:.3g} s{events}. At the end: {', '.join(ending)}."
 
 
 def _frames(log: StateLog) -> list[LogFrame]:
@@ -140,8 +159,12 @@ def _draw(ax, frames, d, k) -> None:
         ax=ax,
     )
     ax.get_legend().remove()
+    for x, L, _ in frame.robots.values():
+        if L.any():  # not where the pose is known
+            curves = (ellipse_points if d == 2 else ellipsoid_wires)(x[:d], L @ L.T, k)
+            ax.plot(*nan_separated(curves).T, **line(ESTIMATE, linewidth=1.1), zorder=6, label=sigma_label(k, d))
     if d == 3:  # the picture is small: markers too, and no names
-        for line in ax.lines:
-            line.set_markersize(0.6 * line.get_markersize())
+        for curve in ax.lines:
+            curve.set_markersize(0.6 * curve.get_markersize())
         for names in [c for c in ax.collections if isinstance(c, Labels)]:
             names.remove()
