@@ -9,6 +9,7 @@ from ekfslam_tutorial.course.exercises.nb00_wrap import wrap
 from ekfslam_tutorial.course.exercises.nb01_correct import correct
 from ekfslam_tutorial.course.exercises.nb01_innovation import innovation
 from ekfslam_tutorial.course.exercises.nb01_move import move
+from ekfslam_tutorial.models.motion import Unicycle
 
 from .probes import Probes, judged_rightly
 
@@ -133,6 +134,19 @@ def exact_arc(x, u, dt):
     r, a = u[0] / u[1], x[2] + u[1] * dt
     x2 = np.array([x[0] + r * (np.sin(a) - np.sin(x[2])), x[1] - r * (np.cos(a) - np.cos(x[2])), a])
     return x2, move(x, u, dt)[1], move(x, u, dt)[2]
+
+
+@wrong("01.2", "exact arc.*straight ahead first")
+def model_of_the_package(x, u, dt):
+    return Unicycle().move(x, u, dt)
+
+
+@wrong("01.2", "exact arc.*straight ahead first")
+def arc_by_the_chord(x, u, dt):
+    half = u[1] * dt / 2
+    chord = u[0] * dt * np.sinc(half / np.pi)
+    x2 = np.array([x[0] + chord * np.cos(x[2] + half), x[1] + chord * np.sin(x[2] + half), x[2] + u[1] * dt])
+    return x2, *move(x, u, dt)[1:]
 
 
 @wrong("01.2", "to the left")

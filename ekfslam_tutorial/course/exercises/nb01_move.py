@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...geometry import wrap
+from ...models.motion import Unicycle
 from .. import expect
 from ..exercise import Exercise
 
@@ -145,6 +146,8 @@ _wrong("turned first", "The robot drives first, the way it looks *before* the st
        x2=lambda x, u, dt: [*_f(_after(x, u, dt), u, dt)[:2], x[2] + u[1] * dt])
 _wrong("half the turn first", "The robot drives the way it looks *before* the step, not in the middle of the turn.",
        x2=lambda x, u, dt: [*_f([x[0], x[1], x[2] + u[1] * dt / 2], u, dt)[:2], x[2] + u[1] * dt])
+_wrong("arc", "Yours is the exact arc. Here the robot drives v dt straight ahead first, and then it turns.",
+       x2=lambda x, u, dt: Unicycle().move(x, u, dt)[0])
 _wrong("turned to the other side", "A positive w turns to the left: theta *plus* w dt.",
        x2=lambda x, u, dt: [*_f(x, u, dt)[:2], x[2] - u[1] * dt])
 _wrong("dt forgotten", "v and w are per second: multiply both by dt.",
