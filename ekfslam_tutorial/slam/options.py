@@ -83,20 +83,38 @@ class Options:
         object.__setattr__(self, "n", np.atleast_1d(np.array(self.n, float)))
         object.__setattr__(self, "N", np.atleast_2d(np.array(self.N, float, order="C")))
         check_covariance(self.N, len(self.n), "the covariance N of the prior")
-        for name in ("n_updates", "max_lmks"):
-            self._need(name, getattr(self, name) is None or getattr(self, name) >= 0, "a number of 0 or more, or None")
-        self._need(
-            "reopen_after", self.reopen_after is None or self.reopen_after >= 1, "a number of 1 or more, or None"
-        )
-        two = self.n_inits is None or (np.shape(self.n_inits) == (2,) and min(self.n_inits) >= 0)
-        self._need("n_inits", two, "two numbers of 0 or more, or None")
+        self._check()
+
+    def _check(self):
+        """Refuse what no run can begin with, or what would stop one on the way."""
+        for name, least in (("n_updates", 0), ("max_lmks", 0), ("reopen_after", 1)):
+            value = getattr(self, name)
+            self._need(name, value is None or _whole(value, least), f"a whole number of {least} or more, or None")
+        two = self.n_inits is None or _two(self.n_inits, _whole)
+        self._need("n_inits", two, "two whole numbers of 0 or more, or None")
+        two = _two(self.reopen_std, _number) and max(self.reopen_std) < np.inf
+        self._need("reopen_std", two, "two finite numbers of 0 or more")
+        self._need("min_search", _whole(self.min_search), "a whole number of 0 or more")
+        self._need("init_margin", _number(self.init_margin), "a number of 0 or more")
         for name in ("md2_threshold", "lin_test", "min_rho"):
-            self._need(name, getattr(self, name) > 0, "a positive number")
-        for name in ("init_margin", "min_search"):
-            self._need(name, getattr(self, name) >= 0, "a number of 0 or more")
+            self._need(name, _number(getattr(self, name)) and getattr(self, name) > 0, "a positive number")
         for name in ("min_match_ratio", "min_inlier_ratio"):
-            self._need(name, 0 <= getattr(self, name) <= 1, "between 0 and 1")
+            self._need(name, _number(getattr(self, name)) and getattr(self, name) <= 1, "between 0 and 1")
+        made = callable(self.association) and not isinstance(self.association, type)
+        self._need("association", made, "an object to call, such as KnownIds()")
 
     def _need(self, name, ok, what):
         if not ok:
-            raise ValueError(f"Options: {name} must be {what}, got {getattr(self, name)!r}")
+            raise ValueError(f"{name} must be {what}, got {getattr(self, name)!r}")
+
+
+def _number(value, least=0):
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool) and value >= least
+
+
+def _whole(value, least=0):
+    return isinstance(value, int | np.integer) and _number(value, least)
+
+
+def _two(values, is_it):
+    return isinstance(values, tuple | list | np.ndarray) and len(values) == 2 and all(map(is_it, values))

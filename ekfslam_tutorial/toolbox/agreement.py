@@ -28,6 +28,7 @@ def check_agreement(data):
             known = ", ".join(map(str, robots))
             raise ValueError(f"sensor {sensor.id} is on robot {sensor.robot}, which does not exist; robots: {known}")
     _check_dimensions(data)
+    _check_capacity(data)
     if data.options.first_estimates:
         check_first_estimates(data.frame, [started_by(data, sensor) for sensor in data.sensors])
     for sensor in data.sensors:
@@ -73,6 +74,15 @@ def _check_dimensions(data):
     for name, d in of.items():
         if d != dim:
             raise ValueError(f"{first} is {dim}D and {name} is {d}D; a scenario is in 2D or in 3D, not in both")
+
+
+def _check_capacity(data):
+    """Robots and sensors that are estimated must fit into the map; landmarks that do not fit are left out."""
+    capacity = data.options.capacity
+    needed = sum(robot.motion.size for robot in data.robots if robot.in_map)
+    needed += sum(data.frame.size for sensor in data.sensors if sensor.frame_in_map)
+    if capacity is not None and capacity < needed:
+        raise ValueError(f"options: capacity {capacity} is less than the {needed} states of robots and sensors")
 
 
 def _check_view(figure, dim, has_sensor):

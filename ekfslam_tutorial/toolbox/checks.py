@@ -63,8 +63,27 @@ def stds(what, value, size):
 
 def check_id(what, value):
     """Refuse what is not a whole number, 0 or more."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
+    if not is_whole(value) or value < 0:
         raise ValueError(f"{what} must be a whole number, 0 or more, got {shown(value)}")
+
+
+def is_whole(value):
+    """Whether a value is a whole number, not one that happens to be."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def check_kind(what, value, kind):
+    """Refuse what is no object of a class of the toolbox."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{what} must be a toolbox.{kind.__name__}, got {shown(value)}")
+
+
+def check_model(what, value, method):
+    """Refuse a class where a model is wanted, and what has no such method."""
+    if isinstance(value, type):
+        raise TypeError(f"{what} must be a model, got a class; write {value.__name__}(...)")
+    if not hasattr(value, method):
+        raise TypeError(f"{what} must be a model, with the method {method}, got {shown(value)}")
 
 
 def shown(value, width=60):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..models.motion import Odometry2
-from .checks import check_id, covariances, numbers, shown, stds, vector
+from .checks import check_id, check_model, covariances, numbers, shown, stds, vector
 from .poses import n_angles, pose
 
 
@@ -59,6 +59,7 @@ class Robot:
 
     def __post_init__(self):
         check_id("id", self.id)
+        check_model("motion", self.motion, "move")
         self.start()
         self.controls()
         self.U()
@@ -206,6 +207,9 @@ class Sensor:
     def __post_init__(self):
         check_id("id", self.id)
         check_id("robot", self.robot)
+        check_model("model", self.model, "project")
+        if self.landmark is not None:
+            check_model("landmark", self.landmark, "from_frame")
         if not 0 < numbers("p_detect", self.p_detect) <= 1:
             raise ValueError(f"p_detect is a probability above 0, got {self.p_detect}")
         if not numbers("clutter", self.clutter) >= 0:

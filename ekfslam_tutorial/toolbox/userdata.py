@@ -14,7 +14,7 @@ from ..ekf.extra import check_compiled
 from ..models.landmarks import EucPnt
 from ..slam import Options as SlamOptions
 from .agreement import check_agreement
-from .checks import check_id, numbers, shown, stds
+from .checks import check_id, check_kind, check_model, is_whole, numbers, shown, stds
 from .robots import Robot, Sensor
 
 __all__ = ["Data", "FigureOptions", "Landmark", "Options", "Robot", "Sensor", "Time", "UserData", "World"]
@@ -68,6 +68,9 @@ class Time:
     def __post_init__(self):
         if not numbers("dt", self.dt) > 0:
             raise ValueError(f"dt must be a positive number of seconds, got {self.dt}")
+        for name, value in (("first", self.first), ("last", self.last)):
+            if value is not None and not is_whole(value):
+                raise ValueError(f"the number of the {name} frame must be whole, got {shown(value)}")
         if self.last is not None and self.last < self.first:
             raise ValueError(f"the last frame, {self.last}, comes before the first, {self.first}")
 
@@ -92,6 +95,8 @@ class Landmark:
     non_obs_std: Any = 0.5
 
     def __post_init__(self):
+        if self.model is not None:
+            check_model("the landmark model", self.model, "from_frame")
         self.prior()
 
     def prior(self):
@@ -123,19 +128,11 @@ class Options(SlamOptions):
     compiled: bool = False
 
     def __post_init__(self):
-        for name in ("n_updates", "max_lmks", "capacity", "min_search", "reopen_after"):
-            value = getattr(self, name)
-            if value is not None and value < 0:
-                raise ValueError(f"{name} must not be negative, got {value}")
+        self._check()
+        whole = self.capacity is None or (is_whole(self.capacity) and self.capacity >= 0)
+        self._need("capacity", whole, "a whole number of 0 or more, or None")
         if self.compiled:
             check_compiled(ValueError)
-        for name in ("min_match_ratio", "min_inlier_ratio"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name} is a share, between 0 and 1, got {getattr(self, name)}")
-        if not self.md2_threshold > 0:
-            raise ValueError(f"md2_threshold must be positive, got {self.md2_threshold}")
-        if self.n_inits is not None and (len(self.n_inits) != 2 or min(self.n_inits) < 0):
-            raise ValueError(f"n_inits must be two numbers, for the first frame and for the others, got {self.n_inits}")
 
 
 VIEWS = ("", "perspective", "top", "side", "self")
@@ -223,9 +220,20 @@ class UserData:
 
     def __post_init__(self):
         check_id("seed", self.seed)
+        self._check_kinds()
         if self.robots and self.landmark.model is None:
             self.landmark = replace(self.landmark, model=EucPnt(self.frame.dim))
         check_agreement(self)
+
+    def _check_kinds(self):
+        """Objects of this module only; `slam.Options`, for one, does not know the size of the map."""
+        kinds = {"landmark": Landmark, "time": Time, "options": Options, "figure": FigureOptions}
+        kinds |= {name: kind for name, kind in (("world", World), ("data", Data)) if getattr(self, name) is not None}
+        for name, kind in kinds.items():
+            check_kind(name, getattr(self, name), kind)
+        for name, kind in (("robots", Robot), ("sensors", Sensor)):
+            for entry in getattr(self, name):
+                check_kind(f"each of {name}", entry, kind)
 
     @property
     def frame(self):

@@ -13,6 +13,7 @@ from ekfslam_tutorial.models.landmarks import EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry3, Unicycle
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
 from ekfslam_tutorial.slam import Jcbb, KnownIds
+from ekfslam_tutorial.slam import Options as SlamOptions
 from ekfslam_tutorial.toolbox import (
     Landmark,
     Options,
@@ -272,10 +273,18 @@ MISTAKES = [
     (FLAT, "seed", 1.5, "seed must be a whole number, got 1.5"),
     (FLAT, "name", 4, "name must be a text in quotes, got 4"),
     (FLAT, "options.n_inits", 3, "n_inits must be a list of numbers, got 3"),
-    (FLAT, "options.n_inits", [1, 2, 3], "n_inits must be two numbers"),
-    (FLAT, "options.capacity", -3, r"\[options\]: capacity must not be negative, got -3"),
-    (FLAT, "options.min_match_ratio", 3, "min_match_ratio is a share, between 0 and 1, got 3"),
-    (FLAT, "options.md2_threshold", -4.0, "md2_threshold must be positive, got -4"),
+    (FLAT, "options.n_inits", [1, 2, 3], "n_inits must be two whole numbers"),
+    (FLAT, "options.n_inits", [1.5, 2], r"n_inits must be two whole numbers of 0 or more, or None, got \(1.5, 2\)"),
+    (FLAT, "options.capacity", -3, r"\[options\]: capacity must be a whole number of 0 or more, or None, got -3"),
+    (FLAT, "options.capacity", 2, r"options: capacity 2 is less than the 3 states of robots and sensors"),
+    (SPACE, "options.capacity", 6, r"options: capacity 6 is less than the 7 states of robots and sensors"),
+    (FLAT, "options.reopen_after", 0, "reopen_after must be a whole number of 1 or more, or None, got 0"),
+    (FLAT, "options.reopen_std", [1], r"reopen_std must be two finite numbers of 0 or more, got \(1,\)"),
+    (FLAT, "options.reopen_std", [0.1, -0.2], r"reopen_std must be two finite numbers of 0 or more, got \(0.1, -0.2\)"),
+    (FLAT, "options.min_rho", -5.0, "min_rho must be a positive number, got -5"),
+    (FLAT, "options.init_margin", -1000.0, "init_margin must be a number of 0 or more, got -1000"),
+    (FLAT, "options.min_match_ratio", 3, "min_match_ratio must be between 0 and 1, got 3"),
+    (FLAT, "options.md2_threshold", -4.0, "md2_threshold must be a positive number, got -4"),
     (FLAT, "options.association", {"type": "jcbb", "gate": 3}, "association: unknown key 'gate'; possible: confidence"),
     (FLAT, "world.n", "many", r"\[world\]: n must be a whole number, got 'many'"),
     (FLAT, "world.radius", NAN, "radius must be finite, got nan"),
@@ -301,6 +310,30 @@ MISTAKES = [
 def test_each_mistake_gets_its_own_sentence(table, key, value, message):
     with pytest.raises((ValueError, TypeError), match=message) as caught:
         UserData.from_dict(table, {key: value})
+    assert "\n" not in str(caught.value)
+
+
+ROBOTS = [Robot()]
+PYTHON = [
+    (Time, dict(last=1.5), "the number of the last frame must be whole, got 1.5"),
+    (Time, dict(first=0.5), "the number of the first frame must be whole, got 0.5"),
+    (Options, dict(capacity=9.5), "capacity must be a whole number of 0 or more, or None, got 9.5"),
+    (Robot, dict(motion=Unicycle), r"motion must be a model, got a class; write Unicycle\(...\)"),
+    (Robot, dict(motion="unicycle"), "motion must be a model, with the method move, got 'unicycle'"),
+    (Sensor, dict(model=RangeBearing), r"model must be a model, got a class; write RangeBearing\(...\)"),
+    (Sensor, dict(model=RangeBearing(0.1, 0.1), landmark="euc_pnt"), "landmark must be a model, with the method"),
+    (Landmark, dict(model=EucPnt), r"the landmark model must be a model, got a class; write EucPnt\(...\)"),
+    (UserData, dict(robots=ROBOTS, options=SlamOptions()), "options must be a toolbox.Options, got"),
+    (UserData, dict(robots=ROBOTS, world=[[1.0, 2.0]]), r"world must be a toolbox.World, got \[\[1.0, 2.0\]\]"),
+    (UserData, dict(robots=ROBOTS, time=30), "time must be a toolbox.Time, got 30"),
+    (UserData, dict(robots=ROBOTS, sensors=[RangeBearing(0.1, 0.1)]), "each of sensors must be a toolbox.Sensor"),
+]
+
+
+@pytest.mark.parametrize(("kind", "given", "message"), PYTHON, ids=[m[:40] for _, _, m in PYTHON])
+def test_mistakes_in_python_are_told_as_early(kind, given, message):
+    with pytest.raises((ValueError, TypeError), match=message) as caught:
+        kind(**given)
     assert "\n" not in str(caught.value)
 
 
