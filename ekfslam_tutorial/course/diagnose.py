@@ -7,13 +7,15 @@ import numpy as np
 DEGREES = 180 / np.pi
 
 
-def diagnose(got, want) -> str:
+def diagnose(got, want, rtol=1e-5) -> str:
     """Name the slip that turns `want` into `got`, or return an empty string.
 
     Parameters
     ----------
     got, want : array_like
         Numbers of the same shape, the student's and the right ones.
+    rtol : float
+        What counts as rounding, relative to the largest entry.
 
     Returns
     -------
@@ -25,9 +27,9 @@ def diagnose(got, want) -> str:
         return ""
     for explains, sentence in _SLIPS:
         with np.errstate(all="ignore"):
-            if explains(got, want):
+            if explains(got, want, rtol):
                 return sentence
-    return _one_entry(got, want) or _rounded(got, want)
+    return _one_entry(got, want, rtol) or _rounded(got, want)
 
 
 def same(a, b, rtol=1e-5, atol=1e-9) -> bool:
@@ -40,45 +42,59 @@ def _is_square(a):
     return a.ndim == 2 and a.shape[0] == a.shape[1] > 1
 
 
-def _reversed_differs(want):
-    return want.ndim == 1 and want.size > 1 and not same(want[::-1], want)
+def _reversed_differs(want, rtol):
+    return want.ndim == 1 and want.size > 1 and not same(want[::-1], want, rtol)
 
 
 def _turns(got, want):
-    """Whether the arrays differ by whole turns only."""
+    """The entries that differ by whole turns, and those of them that were wrapped; none if others differ, too."""
     turns = (got - want) / (2 * np.pi)
-    return same(turns, np.round(turns), rtol=0, atol=1e-6) and bool(np.abs(turns).max() > 0.5)
+    off = (np.abs(turns) > 0.5) & same(turns, np.round(turns), rtol=0, atol=1e-6)
+    seam = np.pi + 1e-6
+    return off, off & (np.abs(got) <= seam) & (np.abs(want) > seam)
+
+
+def _not_wrapped(got, want, rtol):
+    off, wrapped = _turns(got, want)
+    return off.any() and not wrapped.any()
+
+
+def _wrapped(got, want, rtol):
+    off, wrapped = _turns(got, want)
+    return off.any() and (wrapped == off).all()
 
 
 # Slips of all entries, the likely ones first. Each: what explains the difference, what to tell the student.
+# Decimals are compared exactly: beside a large entry, such as a time stamp, the small ones would count as rounding.
 _SLIPS = (
-    (lambda g, w: not np.any(g), "Yours is zero."),
-    (lambda g, w: same(g, -w), "The sign is the wrong way round."),
-    (lambda g, w: _is_square(w) and same(g, w.T) and not same(w, w.T), "Yours is the transpose."),
-    (lambda g, w: same(g, 2 * w), "Yours is twice as large."),
-    (lambda g, w: same(g, w / 2), "Yours is exactly half: was something counted twice?"),
-    (lambda g, w: same(g, w * DEGREES), "Yours is in degrees: keep to radians."),
-    (lambda g, w: same(g, w / DEGREES), "Yours looks converted from degrees: all angles are in radians already."),
-    (_turns, "Yours is off by whole turns of 2 pi: wrap the angle."),
-    (lambda g, w: same(g**2, w), "Yours is the square root: a covariance holds variances."),
-    (lambda g, w: same(g, w**2), "Yours is the square."),
+    (lambda g, w, r: not np.any(g), "Yours is zero."),
+    (lambda g, w, r: same(g, -w, r), "The sign is the wrong way round."),
+    (lambda g, w, r: _is_square(w) and same(g, w.T, r) and not same(w, w.T, r), "Yours is the transpose."),
+    (lambda g, w, r: same(g, 2 * w, r), "Yours is twice as large."),
+    (lambda g, w, r: same(g, w / 2, r), "Yours is exactly half: was something counted twice?"),
+    (lambda g, w, r: same(g, w * DEGREES, r), "Yours is in degrees: keep to radians."),
+    (lambda g, w, r: same(g, w / DEGREES, r), "Yours looks converted from degrees: all angles are in radians already."),
+    (_not_wrapped, "Yours is off by whole turns of 2 pi: wrap the angle."),
+    (_wrapped, "Yours has lost whole turns of 2 pi: only an angle is wrapped."),
+    (lambda g, w, r: same(g**2, w, r), "Yours is the square root: a covariance holds variances."),
+    (lambda g, w, r: same(g, w**2, r), "Yours is the square."),
     (
-        lambda g, w: same(g, np.round(w)) or same(g, np.trunc(w)),
+        lambda g, w, r: np.array_equal(g, np.round(w)) or np.array_equal(g, np.trunc(w)),
         "Yours has lost its decimals: is an array of type int?",
     ),
-    (lambda g, w: _reversed_differs(w) and same(g, w[::-1]), "The entries are in the wrong order."),
+    (lambda g, w, r: _reversed_differs(w, r) and same(g, w[::-1], r), "The entries are in the wrong order."),
 )
 
 
-def _one_entry(got, want) -> str:
+def _one_entry(got, want, rtol) -> str:
     """Say it if every wrong entry has the wrong sign, or if only one entry is wrong."""
     scale = np.max(np.abs(want), initial=0.0)
-    wrong = np.abs(got - want) > 1e-9 + 1e-5 * scale
+    wrong = np.abs(got - want) > 1e-9 + rtol * scale
     if got.ndim == 0 or not wrong.any():
         return ""
     places = [tuple(int(i) for i in place) for place in np.argwhere(wrong)]
     named = ", ".join(_bracket(p) for p in places[:4]) + (" ..." if len(places) > 4 else "")
-    if same(got[wrong], -want[wrong]):
+    if same(got[wrong], -want[wrong], rtol):
         return f"Wrong sign at {named}."
     if not got[wrong].any():
         return f"Missing (zero) at {named}."
@@ -88,7 +104,7 @@ def _one_entry(got, want) -> str:
 def _rounded(got, want) -> str:
     """Say it if the numbers were rounded."""
     for digits in (1, 2, 3, 4):
-        if np.round(want, digits).any() and same(got, np.round(want, digits), 1e-9, 1e-9):
+        if np.round(want, digits).any() and np.allclose(got, np.round(want, digits), 1e-12, 1e-9):
             return f"Yours is rounded to {digits} decimals: keep them all."
     return ""
 

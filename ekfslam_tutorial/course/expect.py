@@ -69,12 +69,13 @@ def close(got, want, what, rtol=1e-5, atol=1e-8, at=""):
     got, want = np.asarray(got, float), np.asarray(want, float)
     if not same(got, want, rtol, atol):
         where = f" for {at}" if at else ""
-        slip = diagnose(got, want)
+        slip = diagnose(got, want, min(rtol or 1e-5, 1e-5))
         if got.size > 16:  # too large to be shown: the entry that is most off
             worst = np.unravel_index(np.argmax(np.abs(got - want)), got.shape)
             what = f"{what}, entry {[int(i) for i in worst]},"
             got, want = got[worst], want[worst]
-        raise Failed(f"{what} is {_show(got)}{where}, it should be {_show(want)}. {slip}".rstrip())
+        is_, should = _apart(got, want)
+        raise Failed(f"{what} is {is_}{where}, it should be {should}. {slip}".rstrip())
 
 
 def angle(got, want, what, atol=1e-6, at=""):
@@ -82,7 +83,8 @@ def angle(got, want, what, atol=1e-6, at=""):
     if abs(wrap(float(got) - float(want))) > atol:
         where = f" for {at}" if at else ""
         slip = diagnose(got, want)
-        raise Failed(f"{what} is {float(got):.6g}{where}, it should be {float(want):.6g}. {slip}".rstrip())
+        is_, should = _apart(got, want)
+        raise Failed(f"{what} is {is_}{where}, it should be {should}. {slip}".rstrip())
 
 
 def jacobian(J, f, x, what, rows=None, cols=None, row=None, rtol=1e-5, atol=1e-7):
@@ -110,14 +112,16 @@ def jacobian(J, f, x, what, rows=None, cols=None, row=None, rtol=1e-5, atol=1e-7
     if error[i, j] > atol + rtol * np.abs(N[seen]).max():
         name = f" = d({rows[i]})/d({cols[j]})" if rows and cols else ""
         slip = diagnose(J[seen], N[seen]) if row is None else diagnose(J[row], N[row])
-        raise Failed(f"{what}[{i}, {j}]{name} is {J[i, j]:.4g}, finite differences give {N[i, j]:.4g}. {slip}".rstrip())
+        is_, should = _apart(J[i, j], N[i, j], 4)
+        raise Failed(f"{what}[{i}, {j}]{name} is {is_}, finite differences give {should}. {slip}".rstrip())
 
 
 def symmetric(P, what, rtol=1e-9):
     """A covariance must be symmetric, up to rounding."""
     if not np.abs(P - P.T).max(initial=0) <= rtol * max(np.abs(P).max(initial=0), 1e-300):
         i, j = (int(k) for k in np.unravel_index(np.argmax(np.abs(P - P.T)), P.shape))
-        raise Failed(f"{what} is not symmetric: [{i}, {j}] is {P[i, j]:.4g}, [{j}, {i}] is {P[j, i]:.4g}")
+        one, other = _apart(P[i, j], P[j, i], 4)
+        raise Failed(f"{what} is not symmetric: [{i}, {j}] is {one}, [{j}, {i}] is {other}")
 
 
 def psd(P, what, rtol=1e-9):
@@ -143,10 +147,19 @@ def _shape_help(got, want):
     return ""
 
 
-def _show(a):
+def _apart(a, b, digits=6):
+    """Show two arrays with so many digits that they do not look alike."""
+    texts = "", ""
+    while texts[0] == texts[1] and digits < 18:
+        texts = _show(np.asarray(a, float), digits), _show(np.asarray(b, float), digits)
+        digits += 1
+    return texts
+
+
+def _show(a, digits):
     if a.ndim == 0:
-        return f"{float(a):.6g}"
-    return np.array2string(a, precision=4, suppress_small=True, separator=", ").replace("\n", "")
+        return f"{float(a):.{digits}g}"
+    return np.array2string(a, precision=digits - 2, suppress_small=True, separator=", ").replace("\n", "")
 
 
 def _short(value):

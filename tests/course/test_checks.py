@@ -10,10 +10,23 @@ import time
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.course import audit, check, checks, deadline, guard, hint, logbook, progress, registry, reveal
+from ekfslam_tutorial.course import (
+    audit,
+    check,
+    checks,
+    deadline,
+    expect,
+    guard,
+    hint,
+    logbook,
+    progress,
+    registry,
+    reveal,
+)
 from ekfslam_tutorial.course.diagnose import diagnose
 from ekfslam_tutorial.course.exercise import Verdict
 from ekfslam_tutorial.course.exercises.nb02_q import q
+from ekfslam_tutorial.geometry import wrap
 
 # --- the messages ---
 
@@ -300,6 +313,58 @@ def test_a_large_number_is_not_off_by_whole_turns():
     want = np.array([[0.3, 0.1], [0.1, 0.2]])
     assert "turns" not in diagnose(1e6 * np.eye(2), want)
     assert "whole turns" in diagnose(want + 2 * np.pi, want)
+
+
+def test_a_length_that_was_wrapped_is_not_to_be_wrapped():
+    advice, other = "wrap the angle", "only an angle is wrapped"
+    for got, want in (([4 - 2 * np.pi, 0.2], [4, 0.2]), (5 - 2 * np.pi, 5.0)):
+        assert other in diagnose(got, want) and advice not in diagnose(got, want)
+    assert advice in diagnose([4, 0.2 - 2 * np.pi], [4, 0.2])
+    both = diagnose([4 - 2 * np.pi, 0.2 - 2 * np.pi], [4, 0.2])
+    assert other not in both and advice not in both
+
+
+@pytest.mark.parametrize("id", ["01.3", "05.1", "05.3"])
+def test_a_state_that_was_wrapped_is_not_to_be_wrapped(id):
+    def mine(*args):
+        result = registry.get(id).solution(*args)
+        return (wrap(result[0]), *result[1:]) if isinstance(result, tuple) else wrap(result)
+
+    message = registry.get(id).judge(mine).message
+    assert "only an angle is wrapped" in message and "wrap the angle" not in message
+
+
+@pytest.mark.parametrize("order", [lambda rows: np.sort(rows, axis=0), lambda rows: rows[np.lexsort(rows.T[::-1])]])
+def test_small_numbers_beside_a_time_stamp_have_not_lost_their_decimals(order):
+    def mine(rows):
+        return order(rows), *registry.get("09.1").solution(rows)[1:]
+
+    message = registry.get("09.1").judge(mine).message
+    assert "rows" in message and "decimals" not in message
+
+
+def test_slips_beside_a_time_stamp_are_those_of_each_entry():
+    want = np.array([[1.25e9, 0.26, 5.67], [1.25e9 + 1.5, -0.77, 4.23]])
+    assert "lost its decimals" in diagnose(want.round(), want, 1e-11)
+    assert "lost its decimals" in diagnose([3, -2], [3.4, -2.2])
+    assert "rounded to 1" in diagnose(want.round(1), want, 1e-11)
+    assert diagnose(want + [0, 0.3, 0], want, 1e-11) == "Wrong at [0, 1], [1, 1] only."
+
+
+def test_two_numbers_that_differ_are_shown_so():
+    """The numbers of a message differ, however near they are; else they have few digits."""
+    with pytest.raises(expect.Failed, match=r"^e is \[0\.09996, .*it should be \[0\.1, "):
+        expect.close([2 * np.sin(0.05), 0, 0], [0.1, 0, 0], "e")
+    with pytest.raises(expect.Failed, match=r"^e is 0\.3, it should be 0\.3000003\."):
+        expect.close(0.3, 0.3 + 3e-7, "e", 1e-9)
+    with pytest.raises(expect.Failed, match=r"^e is 2, it should be 2\.000003\."):
+        expect.angle(2.0, 2.0 + 3e-6, "e")
+    with pytest.raises(expect.Failed, match=r"^J\[0, 0\] is 2\.0001, finite differences give 2\."):
+        expect.jacobian(np.array([[2.0001]]), lambda x: 2 * x, np.ones(1), "J")
+    with pytest.raises(expect.Failed, match=r"is not symmetric: \[0, 1\] is 0\.10001, \[1, 0\] is 0\.1$"):
+        expect.symmetric(np.array([[1, 0.10001], [0.1, 1]]), "P")
+    with pytest.raises(expect.Failed, match=r"e is \[0\.1235, 0\. +\], it should be \[0\.2, 0\. +\]"):
+        expect.close([0.123456789, 0], [0.2, 0], "e")
 
 
 @pytest.mark.parametrize(
