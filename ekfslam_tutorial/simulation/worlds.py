@@ -12,6 +12,20 @@ def _numbered(points):
     return np.arange(1, len(points) + 1), points
 
 
+def _count(n):
+    if n < 1:
+        raise ValueError(f"a world needs 1 landmark or more, got n = {n}")
+    return n
+
+
+def _in_box(rng, n, **limits):
+    for axis, (low, high) in limits.items():
+        if low > high:
+            raise ValueError(f"{axis}_min must not be above {axis}_max, got {low} and {high}")
+    low, high = zip(*limits.values(), strict=True)
+    return _numbered(rng.uniform(low, high, (_count(n), len(limits))))
+
+
 def cloister(x_min=-6.0, x_max=6.0, y_min=-6.0, y_max=6.0, n=7, height=1.0):
     """Four walkways of columns around a court: the manual's default world (72 points as it is).
 
@@ -50,18 +64,18 @@ def cloister(x_min=-6.0, x_max=6.0, y_min=-6.0, y_max=6.0, n=7, height=1.0):
 
 def ring(n=20, radius=6.0, centre=(0.0, 0.0)):
     """`n` landmarks at equal angles on a circle in the plane, the first on its x axis."""
-    a = 2 * np.pi * np.arange(n) / n
+    a = 2 * np.pi * np.arange(_count(n)) / n
     return _numbered(np.asarray(centre) + radius * np.stack([np.cos(a), np.sin(a)], -1))
 
 
 def random2(rng, n=30, x_min=-6.0, x_max=6.0, y_min=-6.0, y_max=6.0):
     """`n` landmarks spread at random over a rectangle in the plane."""
-    return _numbered(rng.uniform([x_min, y_min], [x_max, y_max], (n, 2)))
+    return _in_box(rng, n, x=(x_min, x_max), y=(y_min, y_max))
 
 
 def random3(rng, n=60, x_min=-6.0, x_max=6.0, y_min=-6.0, y_max=6.0, z_min=0.0, z_max=2.0):
     """`n` landmarks spread at random over a box in space."""
-    return _numbered(rng.uniform([x_min, y_min, z_min], [x_max, y_max, z_max], (n, 3)))
+    return _in_box(rng, n, x=(x_min, x_max), y=(y_min, y_max), z=(z_min, z_max))
 
 
 def lecture():
@@ -76,7 +90,7 @@ def lecture():
     # fmt: on
 
 
-def points(points, ids=None):
+def points(points: tuple, ids: tuple | None = None):
     """Landmarks written down one by one, in metres; numbered 1, 2, ... unless `ids` says otherwise."""
     numbers, p = _numbered(points)
-    return (numbers if ids is None else np.asarray(ids, int)), p
+    return (numbers if ids is None else np.asarray(ids)), p

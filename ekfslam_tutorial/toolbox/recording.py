@@ -174,7 +174,7 @@ class Recording:
         self._check_frames("truth of robot", self.truth)
         self.fixes = {i: _fixes(i, table) for i, table in self.fixes.items()}
         if self.landmarks is not None:
-            self.landmarks = _landmarks(*_pair(self.landmarks))
+            self.landmarks = checked_landmarks(*_pair(self.landmarks))
         self.notes = [str(note) for note in self.notes]
 
     def _check_frames(self, kind, logs):
@@ -343,7 +343,13 @@ def _pair(landmarks):
     return (landmarks.ids, landmarks.points) if isinstance(landmarks, SimLmk) else landmarks
 
 
-def _landmarks(ids, points):
+def checked_landmarks(ids, points):
+    """True landmarks: points in 2D or 3D, each with a whole number of its own, 0 or more.
+
+    Raises
+    ------
+    ValueError
+    """
     points = numbers("landmark points", points, 2)
     ids = np.asarray(ids)
     if ids.shape != points.shape[:1] or not np.issubdtype(ids.dtype, np.integer) or points.shape[1] not in (2, 3):
@@ -351,4 +357,6 @@ def _landmarks(ids, points):
     unique, counts = np.unique(ids, return_counts=True)
     if len(unique) != len(ids):
         raise ValueError(f"landmark ids must differ from each other, but {unique[counts > 1][0]} stands twice")
+    if len(ids) and unique[0] < 0:
+        raise ValueError(f"landmark ids must be 0 or more, got {unique[0]}")
     return SimLmk(ids, points)

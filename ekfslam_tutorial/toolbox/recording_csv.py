@@ -182,7 +182,9 @@ class _Table:
         frame = self.integers("frame")
         for i, (line, _) in enumerate(self.rows):
             if not 0 <= frame[i] < n:
-                raise self.error(line, f"frame {frame[i]} does not exist; frames.csv has 0 to {n - 1}")
+                raise self.error(
+                    line, f"frame {frame[i]} does not exist; frames.csv has {f'0 to {n - 1}' if n else 'none'}"
+                )
             if each_once and frame[i] != i:
                 raise self.error(line, f"frame {frame[i]} where frame {i} was expected; each has one row, in order")
             if i and frame[i] < frame[i - 1]:

@@ -97,6 +97,9 @@ class Replay:
     def __init__(self, data, recording):
         self._rec, self._data = recording, data
         self.sim_lmk = recording.landmarks
+        if not len(recording):
+            raise ValueError(f"the recording {recording.name!r} has no frames")
+        self._check_landmarks()
         self._U = {robot.id: robot.U() for robot in data.robots}
         _check_has("robot", [r.id for r in data.robots], recording.robots, recording.name)
         _check_has("sensor", [s.id for s in data.sensors], recording.raw, recording.name)
@@ -107,6 +110,14 @@ class Replay:
         begun = [r.id for r in data.robots if r.position is None and r.id in recording.truth]
         self.starts = {i: recording.truth[i][0] for i in begun if np.isfinite(recording.truth[i][0]).all()}
         self._dt = np.diff(recording.t, prepend=0.0)
+
+    def _check_landmarks(self):
+        dim = self._data.frame.dim
+        if self.sim_lmk is not None and self.sim_lmk.points.shape[1] != dim:
+            columns = self.sim_lmk.points.shape[1]
+            raise ValueError(
+                f"the landmarks of the recording {self._rec.name!r} have {columns} coordinates, needed are {dim}"
+            )
 
     def _check_robot(self, robot):
         rec, truth = self._rec, self._rec.truth.get(robot.id)

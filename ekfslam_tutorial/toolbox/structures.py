@@ -4,8 +4,10 @@ import numpy as np
 
 from ..ekf import CompressedMap, Map
 from ..models.landmarks import EucPnt
-from ..simulation import SimLmk, SimRob, SimSen
+from ..simulation import SimRob, SimSen
 from ..slam import Lmk, Rob, Sen, Tim, place
+from .recording import checked_landmarks
+from .tables import at
 
 SIMULATED_FRAMES = 100  # where the user does not say how many
 
@@ -105,11 +107,16 @@ def create_sim_structures(data, streams):
 def _create_sim_lmk(data, rng):
     if data.world is None:
         raise ValueError("a simulation needs a world: write [world] with type = ..., or give a recording")
-    ids, points = data.world.build(rng)
-    if points.shape[1] != data.frame.dim:
-        name, robot = data.world.type, data.robots[0]
+    name = data.world.type
+    with at(f"the world {name!r}"):
+        landmarks = checked_landmarks(*data.world.build(rng))
+        if not len(landmarks.ids):
+            raise ValueError("there is no landmark in it")
+    dim = landmarks.points.shape[1]
+    if dim != data.frame.dim:
+        robot = data.robots[0]
         raise ValueError(
-            f"the world {name!r} is {points.shape[1]}D and robot {robot.id} is {robot.frame.dim}D; "
+            f"the world {name!r} is {dim}D and robot {robot.id} is {robot.frame.dim}D; "
             "a scenario is in 2D or in 3D, not in both"
         )
-    return SimLmk(ids, points)
+    return landmarks

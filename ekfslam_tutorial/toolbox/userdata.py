@@ -39,6 +39,8 @@ class World:
     def of(cls, points, ids=None):
         """A world of given points (N, d) in metres, with ids 1, 2, ... unless given."""
         points = numbers("the points of the world", points, 2)
+        if ids is not None:
+            numbers("the ids of the world", ids, 1)
         ids = np.arange(1, len(points) + 1) if ids is None else np.asarray(ids)
         return cls(build=partial(_given, ids, points), type="points")
 

@@ -55,6 +55,21 @@ def test_random_worlds_follow_their_generator_and_limits():
     assert (a[:, 2] >= 1).all() and (a[:, 2] <= 2).all() and a[:, :2].min() < -5 and a[:, :2].max() > 5
 
 
+@pytest.mark.parametrize(
+    ("function", "given", "message"),
+    [
+        (worlds.random2, dict(x_min=7.0), r"x_min must not be above x_max, got 7.0 and 6.0"),
+        (worlds.random2, dict(y_max=-7.0), r"y_min must not be above y_max, got -6.0 and -7.0"),
+        (worlds.random3, dict(z_min=3.0), r"z_min must not be above z_max, got 3.0 and 2.0"),
+        (worlds.random3, dict(n=-1), "needs 1 landmark or more, got n = -1"),
+        (worlds.ring, dict(n=-1), "needs 1 landmark or more, got n = -1"),
+    ],
+)
+def test_limits_and_numbers_that_cannot_be_are_named(function, given, message):
+    with pytest.raises(ValueError, match=message):
+        function(RNG, **given) if function is not worlds.ring else function(**given)
+
+
 def test_cloisters_agree_with_recorded_numbers(golden_dir):
     records = json.loads((golden_dir / "functions" / "worlds.json").read_text())
     compared = 0

@@ -1,5 +1,7 @@
 """The log of one's own robot: what is wrong with it is said before the run, in one sentence that says where."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -40,6 +42,38 @@ WRONG = [
 def test_a_log_that_does_not_fit_is_refused_before_the_run(log, change, message):
     with pytest.raises(ValueError, match=message):
         universal_slam(UserData.from_dict(FLAT), with_sensor(log, **change))
+
+
+def test_landmarks_in_space_do_not_fit_into_the_plane(log):
+    points = np.c_[log.landmarks.points, np.zeros(len(log.landmarks.ids))]
+    other = replace(log, landmarks=(log.landmarks.ids, points))
+    with pytest.raises(ValueError, match="the landmarks of the recording 'hall' have 3 coordinates, needed are 2$"):
+        universal_slam(UserData.from_dict(FLAT), other)
+
+
+def test_landmark_ids_are_not_negative(log):
+    with pytest.raises(ValueError, match="landmark ids must be 0 or more, got -1$"):
+        replace(log, landmarks=(np.array([-1, 4]), np.zeros((2, 2))))
+
+
+def heads_only(folder, *but):
+    """The same folder without a row, except in some files."""
+    (folder / "recording.json").write_text('{"format": "ekfslam recording 1", "name": "hall"}')
+    for file in folder.glob("*.csv"):
+        if file.name not in but:
+            file.write_text(file.read_text().partition("\n")[0] + "\n")
+    return folder
+
+
+def test_a_log_without_frames_is_refused(log, tmp_path):
+    empty = Recording.load(heads_only(log.save(tmp_path / "hall")))
+    with pytest.raises(ValueError, match="the recording 'hall' has no frames$"):
+        universal_slam(UserData.from_dict(FLAT), empty)
+    folder = heads_only(log.save(tmp_path / "controls"), "robot-1-controls.csv")
+    with pytest.raises(
+        ValueError, match=r"robot-1-controls\.csv, line 2: frame 0 does not exist; frames.csv has none$"
+    ):
+        Recording.load(folder)
 
 
 def test_some_measurements_without_an_id_and_bearings_of_any_turn_are_fine(log):

@@ -1,7 +1,7 @@
 """User data: what is written is what is meant, in Python and in TOML; and every mistake gets one clear sentence."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -289,6 +289,18 @@ MISTAKES = [
     (FLAT, "world.n", "many", r"\[world\]: n must be a whole number, got 'many'"),
     (FLAT, "world.radius", NAN, "radius must be finite, got nan"),
     (FLAT, "world", {"type": "lecture", "n": 5}, r"\[world\]: unknown key 'n'; possible: none"),
+    (
+        FLAT,
+        "world",
+        {"type": "points", "points": [[1, 2], [3]]},
+        r"\[world\]: points must be numbers, in rows of equal",
+    ),
+    (
+        FLAT,
+        "world",
+        {"type": "points", "points": [[1, 2]], "ids": [[1], [1, 2]]},
+        r"\[world\]: ids must be numbers, in",
+    ),
     (FLAT, "world", 7, r"\[world\]: this must be one table, written \[world\], got 7"),
     (FLAT, "robot", 7, r"robot must be tables, each written \[\[robot\]\], got 7"),
     (FLAT, "robot", [], "there is no robot"),
@@ -335,6 +347,36 @@ def test_mistakes_in_python_are_told_as_early(kind, given, message):
     with pytest.raises((ValueError, TypeError), match=message) as caught:
         kind(**given)
     assert "\n" not in str(caught.value)
+
+
+PLACES = [[1.0, 2.0], [2.0, 2.0]]
+
+
+@pytest.mark.parametrize(
+    ("points", "ids", "message"),
+    [
+        ([], None, "landmark points must have 2 axes, got shape \\(0,\\)"),
+        (PLACES, [1], "landmarks need N whole ids and N points"),
+        (PLACES, [1.5, 2], "landmarks need N whole ids and N points"),
+        (PLACES, [1, 1], "landmark ids must differ from each other, but 1 stands twice"),
+        (PLACES, [-1, 1], "landmark ids must be 0 or more, got -1"),
+    ],
+)
+def test_landmarks_of_a_world_have_ids_of_their_own(points, ids, message):
+    """The same for worlds of a file and of Python; else two landmarks would become one, or none."""
+    world = {"type": "points", "points": points} | ({} if ids is None else {"ids": ids})
+    with pytest.raises(ValueError, match=f"the world 'points': {message}"):
+        universal_slam(UserData.from_dict(FLAT | {"world": world}))
+    if points:
+        with pytest.raises(ValueError, match=f"the world 'points': {message}"):
+            universal_slam(replace(UserData.from_dict(FLAT), world=World.of(points, ids)))
+
+
+def test_a_world_without_landmarks_is_none():
+    with pytest.raises(ValueError, match="the world 'points': there is no landmark in it"):
+        universal_slam(replace(UserData.from_dict(FLAT), world=World.of(np.zeros((0, 2)))))
+    with pytest.raises(ValueError, match="the ids of the world must be numbers, in rows of equal length"):
+        World.of(PLACES, [[1], [1, 2]])
 
 
 def test_missing_keys_are_named():
