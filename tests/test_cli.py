@@ -285,6 +285,12 @@ def test_names_of_the_package_are_not_taken_again(tmp_path, capsys):
     assert "the package has a sensor 'pin_hole' already" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["numpy", "Pytest", "random"])
+def test_a_model_does_not_hide_a_module_that_others_import(name, tmp_path, capsys):
+    assert ekfslam("new", "sensor", name, "--dir", tmp_path) == 2
+    assert f"{name.lower()}.py would hide the module" in capsys.readouterr().err and list(tmp_path.iterdir()) == []
+
+
 def test_broken_models_are_told_with_their_error(tmp_path, capsys):
     (tmp_path / "bad.py").write_text("import nothing_like_this\n")
     assert ekfslam("run", "range_bearing_2d", "--models", tmp_path / "bad.py", "--out", tmp_path) == 2

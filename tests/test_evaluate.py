@@ -73,6 +73,10 @@ def test_the_same_as_csv(runs, capsys):
         ("{", "is not JSON"),
         ("[1]", "is not the result of a run"),
         ('{"frames": 1}', "no frames and"),
+        ('{"frames": 1, "robots": {"1": 3}}', "robot 1 must be a table, got 3"),
+        ('{"frames": 1, "robots": {}, "ate_aligned_m": [1]}', "ate_aligned_m of the whole must be a number or null"),
+        ('{"frames": 1, "robots": {"2": {"nis_mean": "x"}}}', "nis_mean of robot 2 must be a number or null, got 'x'"),
+        ('{"frames": true, "robots": {}}', "frames of the whole must be a number or null, got True"),
     ],
 )
 def test_what_is_no_result_is_named(tmp_path, capsys, text, words):

@@ -6,6 +6,8 @@ import math
 import sys
 from pathlib import Path
 
+from ..toolbox import checks
+
 COLUMNS = {
     "frames": "frames",
     "n_landmarks": "landmarks",
@@ -51,7 +53,19 @@ def read(path):
         raise ValueError(f"{file} is not JSON: {error}") from error
     if not isinstance(figures, dict) or "frames" not in figures or not isinstance(figures.get("robots"), dict):
         raise ValueError(f"{file} is not the result of a run: it has no frames and robots")
+    for part in ("the whole", figures), *((f"robot {id}", each) for id, each in figures["robots"].items()):
+        check(file, *part)
     return file.parent.name or str(file), figures
+
+
+def check(file, part, figures):
+    """Refuse figures of a run, or of one of its robots, that are no table of numbers."""
+    if not isinstance(figures, dict):
+        raise ValueError(f"{file} is not the result of a run: {part} must be a table, got {checks.shown(figures)}")
+    for key in COLUMNS:
+        value = figures.get(key)
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise ValueError(f"{file}: {key} of {part} must be a number or null, got {checks.shown(value)}")
 
 
 def table(name, figures, robots):

@@ -6,6 +6,8 @@ This is section 5 of the manual as a habit: the file says what is needed, its te
 import ast
 import keyword
 import re
+import sys
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 from ..models import landmarks, motion, sensors
@@ -25,6 +27,8 @@ def main(options):
         raise ValueError(
             f"the package has a {options.kind} {name!r} already; known: {', '.join(known)}; take another name"
         )
+    if name in sys.stdlib_module_names or name in packages_distributions():
+        raise ValueError(f"{name}.py would hide the module {name!r} that other programs import; take another name")
     folder = writable_folder(options.dir)
     paths = [folder / f"{name}.py", folder / f"test_{name}.py"]
     for path in paths:

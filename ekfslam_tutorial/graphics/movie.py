@@ -18,6 +18,8 @@ from .style import GREY, OKABE_ITO
 Array = np.ndarray
 
 FORMATS = (".gif", ".webp", ".mp4")
+LONGEST = {".gif": 65_535, ".webp": 16_777_215}
+"""Milliseconds that these formats can show a frame."""
 
 
 def grab(fig) -> Array:
@@ -108,6 +110,11 @@ class Movie:
         self.path, self.fps = check_movie_path(path), float(fps)
         if not self.fps > 0:
             raise ValueError(f"a movie needs more than 0 frames per second, got {fps}")
+        longest = LONGEST.get(self.path.suffix.lower(), np.inf) / 1000
+        if 1 / self.fps > longest:
+            raise ValueError(
+                f"{self.path.name} can show a frame for {longest:.0f} s at most, got {fps} frames per second"
+            )
         self._folder = tempfile.TemporaryDirectory(dir=self.path.parent, prefix=".movie-")
         self._frames: list[Path] = []
         self._shape: tuple[int, ...] | None = None

@@ -80,12 +80,22 @@ def test_bad_input_is_named(tmp_path):
         check_movie_path(tmp_path / "nowhere" / "run.gif")
     with pytest.raises(ValueError, match="more than 0 frames"):
         Movie(tmp_path / "run.gif", fps=0)
+    with pytest.raises(ValueError, match=r"run.gif can show a frame for 66 s at most, got 0.001 frames per second"):
+        Movie(tmp_path / "run.gif", fps=0.001)
+    with pytest.raises(ValueError, match=r"run.webp can show a frame for 16777 s at most"):
+        Movie(tmp_path / "run.webp", fps=1e-5)
     with Movie(tmp_path / "run.gif") as movie:
         movie.add(frames()[0])
         with pytest.raises(ValueError, match="uint8, got"):
             movie.add(np.zeros((31, 41, 3)))
         with pytest.raises(ValueError, match="one size"):
             movie.add(np.zeros((31, 42, 3), dtype=np.uint8))
+
+
+@pytest.mark.parametrize("ending, longest", [("gif", 65.535), ("webp", 16777.215)])
+def test_the_slowest_movie_can_be_written(tmp_path, ending, longest):
+    path = write_movie(tmp_path / f"run.{ending}", frames()[:2], fps=1.0000001 / longest)
+    assert path.stat().st_size > 0
 
 
 def test_mp4_without_ffmpeg_is_one_sentence(tmp_path, monkeypatch):
