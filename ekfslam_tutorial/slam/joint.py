@@ -74,7 +74,7 @@ def _correct(map, rob, sen, table, found, no_E, raw, opt, camera):
 def _corrected(map, sen, table, found, no_E, raw, opt):
     """Those by which the map has been corrected."""
     y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
-    R = sen.model.R if raw.R is None else raw.R.take(index, 0)
+    R = sen.model.R if raw.R is None else np.asarray(raw.R).take(index, 0)
     if table.J is not None:
         e, places = table.e, map.at_hand(*table.ranges, found if no_E is None else no_E)
         E = table.E if no_E is None else np.empty((*e.shape, e.shape[1]))

@@ -78,8 +78,8 @@ class Rob(_Shown):
         Ids of the sensors it carries.
     n_refused : int
         How many of its innovations in a row have failed the gate.
-    checked_U : ndarray or None
-        The control covariance that was last found to be one: it is not tested again while it stays the same.
+    checked_U : bytes or None
+        The control covariance that was last found to be one: it is not tested again while its numbers stay the same.
     first : ndarray or None
         The pose as predicted, before any correction of this frame; None without first-estimates Jacobians.
     last, normal : Frame2, Frame3 or None

@@ -64,9 +64,11 @@ def _check_control(rob, dt):
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
     if not 0 <= dt < np.inf:
         raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds, got {dt}")
-    if rob.r is not None and rob.U is not rob.checked_U:
-        check_covariance(rob.U, m, f"robot {rob.id}: the control covariance")
-        rob.checked_U = rob.U
+    if rob.r is not None:
+        U = np.asarray(rob.U, float)
+        if U.shape != (m, m) or U.tobytes() != rob.checked_U:
+            check_covariance(U, m, f"robot {rob.id}: the control covariance")
+            rob.checked_U = U.tobytes()
 
 
 # --- corrections -----------------------------------------------------------------------------------------------------
@@ -183,6 +185,8 @@ def _project_again(map, rob, sen, lmk, o, Rf, Sf):
 
 def _check_raw(raw, sen):
     m, ids, y = len(sen.model.R), np.asarray(raw.ids), np.asarray(raw.y)
+    if ids.ndim != 1:
+        raise ValueError(f"sensor {sen.id}: ids must be a list of integers, got shape {ids.shape}")
     if ids.size and ids.dtype.kind not in "iu":
         raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()}")
     if raw.R is not None and np.shape(raw.R) != (len(ids), m, m):

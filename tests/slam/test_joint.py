@@ -50,6 +50,16 @@ def test_a_joint_correction_is_that_of_the_stacked_matrices():
     assert all(o.updated and np.isfinite(o.md2) and o.Z.shape == (2, 2) for o in scene.obs.values())
 
 
+def test_noise_may_be_a_list():
+    """In the second frame, when the landmarks are known, as in the first."""
+    scenes = posts(), posts()
+    for scene, form in zip(scenes, (np.array, list), strict=True):
+        measurements = scene.see(POINTS)
+        measurements.R = form([(0.01 * np.eye(2)).tolist()] * len(POINTS))
+        correct_known_lmks(*scene.all, scene.obs, measurements, scene.opt)
+    assert np.array_equal(scenes[0].map.x, scenes[1].map.x) and np.array_equal(scenes[0].map.P, scenes[1].map.P)
+
+
 def test_landmarks_of_several_types_and_known_ones_together(rng):
     """The frame of the robot is normalised afterwards; the landmarks are compared as they are."""
     scene = mixed_scene(rng, joint=True)
