@@ -1,6 +1,7 @@
 """Compiled pieces of the filter: what `ekf/filter.py` calls for a map with `compiled`, blocks given."""
 
 from functools import cache
+from math import isfinite
 
 import numpy as np
 
@@ -11,7 +12,7 @@ NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
 RANGE = slice, type(None)
 
 
-PREDICT = "void(f8[::1, :], i8, b1, i8, f8[:, ::1], f8[:, ::1], f8[:, ::1])"
+PREDICT = "b1(f8[::1, :], i8, b1, i8, f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])"
 UPDATE = (
     "b1(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, i8, f8[:, :, ::1], i8[::1], f8[:, ::1], f8[:, :, ::1])"
 )
@@ -46,19 +47,37 @@ def begin(r):
 
 def predict(map, r, x, X_x, X_u, U):
     """`ekf.predict`. Whether it could be done."""
+    if not 0 <= r.start < r.stop <= map.n:
+        return False
     k, nu, (here, *_) = r.stop - r.start, len(U), map.at_hand(r)
-    X_x, X_u, U = floats(X_x), floats(X_u), floats(U)
-    if not isinstance(here, slice) or (X_x.shape, X_u.shape, U.shape, np.shape(x)) != ((k, k), (k, nu), (nu, nu), (k,)):
+    x, X_x, X_u, U = floats(x), floats(X_x), floats(X_u), floats(U)
+    if not isinstance(here, slice) or (X_x.shape, X_u.shape, U.shape, x.shape) != ((k, k), (k, nu), (nu, nu), (k,)):
         return False
     _, P, n, lower = map.storage
-    machine_code(kernels.predict, PREDICT)(P, n, lower, here.start, X_x, X_u, U)
+    if not machine_code(predict_finite, PREDICT)(P, n, lower, here.start, x, X_x, X_u, U):
+        return False
     map.move(r, x)
+    return True
+
+
+@kernels.compiled
+def predict_finite(P, n, lower, start, x, X_x, X_u, U):
+    """`kernels.predict`, if all it takes is finite. Whether it is so."""
+    total = np.sum(x) + np.sum(X_x) + np.sum(X_u) + np.sum(U)
+    for i in range(start, start + len(x)):
+        for j in range(start, i + 1):
+            total += P[i, j]
+    if not isfinite(total):
+        return False
+    kernels.predict(P, n, lower, start, X_x, X_u, U)
     return True
 
 
 def update(map, blocks, z, R):
     """`ekf.update`. Whether it could be done: by one or two ranges, and after them at most one array of rows."""
-    z, ranges, Js, sizes, rows = floats(z if z.ndim == 2 else z[None]), [], [], [], None
+    z, ranges, Js, sizes, rows = floats(z), [], [], [], None
+    if z.ndim == 1:
+        z, R = z[None], floats(R)[None]
     for r, J in blocks:
         if r is None:
             continue

@@ -84,12 +84,26 @@ def predict(map, r, x, X_x, X_u, U):
     X_x, X_u : ndarray, shape (k, k) and (k, nu)
         Jacobians of the motion, taken at the state *before* the motion.
     U : ndarray, shape (nu, nu)
-        Covariance of the control.
+        Covariance of the control. It is not tested for being one; `move` of `slam` does that.
+
+    Raises
+    ------
+    ValueError
+        If the range is not in the map, for shapes that do not fit, or if the result is not finite. Nothing has been
+        changed then.
     """
     if map.compiled and compiled().predict(map, r, x, X_x, X_u, U):
         return
+    k, nu = r.stop - r.start, len(U)
+    if not 0 <= r.start < r.stop <= map.n:
+        raise ValueError(f"range {r.start}:{r.stop} is not in this map of {map.n} states")
+    if x.shape != (k,) or X_x.shape != (k, k) or X_u.shape != (k, nu) or U.shape != (nu, nu):
+        shapes = ", ".join(str(np.shape(a)) for a in (x, X_x, X_u, U))
+        raise ValueError(f"x, X_x, X_u, U must have shapes ({k},), ({k}, {k}), ({k}, nu), (nu, nu), got {shapes}")
     P_rm = X_x.dot(map.rows(r))
     P_rr = P_rm[:, map.here(r)].dot(X_x.T) + X_u.dot(U).dot(X_u.T)
+    if not isfinite(sum(x.tolist() + P_rr.diagonal().tolist())):  # a NaN in U, X_x or X_u reaches the diagonal
+        raise ValueError(f"a state that moves must stay finite, got {x} with the covariance {P_rr.tolist()}")
     map.put(r, x, P_rm, P_rr)
 
 
@@ -142,8 +156,18 @@ def innovation(z, E, R):
     E : ndarray, shape (m, m), or (K m, K m)
         Covariance of the expectation, H P H'.
     R : ndarray, shape (m, m), or (K, m, m)
-        Covariance of the measurement noise; of a stack, each has the same or its own, independent of the others.
+        Covariance of the measurement noise; of a stack, each has the same or its own, independent of the others. It is
+        not tested for being one: `correct_known_lmks` of `slam` does that.
+
+    Raises
+    ------
+    ValueError
+        If R has another shape.
     """
+    z, R = np.asarray(z), np.asarray(R)
+    shape = E.shape if z.ndim == 1 else (*z.shape, z.shape[-1])
+    if R.shape != shape and (z.ndim == 1 or R.shape != shape[1:]):
+        raise ValueError(f"R must have shape {shape}{f' or {shape[1:]}' if z.ndim > 1 else ''}, got {R.shape}")
     if z.ndim == 1:
         return Innovation(z, E + R)
     Z = E.copy()
@@ -192,7 +216,7 @@ def update(map, blocks, z, R):
     Raises
     ------
     ValueError
-        As `correct`. Nothing has been changed then.
+        As `innovation` and `correct`. Nothing has been changed then.
     """
     if map.compiled and compiled().update(map, blocks, z, R):
         return
@@ -215,7 +239,8 @@ def augment(map, l, blocks, Q):
     blocks : sequence of (slice or None, ndarray of shape (k, ·))
         Derivatives of g by the states in the map.
     Q : ndarray, shape (k, k)
-        Covariance of all that is not in the map: L_y R L_y' of the measurement, and L_n N L_n' of the prior.
+        Covariance of all that is not in the map: L_y R L_y' of the measurement, and L_n N L_n' of the prior. It is not
+        tested for being one.
 
     Returns
     -------
@@ -226,9 +251,16 @@ def augment(map, l, blocks, Q):
     ------
     MapFull
         If it does not fit. Nothing has been changed then.
+    ValueError
+        For shapes that do not fit each other, or numbers that are not finite.
     """
-    PLt = cross(map, blocks)
-    P_ll = covariance(PLt, blocks) + Q
+    l, Q, PLt = np.asarray(l), np.asarray(Q), cross(map, blocks)
+    P_ll, shape = covariance(PLt, blocks), l.shape * 2
+    if not P_ll.shape == Q.shape == shape:
+        raise ValueError(
+            f"a new state of shape {l.shape} needs L_x P L_x' and Q of {shape}, got {P_ll.shape}, {Q.shape}"
+        )
+    P_ll = P_ll + Q
     if not isfinite(P_ll.sum()) or not isfinite(l.sum()):
         raise ValueError(f"a new state must be finite, got {l} with the covariance {P_ll.tolist()}")
     return map.insert(l, symmetric(P_ll), PLt.T)

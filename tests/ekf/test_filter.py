@@ -1,9 +1,13 @@
 """The filter operations, each against the matrix formula it stands for."""
 
+from functools import partial
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 
 from ekfslam_tutorial.ekf import (
+    CompressedMap,
     Innovation,
     Map,
     MapFull,
@@ -14,6 +18,7 @@ from ekfslam_tutorial.ekf import (
     innovation,
     predict,
     transform,
+    update,
 )
 
 from .textbook import Textbook
@@ -21,6 +26,12 @@ from .textbook import Textbook
 pytestmark = pytest.mark.usefixtures("triangles")
 
 SIZES = (7, 6, 3, 4, 2)
+
+needs_numba = pytest.mark.skipif(find_spec("numba") is None, reason="numba, the extra `compiled`, is not installed")
+compiled = [pytest.param(partial(kind, compiled=True), marks=needs_numba) for kind in (Map, CompressedMap)]
+KINDS = pytest.mark.parametrize(
+    "kind", [Map, CompressedMap, *compiled], ids=["Map", "CompressedMap", "Map, compiled", "CompressedMap, compiled"]
+)
 
 
 def spread(n, rng):
@@ -114,6 +125,90 @@ def test_a_prediction_is_that_of_the_textbook_and_touches_its_blocks_only(scene,
     assert np.allclose(map.P, F @ before @ F.T + S.T @ X_u @ U @ X_u.T @ S)
     assert np.array_equal(map.x[r], x) and np.array_equal(np.delete(map.x, range(7)), np.delete(before_x, range(7)))
     assert unchanged(before, map.P, r) and np.array_equal(map.P, map.P.T)
+
+
+@KINDS
+@pytest.mark.parametrize("r", [slice(40, 43), slice(3, 6), slice(-3, 0), slice(3, 3)], ids=str)
+def test_a_range_outside_the_map_does_not_move(kind, r):
+    map = kind()
+    for k in 3, 2:
+        map.add(np.ones(k), np.eye(k))
+    with pytest.raises(ValueError, match=f"range {r.start}:{r.stop} is not in this map of 5 states"):
+        predict(map, r, np.zeros(3), np.eye(3), np.eye(3), np.eye(3))
+    assert np.array_equal(map.x, np.ones(5)) and np.array_equal(map.P, np.eye(5))
+
+
+def some(a, i, number):
+    a = np.array(a)
+    a.flat[i] = number
+    return a
+
+
+@KINDS
+@pytest.mark.parametrize(
+    "name, value, said",
+    [
+        ("x", np.ones(1), r"shapes \(3,\), \(3, 3\), \(3, nu\), \(nu, nu\), got \(1,\), \(3, 3\), \(3, 2\), \(2, 2\)"),
+        ("X_x", np.eye(4, 3), "must have shapes"),
+        ("X_u", np.ones((1, 2)), "must have shapes"),
+        ("X_u", np.ones((3, 3)), "must have shapes"),
+        ("U", np.ones(2), "must have shapes"),
+        ("U", np.ones((2, 3)), "must have shapes"),
+        *(("x", some(np.ones(3), 1, bad), "must stay finite") for bad in (np.nan, np.inf)),
+        *(("X_x", some(np.eye(3), i, np.nan), "must stay finite") for i in (0, 5, 7)),
+        *(("X_u", some(np.ones((3, 2)), i, np.inf), "must stay finite") for i in (0, 5)),
+        *(("U", some(np.eye(2), i, bad), "must stay finite") for i in (0, 1, 3) for bad in (np.nan, -np.inf)),
+    ],
+)
+def test_a_motion_that_does_not_fit_or_is_not_finite_is_refused(kind, name, value, said):
+    map = kind()
+    r = map.add(np.ones(3), np.eye(3))
+    map.add(np.ones(2), np.eye(2))
+    motion = dict(x=np.zeros(3), X_x=np.eye(3), X_u=np.ones((3, 2)), U=np.eye(2)) | {name: value}
+    with pytest.raises(ValueError, match=said), np.errstate(invalid="ignore"):
+        predict(map, r, **motion)
+    assert np.array_equal(map.x, np.ones(5)) and np.array_equal(map.P, np.eye(5))
+
+
+@pytest.mark.parametrize(
+    "z, R, said",
+    [
+        ([0.1, 0.2], 0.1, r"R must have shape \(2, 2\), got \(\)"),
+        ([0.1, 0.2], [0.1, 0.1], r"R must have shape \(2, 2\), got \(2,\)"),
+        ([0.1, 0.2], [np.eye(2)], r"R must have shape \(2, 2\), got \(1, 2, 2\)"),
+        ([[0.1, 0.2]] * 3, 0.1, r"R must have shape \(3, 2, 2\) or \(2, 2\), got \(\)"),
+        ([[0.1, 0.2]] * 3, [np.eye(2)] * 2, r"R must have shape \(3, 2, 2\) or \(2, 2\), got \(2, 2, 2\)"),
+    ],
+)
+@KINDS
+def test_noise_of_another_shape_is_refused(kind, z, R, said):
+    z = np.array(z)
+    map = kind()
+    r = map.add(np.ones(3), np.eye(3))
+    with pytest.raises(ValueError, match=said):
+        innovation(z, np.eye(z.size), R)
+    with pytest.raises(ValueError, match=said):
+        update(map, ((r, np.ones((*z.shape, 3))),), z, R)
+    assert np.array_equal(map.x, np.ones(3)) and np.array_equal(map.P, np.eye(3))
+
+
+@KINDS
+def test_vectors_and_noise_may_be_lists(kind):
+    maps = kind(), kind()
+    for map, form in zip(maps, (np.array, list), strict=True):
+        r = map.add(np.ones(3), np.eye(3))
+        new = augment(map, form([1.0, 2.0]), ((r, np.eye(2, 3)),), form([[1.0, 0.0], [0.0, 1.0]]))
+        update(map, ((r, np.eye(2, 3)), (new, np.eye(2))), form([0.1, 0.2]), form([[1.0, 0.0], [0.0, 1.0]]))
+    assert np.array_equal(maps[0].x, maps[1].x) and np.array_equal(maps[0].P, maps[1].P)
+
+
+@pytest.mark.parametrize("Q, J", [(0.1, np.eye(2, 3)), (np.ones(2), np.eye(2, 3)), (np.eye(2), np.ones((1, 3)))])
+def test_a_new_state_of_shapes_that_do_not_fit_is_refused(Q, J):
+    map = Map()
+    r = map.add(np.ones(3), np.eye(3))
+    with pytest.raises(ValueError, match=r"a new state of shape \(2,\) needs L_x P L_x' and Q of \(2, 2\), got"):
+        augment(map, np.zeros(2), ((r, J),), Q)
+    assert map.n == 3
 
 
 def test_a_new_state_of_a_known_robot_is_the_lectures(scene, rng):
