@@ -6,7 +6,7 @@ from ...geometry import numerical_jacobian, q2R, q_prod, v2q
 from ...models.motion import ConstantVelocity
 from .. import expect
 from ..exercise import Exercise
-from .nb11_odo3 import by_state, pose, tangent
+from .nb11_odo3 import by_state, pose, positive, signed, tangent
 
 
 def const_vel(x, u, dt):
@@ -58,6 +58,18 @@ def _x2(result):
     return expect.array(_out(result)[0], 13, "x2")
 
 
+def _turn(f, x, u, dt):
+    """The quaternion, with the sign that the solution has."""
+    return signed([_x2(f(x, u, dt))], _value(x, u, dt))[0][3:7]
+
+
+def _jacobian(f, x, u, dt, which, shape, name):
+    """One of the Jacobians, with the sign that the quaternion of the solution has."""
+    results = _out(f(x, u, dt))
+    J = expect.array(results[which], shape, name)
+    return signed([_x2(results), J], _value(x, u, dt))[1]
+
+
 @exercise.link("three results", "The function must end with `return x2, X_x, X_u`.")
 def _(f, rng):
     _, X_x, X_u = _out(f(*_case(rng)))
@@ -75,10 +87,10 @@ def _(f, rng):
 def _(f, rng):
     for _ in range(3):
         x, u, dt = _case(rng)
-        expect.close(_x2(f(x, u, dt))[3:7], _value(x, u, dt)[3:7], "the quaternion", at=f"dt = {dt:.2f} s")
+        expect.close(_turn(f, x, u, dt), _value(x, u, dt)[3:7], "the quaternion", at=f"dt = {dt:.2f} s")
     x, u, dt = _case(rng)
     x[10:] = 0
-    expect.close(_x2(f(x, u, dt))[3:7], x[3:7], "the quaternion", at="w = 0")
+    expect.close(_turn(f, x, u, dt), x[3:7], "the quaternion", at="w = 0")
 
 
 @exercise.link("velocities", "They keep their values, plus the impulses of this step.", part=0)
@@ -94,7 +106,7 @@ def _(f, rng):
 def _(f, rng):
     for _ in range(4):
         x, u, dt = _case(rng)
-        X_x = expect.array(_out(f(x, u, dt))[1], (13, 13), "X_x")
+        X_x = _jacobian(f, x, u, dt, 1, (13, 13), "X_x")
         by_state(X_x, lambda x, u=u, dt=dt: _value(x, u, dt), x, "X_x", STATE, STATE)
 
 
@@ -104,7 +116,7 @@ def _(f, rng):
 def _(f, rng):
     for _ in range(2):
         x, u, dt = _case(rng)
-        X_u = expect.array(_out(f(x, u, dt))[2], (13, 6), "X_u")
+        X_u = _jacobian(f, x, u, dt, 2, (13, 6), "X_u")
         expect.jacobian(X_u, lambda u, x=x, dt=dt: _value(x, u, dt), u, "X_u", STATE, CONTROL)
 
 
@@ -178,6 +190,8 @@ _wrong("q2 by q is the identity", "q2 = q dq: its derivative by q is Q_q, from q
 _wrong("small turn", "DQ_a must be taken at w dt, not at zero.",
        lambda x, u, dt, x2, X_x, X_u: (x2, _put(X_x, Q, W, q_prod(x[Q], v2q(x[W] * dt)[0])[2]
                                                 @ v2q(0 * x[W])[1] * dt), X_u))
+_wrong("sign of the quaternion changed, but not of its derivatives", "-q turns as q does, but then its derivatives "
+       "change their sign, too: rows 3 to 6 of X_x.", lambda x, u, dt, x2, X_x, X_u: (positive(x2)[0], X_x, X_u))
 _wrong("X_u in the rows of the frame", "The impulses change v and w: rows 7 to 12.",
        lambda x, u, dt, x2, X_x, X_u: (x2, X_x, np.roll(X_u, -7, axis=0)))
 _wrong("dt in X_u", "u is an impulse, not an acceleration: X_u has ones.",
@@ -199,3 +213,8 @@ def _(x, u, dt):
 def _(x, u, dt):
     x2, X_x, _ = const_vel(x, u, dt)
     return x2, X_x @ tangent(x), np.vstack([np.zeros((7, 6)), np.eye(6)])
+
+
+@exercise.variant("the quaternion with a >= 0")
+def _(x, u, dt):
+    return positive(*const_vel(x, u, dt))

@@ -62,6 +62,23 @@ def tangent(x):
     return T
 
 
+def signed(results, want):
+    """Return value and Jacobians with the sign of the quaternion, entries 3 to 6, that is wanted: -q turns as q does.
+
+    With a quaternion its derivatives change their sign.
+    """
+    x2, *jacobians = (np.array(a, dtype=float) for a in results)
+    if x2[3:7] @ want[3:7] < 0:
+        for a in (x2, *jacobians):
+            a[3:7] *= -1
+    return x2, *jacobians
+
+
+def positive(x2, *jacobians):
+    """Return value and Jacobians with a >= 0, as many programs write a quaternion [a, b, c, d]."""
+    return signed((x2, *jacobians), np.eye(len(x2))[3])
+
+
 def by_state(J, f, x, name, rows, cols):
     """J must be the derivative of f at x; along q, where formulas may differ off the sphere, it is not compared."""
     try:
@@ -81,6 +98,18 @@ def _out(result):
 
 def _x2(result):
     return expect.array(_out(result)[0], 7, "x2")
+
+
+def _turn(f, x, u):
+    """The quaternion, with the sign that the solution has."""
+    return signed([_x2(f(x, u))], value(x, u))[0][3:]
+
+
+def _jacobian(f, x, u, which, shape, name):
+    """One of the Jacobians, with the sign that the quaternion of the solution has."""
+    results = _out(f(x, u))
+    J = expect.array(results[which], shape, name)
+    return signed([_x2(results), J], value(x, u))[1]
 
 
 @exercise.link("three results", "The function must end with `return x2, X_x, X_u`.")
@@ -104,19 +133,20 @@ def _(f, rng):
 def _(f, rng):
     level = np.eye(7)[3]
     for v in 0.5 * np.eye(3):
-        expect.close(_x2(f(level, np.concatenate([np.zeros(3), v])))[3:], v2q(v)[0], "q2", at=f"the turn {v.tolist()}")
+        u = np.concatenate([np.zeros(3), v])
+        expect.close(_turn(f, level, u), v2q(v)[0], "q2", at=f"the turn {v.tolist()}")
     for scale in (1.0, 1.0, 3.0):
         x, u = pose(rng), scale * step(rng)
-        expect.close(_x2(f(x, u))[3:], value(x, u)[3:], "q2", at="any pose and turn")
+        expect.close(_turn(f, x, u), value(x, u)[3:], "q2", at="any pose and turn")
     x, u = pose(rng), np.concatenate([rng.normal(size=3), np.zeros(3)])
-    expect.close(_x2(f(x, u))[3:], x[3:], "q2", at="a step without a turn")
+    expect.close(_turn(f, x, u), x[3:], "q2", at="a step without a turn")
 
 
 @exercise.link("derivative by the state", "t2 depends on t, and through R(q) on q; q2 depends on q only.", part=1)
 def _(f, rng):
     for _ in range(4):
         x, u = pose(rng), step(rng)
-        X_x = expect.array(_out(f(x, u))[1], (7, 7), "X_x")
+        X_x = _jacobian(f, x, u, 1, (7, 7), "X_x")
         by_state(X_x, lambda x, u=u: value(x, u), x, "X_x", STATE, STATE)
 
 
@@ -126,10 +156,10 @@ def _(f, rng):
 def _(f, rng):
     for _ in range(4):
         x, u = pose(rng), step(rng)
-        X_u = expect.array(_out(f(x, u))[2], (7, 6), "X_u")
+        X_u = _jacobian(f, x, u, 2, (7, 6), "X_u")
         expect.jacobian(X_u, lambda u, x=x: value(x, u), u, "X_u", STATE, CONTROL)
     x, u = pose(rng), np.zeros(6)
-    X_u = expect.array(_out(f(x, u))[2], (7, 6), "X_u")
+    X_u = _jacobian(f, x, u, 2, (7, 6), "X_u")
     expect.jacobian(X_u, lambda u: value(x, u), u, "X_u", STATE, CONTROL)
 
 
@@ -196,6 +226,9 @@ _wrong("small turn taken for any turn", "Your block is right for dv = 0 only: us
        lambda x, u, x2, X_x, X_u: (x2, X_x, _put(X_u, QV, q_prod(x[3:], v2q(u[3:])[0])[2] @ v2q(0 * u[3:])[1])))
 _wrong("dv lost in X_u", "q2 depends on dv, through v2q: X_u[3:, 3:] = Q_dq @ DQ_v.",
        lambda x, u, x2, X_x, X_u: (x2, X_x, _put(X_u, QV, 0)))
+_wrong("sign of the quaternion changed, but not of its derivatives", "-q turns as q does, but then its derivatives "
+       "change their sign, too: rows 3 to 6 of X_x and X_u.",
+       lambda x, u, x2, X_x, X_u: (positive(x2, X_x, X_u)[0], X_x, X_u))
 _wrong("half the turn", "v2q has the half angle in it already: its Jacobian must not be halved once more.",
        lambda x, u, x2, X_x, X_u: (x2, X_x, _put(X_u, QV, X_u[QV] / 2)))
 # fmt: on
@@ -218,3 +251,8 @@ def _(x, u):
 def _(x, u):
     x2, X_x, X_u = odo3(x, u)
     return x2, X_x @ tangent(x), X_u
+
+
+@exercise.variant("the quaternion with a >= 0")
+def _(x, u):
+    return positive(*odo3(x, u))

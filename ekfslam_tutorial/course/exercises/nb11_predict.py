@@ -5,7 +5,7 @@ import numpy as np
 from ...models.motion import Odometry3
 from .. import expect
 from ..exercise import Exercise
-from .nb11_odo3 import odo3, pose, step
+from .nb11_odo3 import odo3, pose, positive, step
 
 
 def predict(x, P, u, U):
@@ -40,21 +40,26 @@ def _case(rng):
     return pose(rng), _cov(rng, 7, 0.05), step(rng), _cov(rng, 6, 0.03)
 
 
-def _out(result):
-    x, P = expect.results(result, "x", "P")
-    return expect.array(x, 7, "x"), expect.array(P, (7, 7), "P")
+def _out(f, x, P, u, U):
+    """The two results, with the sign of the quaternion that odo3 has: -q turns as q does."""
+    x2, P2 = expect.results(f(x, P, u, U), "x", "P")
+    x2, P2 = expect.array(x2, 7, "x"), expect.array(P2, (7, 7), "P")
+    side = np.ones(7)
+    if x2[3:] @ odo3(x, u)[0][3:] < 0:
+        side[3:] = -1
+    return side * x2, np.outer(side, side) * P2
 
 
 @exercise.link("two results", "The function must end with `return x, P`: 7 numbers, and 7 x 7.")
 def _(f, rng):
-    _out(f(*_case(rng)))
+    _out(f, *_case(rng))
 
 
 @exercise.link("mean", "The mean moves by odo3.", part=0)
 def _(f, rng):
     for _ in range(3):
         x, P, u, U = _case(rng)
-        expect.close(_out(f(x, P, u, U))[0], odo3(x, u)[0], "x")
+        expect.close(_out(f, x, P, u, U)[0], odo3(x, u)[0], "x")
 
 
 @exercise.link("no noise in the control", "With U = 0 the covariance is X_x P X_x'.", part=1)
@@ -62,14 +67,14 @@ def _(f, rng):
     for _ in range(3):
         x, P, u, U = _case(rng)
         X = odo3(x, u)[1]
-        expect.close(_out(f(x, P, u, 0 * U))[1], X @ P @ X.T, "P", at="U = 0")
+        expect.close(_out(f, x, P, u, 0 * U)[1], X @ P @ X.T, "P", at="U = 0")
 
 
 @exercise.link("noise ahead", "The noise is in the robot's axes: a robot that looks along y errs along y.", part=1)
 def _(f, rng):
     left = np.array([0, 0, 0, np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
     U = np.diag([0.04, 0, 0, 0, 0, 0])
-    P = _out(f(left, np.zeros((7, 7)), np.array([1.0, 0, 0, 0, 0, 0]), U))[1]
+    P = _out(f, left, np.zeros((7, 7)), np.array([1.0, 0, 0, 0, 0, 0]), U)[1]
     expect.close(np.diag(P)[:3], [0, 0.04, 0], "the diagonal of P_tt", at="a robot along y, with noise ahead of 0.2 m")
 
 
@@ -78,8 +83,8 @@ def _(f, rng):
     for _ in range(3):
         x, P, u, U = _case(rng)
         X_u = odo3(x, u)[2]
-        expect.close(_out(f(x, 0 * P, u, U))[1], X_u @ U @ X_u.T, "P", at="P = 0 before")
-        x2, P2 = _out(f(x, 0 * P, u, U))
+        expect.close(_out(f, x, 0 * P, u, U)[1], X_u @ U @ X_u.T, "P", at="P = 0 before")
+        x2, P2 = _out(f, x, 0 * P, u, U)
         expect.close(P2 @ np.concatenate([np.zeros(3), x2[3:]]), np.zeros(7), "P times [0, q]", atol=1e-10)
 
 
@@ -87,7 +92,7 @@ def _(f, rng):
 def _(f, rng):
     for _ in range(3):
         x, P, u, U = _case(rng)
-        got = _out(f(x, P, u, U))[1]
+        got = _out(f, x, P, u, U)[1]
         _, X_x, X_u = Odometry3().move(x, u, 1.0)
         expect.close(got, X_x @ P @ X_x.T + X_u @ U @ X_u.T, "P")
         expect.symmetric(got, "P")
@@ -160,3 +165,9 @@ def _(x, P, u, U):
     x2, X_x, X_u = Odometry3().move(x, u, 1.0)
     P = X_x @ P @ X_x.T + X_u @ U @ X_u.T
     return x2, (P + P.T) / 2
+
+
+@exercise.variant("the quaternion with a >= 0")
+def _(x, P, u, U):
+    x2, X_x, X_u = positive(*odo3(x, u))
+    return x2, X_x @ P @ X_x.T + X_u @ U @ X_u.T
