@@ -167,6 +167,17 @@ def _(D, limit, j):
             j[i] = near
 
 
+@_wrong(
+    "the root of the limit",
+    "The limit is for squared distances already, such as 9.2: compare D with it, without a root.",
+)
+def _(D, limit, j):
+    for i in range(len(D)):
+        near = D[i].argmin()
+        if D[:, near].argmin() == i and D[i, near] <= np.sqrt(limit):
+            j[i] = near
+
+
 @_wrong("furthest", "Near means a *small* distance: argmin.")
 def _(D, limit, j):
     for i in range(len(D)):
