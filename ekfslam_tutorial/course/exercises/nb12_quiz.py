@@ -48,7 +48,7 @@ self_test.ask(
     "the exact inverse of distort(up, d) is  a: distort(ud, -d)  b: ud / f(ud)  c: found by iteration",
     "Which of the curves in section 4 stays at zero?",
     {
-        "a": "Off by several pixels at the border of the image: r is not the same on both ways.",
+        "a": "Off by tens of pixels at the border of the image: r is not the same on both ways.",
         "b": "That is one step of the iteration: f must be taken at up.",
     },
 )
