@@ -6,7 +6,7 @@ import numpy as np
 
 from ..ekf.stochastic_map import LINE
 from ..ekf.triangle import BLOCK
-from ..ekf.virtual import EXPLAINED, TINY
+from ..ekf.virtual import EXPLAINED, FLOOR, STILL, TINY, TRIALS
 from .filter import MANY_ROWS
 from .kernels import compiled, downdate, put, rows_of
 
@@ -175,16 +175,16 @@ def _settle(x, x_near, Lt, P, v, of):
 
 
 def explained(virtual, i, P_ii):
-    """`VirtualStates._explained` of states i (k,), P_ii (k, k): G_i (k, size + rank), and who gets a virtual one."""
-    size, k, (Lt, P) = virtual.size, len(i), virtual.factors
-    Gt, order = np.empty((size + k, k)), np.empty(k, np.int64)
-    rank = _explained(Lt, P, i, P_ii, Gt, order)
-    return Gt[: size + rank].T, order[:rank]
+    """`VirtualStates._explained` of states i (k,), P_ii (k, k): G_i, shape (k, size + k)."""
+    Lt, P = virtual.factors
+    Gt = np.zeros((virtual.size + len(i), len(i)))
+    _explained(Lt, P, i, P_ii, Gt)
+    return Gt.T
 
 
 @compiled
-def _explained(Lt, P, i, P_ii, Gt, order):
-    size, k = len(Lt), len(i)
+def _explained(Lt, P, i, P_ii, Gt):
+    size, k, largest = len(Lt), len(i), 0.0
     for c in range(size):
         for a in range(k):
             Gt[c, a] = P[c, i[a]]
@@ -194,40 +194,61 @@ def _explained(Lt, P, i, P_ii, Gt, order):
         for d in range(c + 1, size):
             for a in range(k):
                 Gt[d, a] -= Lt[c, d] * Gt[c, a]
-    return _pivoted(P_ii, size, Gt, order)
+    for a in range(k):
+        largest = max(largest, P_ii[a, a])
+    D = np.empty(k)
+    for a in range(k):
+        D[a] = FLOOR * max(P_ii[a, a], STILL * (largest if largest > 0 else 1.0))
+    for _ in range(TRIALS):
+        if _triangle(P_ii, D, size, Gt):
+            break
+        D *= 100
+
+
+@compiled
+def _triangle(P, D, size, Ct):
+    """With the first rows of C' (size + k, k) given, the others, so that C C' = P + D: whether D is large enough."""
+    k = len(P)
+    for j in range(k):
+        row = Ct[size + j]
+        for a in range(j, k):
+            row[a] = P[j, a]
+        row[j] += D[j]
+        for c in range(size + j):
+            h = Ct[c, j]
+            for a in range(j, k):
+                row[a] -= h * Ct[c, a]
+        if not row[j] > 0:
+            return False
+        pivot = sqrt(row[j])
+        for a in range(j, k):
+            row[a] /= pivot
+    return True
 
 
 def cholesky(P):
     """`virtual.cholesky` of P (k, k): C (k, rank), and the rows in which it is lower triangular."""
     Ct, order = np.empty(P.shape), np.empty(len(P), np.int64)
-    rank = _pivoted(P, 0, Ct, order)
+    rank = _cholesky(P, Ct, order)
     return Ct[:rank].T, order[:rank]
 
 
 @compiled
-def _pivoted(P, size, Ct, order):
-    """Add rows to C' (size + k, k), of which `size` are there, until C C' = P (k, k). Returns how many: the rank.
-
-    `order` (k,) gets the states in the order of these rows, the one of which most is left first; what is left is
-    measured by the diagonal of P.
-    """
+def _cholesky(P, Ct, order):
+    """The rows of C' (k, k) until C C' = P; `order` (k,) gets the states, of which most is left first. The rank."""
     k = len(P)
     s, left = np.empty(k), np.empty(k)
     for a in range(k):
-        s[a], left[a] = sqrt(max(P[a, a], TINY)), P[a, a]
-    for c in range(size):
-        for a in range(k):
-            left[a] -= Ct[c, a] ** 2
-    for a in range(k):
-        left[a] /= s[a] ** 2
+        s[a] = sqrt(max(P[a, a], TINY))
+        left[a] = P[a, a] / s[a] ** 2
     for rank in range(k):  # the largest first
-        p, row = np.argmax(left), Ct[size + rank]
+        p, row = np.argmax(left), Ct[rank]
         if not left[p] > EXPLAINED:
             return rank
         pivot = s[p] * sqrt(left[p])
         for a in range(k):
             row[a] = P[p, a]
-        for c in range(size + rank):
+        for c in range(rank):
             h = Ct[c, p]
             for a in range(k):
                 row[a] -= h * Ct[c, a]
@@ -242,7 +263,7 @@ def _pivoted(P, size, Ct, order):
 
 
 def joined(near, v, G_i, P_ii):
-    """`CompressedMap._joined` of G_i (k, size + rank) and P_ii (k, k). Returns the range in the near map."""
+    """`CompressedMap._joined` of G_i (k, size + k) and P_ii (k, k). Returns the range in the near map."""
     m = len(G_i) + G_i.shape[1] - len(v)
     here = near.free(m)
     _, P, n, lower = near.storage

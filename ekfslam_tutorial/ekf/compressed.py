@@ -8,7 +8,7 @@ Whatever a prediction or a correction does to the states at hand, it does to the
 covariance with the states a that were at hand when this began. So the far states are a linear function of *virtual*
 states v, as many as a:
 
-    b = b_0 + G v,    G = P_ba L^-T,    with v = 0, P_vv = 0, P_av = L at the beginning, where P_aa = L L'.
+    b = b_0 + G v,    G = P_ba L^-T,    with v = 0, P_vv = 0, P_av = L at the beginning, where L L' is about P_aa.
 
 Then P_ba = G P_va and P_bb = P_bb0 + G P_vv G' at any time, and v goes through the filter like a state at hand, in one
 small ordinary `Map` of a and v: its P_av and P_vv are the matrices phi and -psi of the paper, its mean the vector

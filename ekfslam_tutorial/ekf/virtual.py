@@ -1,27 +1,38 @@
 """How far states depend on those at hand, for the compressed filter: the matrix G of b = b_0 + G v.
 
-Of the covariance P_0 as it was last put back, G holds the Cholesky factor, column after column, in the order in which
-states came to hand: P_0[b, A] = G_b L' with L = G_A. So v is white at the beginning, no number in G is larger than a
-standard deviation, and a state that is a function of others needs no virtual state of its own. G itself is worked out
-where it is needed only; kept are the rows P_0[A, :] and the small L.
+Each state that comes to hand has a virtual one. With A for those states, and P_0 for the covariance as it was last put
+back, all that is asked of G and of L, the covariance of A with v at the beginning, is
+
+    P_0[b, A] = G_b L'.
+
+So any L with an inverse will do. The Cholesky factor of P_0[A, A] makes v white, and no number in G is larger than a
+standard deviation; but a state that is a function of others has no inverse. So L is the factor of P_0[A, A] with the
+variances a little larger: `FLOOR`. (To leave out the virtual state of what is a function of others is no way out: what
+rounding has left of its variance is then noise that no other state knows of, and grows each time all is put back.)
+G itself is worked out where it is needed only; kept are the rows P_0[A, :] and the small L.
 """
 
 from functools import lru_cache
 
 import numpy as np
 from scipy.linalg.blas import dtrsm  # pyright: ignore[reportAttributeAccessIssue]
-from scipy.linalg.lapack import dpstrf, dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
+from scipy.linalg.lapack import dpotrf, dpstrf, dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
 
 from .extra import compiled
 
 EXPLAINED = 4e-15
-"""A state of which no more than this share of its variance is left, given the others, is a function of them."""
+"""Where no more than this share of a variance is left, given the others, nothing is left: `cholesky`."""
 
+FLOOR = 1e-8
+"""By this share the variances in L are larger: the square root of the rounding errors that it has to be larger than."""
+
+STILL = 1e-12  # of the largest variance: a state that is known as well as this counts as one that is known so well
+TRIALS = 8  # each with 100 times the D of the one before
 TINY = 1e-200
 
 
 class VirtualStates:
-    """As many as there are independent states at hand that came from far.
+    """As many as there are states at hand that came from far.
 
     Parameters
     ----------
@@ -53,7 +64,7 @@ class VirtualStates:
         self._P = P
 
     def take(self, i, P_i, P_ii):
-        """States come to hand: more virtual ones for what these do not yet explain.
+        """States come to hand, each with a virtual one.
 
         Parameters
         ----------
@@ -64,26 +75,25 @@ class VirtualStates:
         Returns
         -------
         ndarray, shape (k, size)
-            G_i, the columns of the new virtual states included.
+            G_i, the columns of the new virtual states included: the new rows of L.
         """
         old = self.size
-        G_i, first = compiled().explained(self, i, P_ii) if self.compiled else self._explained(i, P_ii)
-        self.size = size = old + len(first)
+        G_i = compiled().explained(self, i, P_ii) if self.compiled else self._explained(i, P_ii)
+        self.size = size = old + len(i)
         L = np.zeros((size, size), order="F")
-        L[:old, :old], L[old:] = self._L, G_i[first]
+        L[:old, :old], L[old:] = self._L, G_i
         self._L = L
         if size > len(self._P):
             P = np.zeros((2 * size, self._P.shape[1]))
             P[:old] = self._P[:old]
             self._P = P
-        self._P[old:size, : P_i.shape[1]] = P_i[first]
+        self._P[old:size, : P_i.shape[1]] = P_i
         return G_i
 
     def _explained(self, i, P_ii):
-        """G_i, as `take` returns it, and those of the states that get a virtual one each."""
+        """G_i, as `take` returns it."""
         G_i = self.of(i)
-        C, first = cholesky(P_ii - G_i.dot(G_i.T), P_ii.diagonal())
-        return np.concatenate([G_i, C], axis=1), first
+        return np.concatenate([G_i, triangle(P_ii - G_i.dot(G_i.T), P_ii.diagonal())], axis=1)
 
     def of(self, i):
         """G of some states, given by their indices (k,): shape (k, size)."""
@@ -109,14 +119,31 @@ class VirtualStates:
         self._P[:, r] = 0.0
 
 
-def cholesky(P, scale=None):
+def triangle(P, variances):
+    """The lower triangle C with C C' = P + D, where D is positive, and as small as `FLOOR` allows.
+
+    Parameters
+    ----------
+    P : ndarray, shape (k, k)
+        What is left of a covariance, given other states.
+    variances : ndarray, shape (k,)
+        Those of the same states before.
+    """
+    D = FLOOR * np.maximum(variances, STILL * (variances.max(initial=0.0) or 1.0))
+    for _ in range(TRIALS):
+        C, bad = dpotrf(P + np.diag(D), lower=1)
+        if not bad:
+            break
+        D = 100 * D
+    return C
+
+
+def cholesky(P):
     """C with C C' = P, for a covariance that may be singular: as many columns as there is information.
 
     Parameters
     ----------
     P : ndarray, shape (k, k)
-    scale : ndarray, shape (k,), optional
-        Variances beside which those that are left over in the end count as zero; the diagonal of P if not given.
 
     Returns
     -------
@@ -124,7 +151,7 @@ def cholesky(P, scale=None):
     first : ndarray of int, shape (rank,)
         The rows in which C is lower triangular.
     """
-    s = np.sqrt(np.maximum(P.diagonal() if scale is None else scale, TINY))[:, None]
+    s = np.sqrt(np.maximum(P.diagonal(), TINY))[:, None]
     L, order, rank, _ = dpstrf(P / (s * s.T), tol=EXPLAINED, lower=1)
     order -= 1
     C = np.empty((len(P), rank))
