@@ -302,11 +302,16 @@ class CompressedMap:
 
     def remove(self, r):
         """Take the state of range r out of the map: see `Map.remove`."""
+        self._far.check_range(r)
+        self.vacate(r)
+
+    def vacate(self, r):
+        """Free the entries of range r, a state or a part of one: see `Map.vacate`."""
         self._settle()
-        self._far.remove(r)
+        self._far.vacate(r)
         for here in self._at[r].tolist():
             if here >= 0:
-                self._near.remove(slice(here, here + 1))
+                self._near.vacate(slice(here, here + 1))
                 self._of[here] = -1
         self._at[r] = -1
         self._virtual.forget(r)

@@ -292,5 +292,5 @@ def transform(map, r, x, J):
     head, tail = slice(r.start, r.start + len(x)), slice(r.start + len(x), r.stop)
     map.put(head, x, P_rm, P_rr)
     if tail.start < tail.stop:
-        map.remove(tail)
+        map.vacate(tail)
     return head

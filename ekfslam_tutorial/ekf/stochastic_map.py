@@ -318,12 +318,24 @@ class Map:
         Raises
         ------
         ValueError
-            If r is not a range in use.
+            If r is not the range of a state.
         """
-        if not isinstance(r, slice) or None in (r.start, r.stop):
+        self.check_range(r)
+        self.vacate(r)
+
+    def check_range(self, r):
+        """Refuse what is not the range of a state."""
+        if not isinstance(r, slice) or None in (r.start, r.stop) or r.step is not None:
             raise ValueError(f"remove takes the range that add has returned, got {r!r}")
         if not (0 <= r.start < r.stop <= self.n and self.used[r].all()):
             raise ValueError(f"range {r.start}:{r.stop} is not in use in this map of {self.n} states")
+        ends = r.stop in self._starts or not self.used[r.stop : r.stop + 1].any()
+        if not ends or self._starts.intersection(range(r.start, r.stop)) != {r.start}:
+            near = ", ".join(f"{s.start}:{s.stop}" for s in self.ranges if s.start < r.stop and r.start < s.stop)
+            raise ValueError(f"range {r.start}:{r.stop} is not that of a state; there is {near}")
+
+    def vacate(self, r):
+        """Free the entries of range r, a state or a part of one, unchecked: their part of x and P becomes zero."""
         self._x[r], self._P[r, :], self._P[:, r], self._used[r] = 0, 0, 0, False
         self._starts -= set(range(r.start, r.stop))
         self.n_used -= r.stop - r.start

@@ -8,7 +8,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, invariant, multiple, rule
 
-from ekfslam_tutorial.ekf import Map, MapFull, transform
+from ekfslam_tutorial.ekf import CompressedMap, Map, MapFull, transform
 
 CAPACITY = 40
 
@@ -175,10 +175,30 @@ def test_a_map_without_room_is_refused(capacity):
 @pytest.mark.parametrize("r", [slice(0, 2), slice(2, 5), slice(3, 3), slice(-1, 2)])
 def test_only_what_is_there_can_be_removed(r):
     map = Map()
+    for k in 2, 1:
+        map.add(np.zeros(k), np.eye(k))
+    map.remove(slice(0, 2))
     with pytest.raises(ValueError, match=f"range {r.start}:{r.stop} is not in use"):
-        map.add(np.zeros(3), np.eye(3))
-        map.remove(slice(0, 2))
         map.remove(r)
+
+
+@pytest.mark.parametrize("kind", [Map, CompressedMap])
+@pytest.mark.parametrize(
+    "r, said",
+    [
+        (slice(0, 2), "range 0:2 is not that of a state; there is 0:3"),
+        (slice(1, 3), "range 1:3 is not that of a state; there is 0:3"),
+        (slice(0, 5), "range 0:5 is not that of a state; there is 0:3, 3:5"),
+        (slice(0, 3, 2), r"remove takes the range that add has returned, got slice\(0, 3, 2\)"),
+    ],
+)
+def test_only_a_whole_state_can_be_removed(kind, r, said):
+    map = kind()
+    ranges = [map.add(np.ones(k), np.eye(k)) for k in (3, 2)]
+    with pytest.raises(ValueError, match=said):
+        map.remove(r)
+    assert map.ranges == ranges and map.n_used == 5 and np.array_equal(map.x, np.ones(5))
+    assert np.array_equal(map.P, np.eye(5))
 
 
 def test_columns_do_not_evict_each_other_from_the_cache():

@@ -75,7 +75,8 @@ def propagate_idp(_, l, P):
 def filled(P, used):
     """A map of this covariance in which some states are free."""
     map = Map()
-    map.add(np.zeros(len(P)), np.eye(len(P)))
+    for _ in used:
+        map.add(np.zeros(1), np.eye(1))
     map.P[:] = P
     for i in np.flatnonzero(used == 0):
         map.remove(slice(i, i + 1))
