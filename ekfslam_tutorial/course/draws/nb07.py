@@ -42,7 +42,7 @@ def three_landmarks(heading_std_deg=4.0, y=None):
 
 def ghosts_figure(right: list[Frame], wrong: list[Frame]):
     """Landmarks in the map with a wrapped and with an unwrapped bearing. Returns (fig, caption)."""
-    fig, (ax, side) = plt.subplots(1, 2, figsize=(13, 6.2), layout="constrained", width_ratios=[1, 1.1])
+    fig, (ax, side) = plt.subplots(1, 2, figsize=(13, 6.2), layout="compressed", width_ratios=[1, 1.1])
     last = wrong[-1]
     _room_axes(ax, "bearing not wrapped")
     true_landmarks(ax, room())

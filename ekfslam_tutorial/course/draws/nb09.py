@@ -117,13 +117,14 @@ def clock_and_noise(offset, factor):
     fig, axes = plt.subplots(1, 2, figsize=(10.5, 4.6), layout="constrained")
     for ax, i, name, unit in zip(axes, (0, 1), ("range", "bearing"), ("m", "deg"), strict=True):
         scale = 1.0 if i == 0 else 180 / np.pi
-        ax.plot(t, run.z[:, i] * scale, ".", color=BLUE, markersize=4, label="innovation")
+        # one tick for each sighting, no line: neighbours are sightings of different landmarks
         sigma = 3 * np.sqrt(run.Z[:, i, i]) * scale
-        ax.plot(t, sigma, color=BLACK, linestyle="--", linewidth=0.7, label="±3σ (99.7 %)")
-        ax.plot(t, -sigma, color=BLACK, linestyle="--", linewidth=0.7)
+        ax.plot(t, sigma, "_", color=GREY, markersize=4, label="±3σ (99.7 %)")
+        ax.plot(t, -sigma, "_", color=GREY, markersize=4)
+        ax.plot(t, run.z[:, i] * scale, ".", color=BLUE, markersize=4, label="innovation")
         top = (2.0, 20.0)[i]
         ax.set(xlabel="sighting", ylabel=f"{name} ({unit})", ylim=(-top, top))
-        ax.legend(loc="upper right")
+    fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, markerscale=2, frameon=False)
     nis = float(run.nis.mean())
     fig.suptitle(f"mean NIS {nis:.2f}   (white noise, right R: 2)")
     caption = f"{TWIN.capitalize()}, offset {offset:.1f} s, variances times {factor:g}: mean NIS {nis:.2f}."

@@ -146,9 +146,12 @@ def ring(k, way, H, number):
     ax.plot(*truth, **points(TRUTH, markersize=15), label="beacon, true")
     ax.set(xlim=(-7.5, 7.5), ylim=(-7.5, 7.5), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=12)
-    for place, weight in places(w, m):
-        if weight > 0.1:
-            ax.annotate(f"{100 * weight:.0f} %", place, (12, 8), textcoords="offset points", fontsize=14, color=BLUE)
+    heavy = sorted(((*p - x[0, :2], weight) for p, weight in places(w, m) if weight > 0.1), key=_angle)
+    for i, (dx, dy, weight) in enumerate(heavy):  # neighbours on the ring: one number outside, the next one inside
+        away = (1 if i % 2 == 0 else -1) * 32 * np.array([dx, dy]) / np.hypot(dx, dy)
+        place = x[0, 0] + dx, x[0, 1] + dy
+        ax.annotate(f"{100 * weight:.0f} %", place, away, textcoords="offset points", fontsize=14, color=BLUE,
+                    ha="center", va="center")  # fmt: skip
     off, weight = verdict(w, m, truth)
     decided = "that would decide" if weight > 0.99 else "not decided"
     caption = (
@@ -156,6 +159,11 @@ def ring(k, way, H, number):
         f"{100 * weight:.0f} % of the weight: {decided}."
     )
     return fig, {"off": off, "weight": weight, "alive": len(w), "caption": caption}
+
+
+def _angle(item) -> float:
+    """The direction of [dx, dy, ...]."""
+    return float(np.arctan2(item[1], item[0]))
 
 
 def table_figure(rows):

@@ -11,7 +11,7 @@ def close_chain(q, R, z):
 
     Landmark k is put down after step k. Its error is the sum of the errors of the steps 1 to k; these are independent
     and have the variances q, shape (n,), in m^2. Back at the start, the robot measures the position of the last
-    landmark, with variance R, in m^2. The innovation is z, in m.
+    landmark, with variance R, in m^2; R may be 0. The innovation is z, in m.
     Return dx, shape (n,): what each landmark is moved by; and P, shape (n, n): their covariance afterwards.
     """
     C = np.cumsum(q)
