@@ -24,7 +24,7 @@ EXPLAINED = 4e-15
 """Where no more than this share of a variance is left, given the others, nothing is left: `cholesky`."""
 
 FLOOR = 1e-8
-"""By this share the variances in L are larger: the square root of the rounding errors that it has to be larger than."""
+"""By this share the variances in L are larger: far more than rounding errors, 1e-16, and too little to cost digits."""
 
 STILL = 1e-12  # of the largest variance: a state that is known as well as this counts as one that is known so well
 TRIALS = 8  # each with 100 times the D of the one before
@@ -128,6 +128,10 @@ def triangle(P, variances):
         What is left of a covariance, given other states.
     variances : ndarray, shape (k,)
         Those of the same states before.
+
+    Returns
+    -------
+    ndarray, shape (k, k)
     """
     D = FLOOR * np.maximum(variances, STILL * (variances.max(initial=0.0) or 1.0))
     for _ in range(TRIALS):

@@ -169,18 +169,23 @@ def test_resume_keeps_a_run_in_the_same_frames_as_before(tmp_path, monkeypatch):
     assert files(tmp_path / "killed") == files(tmp_path / "whole")
 
 
-@pytest.mark.parametrize(("more", "every"), [([], 200), (["--checkpoint", "4"], 4)])
-def test_an_interval_that_is_given_goes_before_the_one_that_was_kept(tmp_path, monkeypatch, more, every):
-    """Also where none was kept, as by `Checkpoint` without the command."""
+def keep_five_frames(folder):
+    """The begin of a run, as `Checkpoint` keeps it without the command."""
     data, _ = source(UserData.from_toml(SCENARIOS / "lecture_mapping.toml", {"time.last": 20}))
-    history, seen = History(), []
+    history = History()
     frames = universal_slam(data)
-    keeper = Checkpoint(tmp_path / "checkpoint.npz", data, None, history, 5, len(frames))
+    keeper = Checkpoint(folder / "checkpoint.npz", data, None, history, 5, len(frames))
     for _ in range(5):
         snapshot = next(frames)
         history.add(snapshot)
         keeper.add(snapshot)
-    init = Checkpoint.__init__
+
+
+@pytest.mark.parametrize(("more", "every"), [([], 200), (["--checkpoint", "4"], 4)])
+def test_an_interval_that_is_given_goes_before_the_one_that_was_kept(tmp_path, monkeypatch, more, every):
+    """Also where none was kept, as by `Checkpoint` without the command."""
+    keep_five_frames(tmp_path)
+    init, seen = Checkpoint.__init__, []
     monkeypatch.setattr(Checkpoint, "__init__", lambda *a: (seen.append(a[-2]), init(*a))[1])
     assert run(tmp_path, "--resume", *more) == 0
     assert seen == [every]
@@ -201,14 +206,7 @@ def test_without_a_checkpoint_it_begins_at_the_beginning_and_says_so(tmp_path, c
     ],
 )
 def test_what_does_not_fit_is_refused(tmp_path, capsys, more, words):
-    data, _ = source(UserData.from_toml(SCENARIOS / "lecture_mapping.toml", {"time.last": 20}))
-    history = History()
-    frames = universal_slam(data)
-    keeper = Checkpoint(tmp_path / "checkpoint.npz", data, None, history, 5, len(frames))
-    for _ in range(5):
-        snapshot = next(frames)
-        history.add(snapshot)
-        keeper.add(snapshot)
+    keep_five_frames(tmp_path)
     assert run(tmp_path, *more) == 2
     assert words in capsys.readouterr().err
 
