@@ -14,7 +14,8 @@ RANGE = slice, type(None)
 
 PREDICT = "b1(f8[::1, :], i8, b1, i8, f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])"
 UPDATE = (
-    "b1(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, i8, f8[:, :, ::1], i8[::1], f8[:, ::1], f8[:, :, ::1])"
+    "b1(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, i8, "
+    "f8[:, :, ::1], f8[:, :, ::1], i8[::1], f8[:, ::1], f8[:, :, ::1])"
 )
 
 
@@ -129,8 +130,8 @@ def correct_some(map, places, n_r, n_s, J, found, z, R):
     found, rows = indices(found), NO_ROWS if rows is None else indices(rows)
     lower = map.keep_one_triangle()
     x, P, n, _ = map.storage
-    run = machine_code(kernels.update, UPDATE)
-    if not run(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, found, z, R):
+    run, E = machine_code(kernels.update, UPDATE), np.empty((len(J), m, m))
+    if not run(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, E, found, z, R):
         return False
     map.relieve()
     return True

@@ -17,9 +17,9 @@ import numpy as np
 from numba import njit
 
 from ..ekf.stochastic_map import LINE as ROWS
-from .tile import COLUMNS, subtract_tile
+from ..ekf.stochastic_map import WIDTH
+from .tile import COLUMNS, subtract_rows, subtract_tile
 
-WIDTH = 16  # numbers that a loop has done in one turn; what is left over it does one by one
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
 
 
@@ -32,6 +32,13 @@ def compiled(function):
 
 
 @compiled
+def copy(numbers, out):
+    """out[:] = numbers. (As an assignment it takes longer, and may copy: the two might overlap.)"""
+    for j in range(len(numbers)):
+        out[j] = numbers[j]
+
+
+@compiled
 def rows_of(P, n, lower, start, k, out):
     """Rows of P, `Map.rows`: k of them from start on; the upper triangle is taken from the lower one."""
     for a in range(k):
@@ -39,7 +46,7 @@ def rows_of(P, n, lower, start, k, out):
         begin = i if lower else 0
         for j in range(begin):
             out[a, j] = P[i, j]
-        out[a, begin:n] = P[begin:n, i]
+        copy(P[begin:n, i], out[a, begin:n])
 
 
 @compiled
@@ -48,7 +55,7 @@ def put(P, n, lower, start, P_rm, P_rr):
     k = len(P_rr)
     for a in range(k):
         i, begin = start + a, start if lower else 0
-        P[begin:n, i] = P_rm[a, begin:n]
+        copy(P_rm[a, begin:n], P[begin:n, i])
         for j in range(start if lower else n):
             P[i, j] = P_rm[a, j]
     for a in range(k):
@@ -161,7 +168,8 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
     """To A is added H P, and from column `first` on H P H', of the stack of those found: `cross` and `covariance`."""
     K, m, n_before = len(found), J.shape[1], n_r + n_s
     cols, at = columns_of(r, s, n_r, n_s, rows.shape[1], rows.shape[1] == 0)
-    q, P_at, HP_at = len(cols), np.zeros((len(cols), first)), np.empty((len(cols), K * m))
+    q, Z, h = len(cols), A[:, first:], np.empty(len(cols))
+    P_at, HP_at = np.zeros((q, first)), np.zeros((q, A.shape[1] - first))
     for c in range(q):
         if cols[c] < n_before:
             rows_of(P, n, lower, at[c], 1, P_at[c:])
@@ -169,14 +177,12 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
         k = found[i]
         for c in range(q):
             if cols[c] >= n_before:
-                at[c] = rows[k, cols[c] - n_before]
-                rows_of(P, n, lower, at[c], 1, P_at[c:])
+                rows_of(P, n, lower, rows[k, cols[c] - n_before], 1, P_at[c:])
         for a in range(m):
-            h, out = J[k, a], A[i * m + a]
             for c in range(q):
-                h_c, row = h[cols[c]], P_at[c]
-                for j in range(first):
-                    out[j] += h_c * row[j]
+                h[c] = -J[k, a, cols[c]]
+            for j in range(0, first, WIDTH):
+                subtract_rows(A, i * m + a, j, h, P_at, q)
     for i in range(K):
         k = found[i]
         for c in range(q):
@@ -186,31 +192,29 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
                 for p in range(K * m):
                     HP_at[c, p] = A[p, at[c]]
         for a in range(m):
-            h, out = J[k, a], A[i * m + a, first:]
             for c in range(q):
-                h_c, row = h[cols[c]], HP_at[c]
-                for p in range(K * m):
-                    out[p] += h_c * row[p]
+                h[c] = -J[k, a, cols[c]]
+            for p in range(0, K * m, WIDTH):
+                subtract_rows(Z, i * m + a, p, h, HP_at, q)
 
 
 @compiled
 def eliminate(A, first):
-    """With Z = L L' from column `first` on, A becomes L^-1 A, in place. Whether Z is positive definite."""
+    """With Z = L L' from column `first` on, A becomes L^-1 A, in place. Whether Z is positive definite.
+
+    The rows of A are a multiple of WIDTH long, as in `products`.
+    """
+    h = np.empty(len(A))
     for i in range(len(A)):
-        row, Z = A[i], A[:, first + i]  # above row i: L'
-        for c in range(0, i - 3, 4):  # four rows at a time: row i is read and written each time
-            h0, h1, h2, h3 = Z[c], Z[c + 1], Z[c + 2], Z[c + 3]
-            for j in range(A.shape[1]):
-                row[j] -= h0 * A[c, j] + h1 * A[c + 1, j] + h2 * A[c + 2, j] + h3 * A[c + 3, j]
-        for c in range(i - i % 4, i):
-            h0 = Z[c]
-            for j in range(A.shape[1]):
-                row[j] -= h0 * A[c, j]
-        if not (Z[i] > 0 and isfinite(Z[i])):
+        for c in range(i):
+            h[c] = A[c, first + i]
+        for j in range(0, A.shape[1], WIDTH):
+            subtract_rows(A, i, j, h, A, i)
+        if not (A[i, first + i] > 0 and isfinite(A[i, first + i])):
             return False
-        h = 1 / sqrt(Z[i])
+        row, scale = A[i], 1 / sqrt(A[i, first + i])
         for j in range(A.shape[1]):
-            row[j] *= h
+            row[j] *= scale
     return True
 
 
@@ -219,12 +223,12 @@ def downdate(P, Wt, n, lower):
     """P -= W W' in tiles, of n states; W' has columns up to a multiple of ROWS, those that are too many are zero."""
     for j in range(0, n, COLUMNS):
         for i in range(j - j % ROWS if lower else 0, n, ROWS):
-            subtract_tile(P, i, j, Wt)  # pyright: ignore[reportCallIssue]
+            subtract_tile(P, i, j, Wt)
 
 
 @compiled
-def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R):
-    """`correct` by the stack of those found.
+def update(x, P, n, lower, r, s, rows, n_r, n_s, J, E, found, z, R):
+    """`correct` by the stack of those found; E (K, m, m) gets their H P H', `covariance`.
 
     Returns
     -------
@@ -239,13 +243,16 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R):
     for i in range(K):
         for a in range(m):
             for b in range(m):
+                E[found[i], a, b] = Z[i * m + a, i * m + b]
                 Z[i * m + a, i * m + b] += R[i if len(R) > 1 else 0, a, b]
             Z[i * m + a, M] = z[i, a]
     if not isfinite(np.sum(z)) or not eliminate(A, first):
         return False
-    for i in range(M):
-        for j in range(n):
-            x[j] += Z[i, M] * A[i, j]
+    w, minus_dx = Z[:, M].copy(), np.zeros((1, first))
+    for j in range(0, first, WIDTH):
+        subtract_rows(minus_dx, 0, j, w, A, M)
+    for j in range(n):
+        x[j] -= minus_dx[0, j]
     downdate(P, A, n, lower)
     return True
 
@@ -254,7 +261,7 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, found, z, R):
 def passes(z, E, R, threshold):
     """Whether z' (E + R)^-1 z is below the gate: 1 or 0, -1 where `eliminate` says False."""
     m, total = len(z), 0.0
-    A = np.empty((m, m + 1))  # [Z, z] becomes [L', w]
+    A = np.zeros((m, (m // WIDTH + 1) * WIDTH))  # [Z, z] becomes [L', w]
     A[:, :m], A[:, m] = E + R, z
     if not isfinite(np.sum(z)) or not eliminate(A, 0):
         return -1
@@ -283,7 +290,7 @@ def gated(x, P, n, lower, r, s, rows, n_f, J, E, found, z, R, threshold):
             if every:
                 Q[q] = R[i]
             q += 1
-    done = q == 0 or update(x, P, n, lower, r, s, rows, n_f, n_f, J, found[:q], w[:q], Q[:q] if every else Q)
+    done = q == 0 or update(x, P, n, lower, r, s, rows, n_f, n_f, J, E, found[:q], w[:q], Q[:q] if every else Q)
     return q if done else -1
 
 

@@ -4,11 +4,13 @@ from math import sqrt
 
 import numpy as np
 
-from ..ekf.stochastic_map import LINE
+from ..ekf.stochastic_map import LINE, WIDTH
 from ..ekf.triangle import BLOCK
 from ..ekf.virtual import EXPLAINED, FLOOR, STILL, TINY, TRIALS
-from .filter import MANY_ROWS
+from .filter import MANY_ROWS, machine_code
+from .filter import indices as integers
 from .kernels import compiled, downdate, put, rows_of
+from .tile import subtract_rows
 
 # --- a map -----------------------------------------------------------------------------------------------------------
 
@@ -90,6 +92,10 @@ def subtract(map, Wt):
 
 # --- a compressed map ------------------------------------------------------------------------------------------------
 
+HERE = "b1(i8[::1], i8[::1], i8, i8[:, ::1], i8[::1], i8[:, ::1])"
+FOLLOW = "void(f8[::1], f8[::1], i8[::1])"
+SETTLE = "void(f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1])"
+
 
 def here(at, used_at, now, rows, some):
     """Where the states of these rows are at hand, (K, k); some of them are used now. None if some are far.
@@ -102,8 +108,8 @@ def here(at, used_at, now, rows, some):
     rows : ndarray of int, shape (K, k)
     some : list of int, or ndarray
     """
-    out = np.empty_like(rows)
-    return out if _here(at, used_at, now, rows, np.asarray(some, np.int64), out) else None
+    rows, out, run = integers(rows), np.empty(rows.shape, np.int64), machine_code(_here, HERE)
+    return out if run(at, used_at, now, rows, integers(some), out) else None
 
 
 @compiled
@@ -125,7 +131,7 @@ def follow(x, x_near, of):
 
     `of` says which state of the map stands where in the near map, -1 for the virtual ones.
     """
-    _follow(x, x_near, of)
+    machine_code(_follow, FOLLOW)(x, x_near, of)
 
 
 @compiled
@@ -148,7 +154,7 @@ def settle(x, x_near, virtual, v, of):
         Where the virtual states are at hand.
     """
     Lt, P = virtual.factors
-    _settle(x, x_near, Lt, P, v, of)
+    machine_code(_settle, SETTLE)(x, x_near, Lt, P, v, of)
 
 
 @compiled
@@ -158,19 +164,14 @@ def _settle(x, x_near, Lt, P, v, of):
         for j in range(i + 1, size):
             w[i] -= Lt[i, j] * w[j]
         w[i] /= Lt[i, i]
-    dx = np.zeros(n)
-    for i in range(0, size - 3, 4):  # four rows at a time: dx is read and written each time
-        w0, w1, w2, w3 = w[i], w[i + 1], w[i + 2], w[i + 3]
-        for j in range(n):
-            dx[j] += w0 * P[i, j] + w1 * P[i + 1, j] + w2 * P[i + 2, j] + w3 * P[i + 3, j]
-    for i in range(size - size % 4, size):
-        for j in range(n):
-            dx[j] += w[i] * P[i, j]
+    minus_dx = np.zeros((1, -(-n // WIDTH) * WIDTH))
+    for j in range(0, n, WIDTH):
+        subtract_rows(minus_dx, 0, j, w, P, size)
     for k in range(len(x_near)):
         if of[k] >= 0:
-            dx[of[k]] = 0.0
+            minus_dx[0, of[k]] = 0.0
     for j in range(n):
-        x[j] += dx[j]
+        x[j] -= minus_dx[0, j]
     x_near[:] = 0.0
 
 

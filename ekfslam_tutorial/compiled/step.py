@@ -230,7 +230,7 @@ def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, thr
     e, E : ndarray, shape (K, m) and (K, m, m)
         Expectations and their covariances.
     no_E : ndarray of int, or None
-        Of these E is not there yet: it is computed first; for all others it becomes NaN.
+        Of these E is not there yet: it is computed, too; for all others it becomes NaN.
     found, index : list of int, shape (k,)
         Which of the K, and which measurement each of them has.
     y : ndarray, shape (·, m)
@@ -248,7 +248,7 @@ def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, thr
     (r, s, rows), run, m = places, _program(_write_correction, sensor), e.shape[1]
     if run is None or not isinstance(r, RANGE) or not isinstance(s, RANGE) or len(found) * m > MANY_ROWS:
         return None
-    z, at, of, R = np.empty((len(found), m)), np.array(found), np.array(index), noises(R)
+    z, (at, of), R = np.empty((len(found), m)), np.array((found, index), np.int64), noises(R)
     if R.shape not in ((1, m, m), (len(z), m, m)):
         return None
     map.keep_one_triangle()
@@ -270,7 +270,8 @@ def _write_correction(sensor):
     lines = [
         "if len(no_E) > 0:",
         "    E[:] = np.nan",
-        "    covariances(P, lower, r, s, rows, n_f, n_f, J, no_E, E)",
+        "    if isfinite(threshold) or len(no_E) > len(found):",  # if not, E comes with the correction
+        "        covariances(P, lower, r, s, rows, n_f, n_f, J, no_E, E)",
         "for q in range(len(found)):",
         "    k, i = found[q], of[q]",
         *(f"    {line}" for line in loop),

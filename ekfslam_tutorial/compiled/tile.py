@@ -1,21 +1,26 @@
-"""P -= W W' with a tile of P in the registers of the processor: the one place where instructions are chosen by hand.
+"""Sums that stay in the registers of the processor: the one place where instructions are chosen by hand.
 
-A compiler makes vectors of inner loops, but keeps no block of the result in registers while it sums. Here that counts:
-for 203 states and 20 rows of W' plain loops need 30 us, BLAS 24 us, tiles 16 us, and the arithmetic alone 15 us.
+A compiler makes vectors of inner loops, but keeps no block of the result in registers while it sums. Here that counts.
+P -= W W' for 203 states and 20 rows of W': plain loops need 30 us, BLAS 24 us, tiles 16 us, the arithmetic alone 15 us.
+And before each loop a compiler asks whether its arrays overlap: of 20 rows of H P, 66 numbers each, that was a third.
 """
+
+from typing import Any
 
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
-from numba import types
+from numba import extending, types
 from numba.core import cgutils
-from numba.extending import intrinsic
 
 from ..ekf.stochastic_map import LINE as ROWS  # storage is whole lines of the cache, so tiles never leave it
+from ..ekf.stochastic_map import WIDTH
 
 COLUMNS = 8 if get_host_cpu_features().get("avx512f") else 4  # for which there are registers
 
 NUMBERS = ir.VectorType(ir.DoubleType(), ROWS)
-SAME = ir.Constant(ir.VectorType(ir.IntType(32), ROWS), [0] * ROWS)
+FIRST = ir.Constant(ir.IntType(32), 0)
+SAME = ir.Constant(ir.VectorType(ir.IntType(32), ROWS), [FIRST] * ROWS)
+intrinsic: Any = extending.intrinsic  # what it makes is called without `typing`
 ONCE = ("contract",)  # a - b c may be rounded once
 
 
@@ -25,30 +30,77 @@ def subtract_tile(typing, P, i, j, Wt):
 
     P is column-major, and W' row-major.
     """
-    return types.void(P, types.intp, types.intp, Wt), _instructions
+    return types.void(P, types.intp, types.intp, Wt), _tile
 
 
-def _instructions(context, builder, signature, arguments):
+@intrinsic
+def subtract_rows(typing, out, i, j, h, rows, n):
+    """out[i, j : j + WIDTH] -= h[:n] rows[:n, j : j + WIDTH]; nobody looks whether that is inside.
+
+    Numbers of a row stand side by side. A row of `out` may be one of a matrix whose rows before it are `rows`.
+    """
+    return types.void(out, types.intp, types.intp, h, rows, types.intp), _row
+
+
+def _tile(context, builder, signature, arguments):
     P_type, _, _, Wt_type = signature.args
     P, i, j, Wt = arguments
-    P, Wt = context.make_array(P_type)(context, builder, P), context.make_array(Wt_type)(context, builder, Wt)
-    js = [builder.add(j, ir.Constant(j.type, c)) for c in range(COLUMNS)]
+    P, Wt = _Array(context, builder, P_type, P), _Array(context, builder, Wt_type, Wt)
+    js = [builder.add(j, ir.Constant(j.type, column)) for column in range(COLUMNS)]
 
-    def number_at(kind, array, *index):
-        return cgutils.get_item_pointer(context, builder, kind, array, index)
+    def products(k):
+        w_i = Wt.line(k, i)
+        return [builder.fmul(w_i, Wt.everywhere(k, j), flags=ONCE) for j in js]
 
-    def line_at(kind, array, *index):
-        return builder.bitcast(number_at(kind, array, *index), NUMBERS.as_pointer())
-
-    places = [line_at(P_type, P, i, j) for j in js]
-    tile = [cgutils.alloca_once_value(builder, builder.load(place, align=8)) for place in places]
-    with cgutils.for_range(builder, cgutils.unpack_tuple(builder, Wt.shape)[0]) as k:
-        w_i = builder.load(line_at(Wt_type, Wt, k.index, i), align=8)
-        for column, j in zip(tile, js, strict=True):
-            w_j = builder.load(number_at(Wt_type, Wt, k.index, j))
-            w_j = builder.insert_element(ir.Constant(NUMBERS, ir.Undefined), w_j, ir.Constant(j.type, 0))
-            product = builder.fmul(w_i, builder.shuffle_vector(w_j, w_j, SAME), flags=ONCE)
-            builder.store(builder.fsub(builder.load(column), product, flags=ONCE), column)
-    for place, column in zip(places, tile, strict=True):
-        builder.store(builder.load(column), place, align=8)
+    _subtract(builder, [P.place(i, j) for j in js], Wt.length, products)
     return context.get_dummy_value()
+
+
+def _row(context, builder, signature, arguments):
+    out_type, _, _, h_type, rows_type, _ = signature.args
+    out, i, j, h, rows, n = arguments
+    out, h, rows = (_Array(context, builder, kind, a) for kind, a in ((out_type, out), (h_type, h), (rows_type, rows)))
+    js = [builder.add(j, ir.Constant(j.type, column)) for column in range(0, WIDTH, ROWS)]
+
+    def products(k):
+        h_k = h.everywhere(k)
+        return [builder.fmul(h_k, rows.line(k, j), flags=ONCE) for j in js]
+
+    _subtract(builder, [out.place(i, j) for j in js], n, products)
+    return context.get_dummy_value()
+
+
+def _subtract(builder, places, n, products):
+    """From the lines at these places subtract products(k) for all k < n: the sums stay in registers."""
+    sums = [cgutils.alloca_once_value(builder, builder.load(place, align=8)) for place in places]
+    with cgutils.for_range(builder, n) as k:
+        for line, product in zip(sums, products(k.index), strict=True):
+            builder.store(builder.fsub(builder.load(line), product, flags=ONCE), line)
+    for place, line in zip(places, sums, strict=True):
+        builder.store(builder.load(line), place, align=8)
+
+
+class _Array:
+    """An array, and how its numbers are read."""
+
+    def __init__(self, context, builder, kind, value):
+        self.context, self.builder, self.kind = context, builder, kind
+        self.array = context.make_array(kind)(context, builder, value)
+        self.length = cgutils.unpack_tuple(builder, self.array.shape)[0]
+
+    def _number(self, *index):
+        return cgutils.get_item_pointer(self.context, self.builder, self.kind, self.array, index)
+
+    def place(self, *index):
+        """Where the line stands that begins with this number."""
+        return self.builder.bitcast(self._number(*index), NUMBERS.as_pointer())
+
+    def line(self, *index):
+        """That line."""
+        return self.builder.load(self.place(*index), align=8)
+
+    def everywhere(self, *index):
+        """A line in which all numbers are this one."""
+        undefined = ir.Constant(NUMBERS, ir.Undefined)
+        line = self.builder.insert_element(undefined, self.builder.load(self._number(*index)), FIRST)
+        return self.builder.shuffle_vector(line, line, SAME)

@@ -12,8 +12,9 @@ from .triangle import below, mirror, whole_range, whole_rows
 GROWTH = 2**0.5  # of the number of states: the storage of P doubles, so a map of n states is copied O(log n) times
 TINY = 1e-8  # of the largest number of a covariance: asymmetry, and eigenvalues below zero, that rounding explains
 LINE = 8  # numbers in a line of the cache
+WIDTH = 4 * LINE  # numbers of a row that compiled code takes at a time
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
-ONE_TRIANGLE_COMPILED = 70  # the same where rows of half a matrix are read by compiled code
+ONE_TRIANGLE_COMPILED = 40  # the same where rows of half a matrix are read by compiled code
 
 
 class MapFull(RuntimeError):

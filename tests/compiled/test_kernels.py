@@ -9,10 +9,12 @@ import subprocess
 import sys
 import textwrap
 
+import numba
 import numpy as np
 import pytest
 
 from ekfslam_tutorial.compiled import filter, kernels, step
+from ekfslam_tutorial.compiled.tile import subtract_rows
 from ekfslam_tutorial.ekf import (
     Map,
     augment,
@@ -25,7 +27,7 @@ from ekfslam_tutorial.ekf import (
     transform,
     update,
 )
-from ekfslam_tutorial.ekf.stochastic_map import roomy, square
+from ekfslam_tutorial.ekf.stochastic_map import WIDTH, roomy, square
 from ekfslam_tutorial.models.motion import Odometry2
 
 N_R, M = 3, 2
@@ -240,6 +242,35 @@ def test_tiles_of_a_processor_with_fewer_registers(tmp_path):
     """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, env=environment)
+
+
+@pytest.mark.parametrize("n", [0, 1, 5, 40])
+def test_rows_in_registers(n, rng):
+    """A row minus a combination of n others, also of the same matrix; all around it stays as it is."""
+    A, h = rng.normal(size=(41, 3 * WIDTH)), rng.normal(size=(50, 2))
+    before, expected = A.copy(), A.copy()
+    expected[40, WIDTH : 2 * WIDTH] -= h[:n, 1] @ A[:n, WIDTH : 2 * WIDTH]
+    row_minus(A, 40, WIDTH, h[:, 1], A, n)
+    assert close(A, expected) and np.array_equal(A[:40], before[:40])
+    assert np.array_equal(np.delete(A[40], range(WIDTH, 2 * WIDTH)), np.delete(before[40], range(WIDTH, 2 * WIDTH)))
+
+
+@numba.njit
+def row_minus(out, i, j, h, rows, n):
+    subtract_rows(out, i, j, h, rows, n)
+
+
+@pytest.mark.parametrize("m", [1, 2, 20, 31, 32, 33])
+@pytest.mark.parametrize("first", [0, WIDTH, 3 * WIDTH])
+def test_elimination(m, first, rng):
+    """L^-1 A, for as many rows as there are, before and after the rows are longer than one turn."""
+    A, B = np.zeros((m, first + (m // WIDTH + 1) * WIDTH)), rng.normal(size=(m, m))
+    Z, A[:, :first] = B @ B.T + np.eye(m), rng.normal(size=(m, first))
+    A[:, first : first + m], A[:, first + m] = Z, rng.normal(size=m)
+    expected = np.linalg.solve(np.linalg.cholesky(Z), A)
+    assert kernels.eliminate(A, first) and close(A, expected)
+    A[:, first : first + m] = Z - 2 * np.linalg.eigvalsh(Z)[0] * np.eye(m)
+    assert not kernels.eliminate(A, first)
 
 
 def test_many_rows_are_left_to_blas(rng):
