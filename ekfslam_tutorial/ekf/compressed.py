@@ -24,6 +24,10 @@ from .html import map_html
 from .stochastic_map import GROWTH, Map, nothing, symmetric
 from .virtual import VirtualStates, cholesky
 
+TOGETHER = (
+    8  # entries of the map that come to hand at once: 50 us for one landmark of two numbers, little more for four
+)
+
 
 class CompressedMap:
     """A map for long runs with many landmarks, of which few are seen at a time. Its estimate is that of `Map`.
@@ -50,9 +54,11 @@ class CompressedMap:
         self._far, self.active, self.compiled = Map(capacity, compiled=compiled), active, compiled
         self._at = np.zeros(0, int)  # where each state of the map is at hand; -1 for the far ones
         self._used_at = np.zeros(0, int)  # when it was used last
+        self._first = np.zeros(0, int)  # where the state begins that it belongs to
         self._of = np.zeros(0, int)  # which state of the map stands where in the near map; -1 for the virtual ones
         self._near, self._virtual = Map(compiled=compiled), VirtualStates(0, compiled)
         self._now = self.layout = 0
+        self._place = slice(0)  # of the far map: `free` there
         self._begin()
 
     def __repr__(self):
@@ -76,7 +82,9 @@ class CompressedMap:
         self.__init__(active=state["active"], compiled=state.get("compiled", False))
         self._far.__setstate__(state["far"])
         self._used_at, self._now = np.array(state["used_at"]), state["now"]
-        self._at = np.full(len(self._used_at), -1)
+        self._at, self._first = np.full(len(self._used_at), -1), np.zeros(len(self._used_at), int)
+        for r in self._far.ranges:
+            self._first[r] = r.start
         self._virtual.reach(len(self._at))
         self._begin()
 
@@ -151,6 +159,7 @@ class CompressedMap:
             self.P  # noqa: B018 -- nothing is at hand now
         r = self._far.add(x, P_xx, P_xm)
         self._make_room()
+        self._first[r] = r.start
         return r
 
     # --- what the operations of the filter are made of: see `Map` ----------------------------------------------------
@@ -232,11 +241,19 @@ class CompressedMap:
         return r, s, rows
 
     def _bring(self, i):
-        """Bring those of these states to hand that are not. Returns where each state is."""
-        far = self._at[i] < 0
-        if far.any():
-            self._load(np.array(sorted(set(i[far].tolist()))))
+        """Bring those of these states to hand that are not, with their neighbours. Returns where each state is."""
+        wanted = i[self._at[i] < 0]
+        if len(wanted):
+            self._load(self._with_neighbours(wanted))
         return self._at
+
+    def _with_neighbours(self, wanted):
+        """These far states, and whole states that stand beside them: what was started together is seen together."""
+        n, block = self.n, np.zeros(-(-self.n // TOGETHER), bool)
+        block[wanted // TOGETHER] = True
+        chosen = block[self._first[:n] // TOGETHER] & (self._at[:n] < 0) & self.used
+        chosen[wanted] = True
+        return np.flatnonzero(chosen)
 
     def columns(self, HP, blocks):
         """P H' from H P: of the states at hand; those of the far ones follow if somebody asks."""
@@ -279,12 +296,12 @@ class CompressedMap:
 
     def insert(self, x, P_xx, P_xm):
         """A new state, at hand; P_xm is its covariance with all that is at hand. Returns its range."""
-        self._far.free(len(x))  # or the map is full
+        self._place = self._far.free(len(x))  # or the map is full
         return self._own(self._near.insert(np.zeros(len(x)), P_xx, P_xm), x)
 
     def free(self, k):
         """Where a new state of k entries can be put in `storage`: see `Map.free`."""
-        self._far.free(k)
+        self._place = self._far.free(k)  # or the map is full
         return self._near.free(k)
 
     def occupy(self, here, x):
@@ -293,10 +310,11 @@ class CompressedMap:
 
     def _own(self, here, x):
         """A new state of the map, which is at hand here."""
-        r = self._far.reserve(x)
+        r = self._far.occupy(self._place, x)
         self._make_room()
+        self._first[r] = r.start
         self._now += 1
-        self._take(r, here)
+        self._take(range(r.start, r.stop), here)
         self._here[r.start, r.stop] = here
         return r
 
@@ -327,13 +345,12 @@ class CompressedMap:
         self._at[:], self._of[:], self._here, self._behind = -1, -1, {}, False
         self.layout += 1
 
-    def _take(self, r, here):
-        """Note that the states of range r, or those of these indices, are at hand now, here."""
+    def _take(self, i, here):
+        """Note that these states are at hand now, here."""
         if self._near.n > len(self._of):
             self._of = np.concatenate([self._of, np.full(self._near.n, -1)])
-        self._of[here] = np.arange(r.start, r.stop) if isinstance(r, slice) else r
-        self._at[r] = np.arange(here.start, here.stop)
-        self._used_at[r] = self._now
+        for state, place in zip(i, range(here.start, here.stop), strict=True):
+            self._of[place], self._at[state], self._used_at[state] = state, place, self._now
         self.layout += 1
 
     def _make_room(self):
@@ -342,6 +359,7 @@ class CompressedMap:
             more = int(GROWTH * self.n) - len(self._at)
             self._at = np.concatenate([self._at, np.full(more, -1)])
             self._used_at = np.concatenate([self._used_at, np.zeros(more, int)])
+            self._first = np.concatenate([self._first, np.zeros(more, int)])
             self._virtual.reach(len(self._at))
 
     def _load(self, i, P_i=None):
@@ -355,7 +373,7 @@ class CompressedMap:
         r = compiled().joined(self._near, self._v, G_i, P_ii) if self.compiled else self._joined(G_i, P_ii)
         k = len(i)
         self._v = np.concatenate([self._v, np.arange(r.start + k, r.stop)])
-        self._take(i, slice(r.start, r.start + k))
+        self._take(i.tolist(), slice(r.start, r.start + k))
 
     def _joined(self, G_i, P_ii):
         """Put states that depend on the virtual ones by G_i, and those of these that are new, into the near map."""
@@ -404,12 +422,12 @@ class CompressedMap:
         """Bring the large covariance up to date. Returns which states were at hand, and their rows of it."""
         self._settle()
         hand, v, P = self._hand, self._v, self._near.between
-        here, Gt = self._at[hand], self._virtual.all(self.n)
-        rows = P(here, v) @ Gt
+        here, C = self._at[hand], (compiled().cholesky if self.compiled else cholesky)(-P(v, v))[0]
+        both = self._virtual.through(np.concatenate([P(here, v), C.T]), self.n)
+        rows, Wt = both[: len(hand)], both[len(hand) :]
         rows[:, hand] = P(here, here)
         if len(v):
             end = 1 + np.flatnonzero(self._at[: self.n] < 0).max(initial=-1)  # of the far states: others get their rows
-            C = (compiled().cholesky if self.compiled else cholesky)(-P(v, v))[0]
-            self._far.subtract(C.T @ Gt[:, :end])
+            self._far.subtract(Wt[:, :end])
         self._far.overwrite(hand, rows)
         return hand, rows

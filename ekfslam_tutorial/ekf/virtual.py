@@ -19,6 +19,7 @@ from scipy.linalg.blas import dtrsm  # pyright: ignore[reportAttributeAccessIssu
 from scipy.linalg.lapack import dpotrf, dpstrf, dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
 
 from .extra import compiled
+from .stochastic_map import WIDTH
 
 EXPLAINED = 4e-15
 """Where no more than this share of a variance is left, given the others, nothing is left: `cholesky`."""
@@ -49,7 +50,8 @@ class VirtualStates:
 
     def __init__(self, n, compiled=False):
         self.compiled = compiled
-        self._P = np.zeros((0, n))  # nothing was ever written right of the extent
+        self._P = np.zeros((0, 0))  # nothing was ever written right of the extent
+        self.reach(n)
         self.clear()
 
     def clear(self):
@@ -59,7 +61,7 @@ class VirtualStates:
     def reach(self, n):
         """Let there be room for a map of this extent."""
         rows, old = self._P.shape
-        P = np.zeros((rows, n))
+        P = np.zeros((rows, -(-n // WIDTH) * WIDTH))
         P[:, :old] = self._P
         self._P = P
 
@@ -99,11 +101,11 @@ class VirtualStates:
         """G of some states, given by their indices (k,): shape (k, size)."""
         return dtrtrs(self._L, self._P[: self.size, i], lower=1)[0].T if self.size else np.zeros((len(i), 0))
 
-    def all(self, n):
-        """G' of the whole map of extent n, shape (size, n)."""
+    def through(self, B, n):
+        """B G' of the whole map of extent n, for B of shape (k, size): shape (k, n)."""
         if not self.size:
-            return np.zeros((0, n))
-        return dtrsm(1.0, self._L, self._P[: self.size, :n].T, side=1, lower=1, trans_a=1).T
+            return np.zeros((len(B), n))
+        return dtrsm(1.0, self._L, B, side=1, lower=1) @ self._P[: self.size, :n]
 
     @property
     def factors(self):

@@ -400,6 +400,20 @@ def test_a_camera_that_uses_all_it_sees(name, joint, compiled):
     assert np.abs(x - x_c).max() < 1e-10
 
 
+def test_neighbours_come_to_hand_together(rng):
+    """Whole states that begin in the same eight entries of the map, those of a state that was taken out excepted."""
+    map = CompressedMap(active=4)
+    ranges = [map.add(np.zeros(k), np.eye(k)) for k in (3, 2, 2, 2, 2, 5, 2, 2)]
+    map.P, map.remove(ranges[3])
+    map.at_hand(ranges[2])
+    assert map._hand.tolist() == [0, 1, 2, 3, 4, 5, 6]  # 7:9 is not in use any more
+    map.at_hand(slice(16, 18))  # not the whole of a state: what was asked for, and the states that begin beside it
+    assert map._hand.tolist() == [0, 1, 2, 3, 4, 5, 6, 16, 17, 18, 19]
+    twin = pickle.loads(pickle.dumps(map))
+    twin.at_hand(ranges[5])
+    assert twin._hand.tolist() == [9, 10, 11, 12, 13, 14, 15]
+
+
 def test_variances_are_there_when_nothing_is_at_hand():
     map = CompressedMap(active=10)
     r = map.add([1.0, 2.0], np.diag([3.0, 4.0]))
