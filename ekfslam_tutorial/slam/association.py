@@ -68,7 +68,7 @@ class KnownIds:
         """Match by id. Returns Matches; what is left and has an id may start a landmark, if that id is not in use."""
         ids = np.asarray(raw.ids).tolist()
         index = {ids[i]: i for i in range(len(ids) - 1, -1, -1) if ids[i] >= 0}
-        pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
+        pairs = {id: index[id] for o in obs if (id := o.lmk) in index}
         return Matches(pairs, [index[id] for id in sorted([id for id in index if id not in pairs])])
 
     def birth_id(self, raw, i, lmks):

@@ -45,6 +45,8 @@ def _title(obj):
 class _Shown:
     """What a notebook shows for an object: its line, and below it its attributes."""
 
+    __slots__ = ()
+
     def _repr_html_(self):
         rows = [(f.name, short(getattr(self, f.name))) for f in fields(self) if f.repr]  # pyright: ignore
         return f"<b>{html.escape(repr(self))}</b>{table_html(('attribute', 'value'), rows)}"
@@ -136,8 +138,8 @@ class Sen(_Shown):
         The frame that was last asked for, and the one that was last normalised: not computed again while it is so.
     groups : Groups or None
         Of which types the landmarks are that it was last asked about, and where in the map.
-    gapless : list of Lmk or None
-        These landmarks had the slots 0, 1, 2, ... without a gap.
+    gapless : tuple (Lmk, int) or None
+        The landmark that it started last and `Lmk.births` then, if the slots 0, 1, 2, ... had no gap.
     """
 
     id: int
@@ -165,7 +167,7 @@ class Sen(_Shown):
         return _frame(map, self, self.frame_type)
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Lmk(_Shown):
     """A landmark.
 
@@ -187,9 +189,12 @@ class Lmk(_Shown):
         The state at birth, for first-estimates Jacobians; None without them.
     changes : int
         Of all landmarks: how often a type or a range has been changed. What was noted of them is true until then.
+    births : int
+        Of all landmarks: how many have been given a slot.
     """
 
     changes: ClassVar[int] = 0
+    births: ClassVar[int] = 0
 
     id: int
     type: Any
@@ -229,16 +234,14 @@ class Lmk(_Shown):
 
 def _counted(name):
     """A field of `Lmk` of which `changes` counts when it is changed."""
-
-    def read(lmk):
-        return lmk.__dict__[name]
+    slot = vars(Lmk)[name]
 
     def write(lmk, value):
-        if name in lmk.__dict__:  # not at birth
+        if hasattr(lmk, "first"):  # not at birth
             Lmk.changes += 1
-        lmk.__dict__[name] = value
+        slot.__set__(lmk, value)
 
-    return property(read, write)
+    return property(slot.__get__, write)
 
 
 Lmk.type, Lmk.r = _counted("type"), _counted("r")  # pyright: ignore[reportAttributeAccessIssue]

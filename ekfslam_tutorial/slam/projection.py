@@ -11,7 +11,7 @@ from .first_estimates import first_jacobians
 from .groups import groups_of
 from .sightings import Obs, Sightings, merged
 
-MANY = 200
+MANY = 100
 """Of more landmarks than this, those in view are found first; Jacobians are for them only."""
 
 

@@ -231,11 +231,11 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     for i in new:
         if n_max is not None and len(events) >= n_max:
             break
-        id = opt.association.birth_id(raw, i, lmks)
-        if id is None or not _well_inside(map, sen.model, np.asarray(raw.y[i], float), opt.init_margin):
+        id, y = opt.association.birth_id(raw, i, lmks), np.asarray(raw.y[i], float)
+        if id is None or not _well_inside(map, sen.model, y, opt.init_margin):
             continue
         try:
-            lmk = add_landmark(map, rob, sen, lmks, id, raw.y[i], None if raw.R is None else raw.R[i], opt)
+            lmk = add_landmark(map, rob, sen, lmks, id, y, None if raw.R is None else raw.R[i], opt)
         except MapFull:
             events.append(Event("refused", rob.id, sen.id, id))
             continue
@@ -285,13 +285,13 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
 
 def _in_a_slot(sen, lmks, lmk):
     """Give a new landmark the first slot that is free."""
-    others = list(lmks.values())
-    if others == sen.gapless:
-        lmk.slot = len(others)
-        sen.gapless.append(lmk)
+    n, last = len(lmks), next(reversed(lmks.values()), None)
+    if last is not None and (last, Lmk.births) == sen.gapless and last.slot == n - 1:  # none has come or gone since
+        lmk.slot = n
     else:
-        lmk.slot = _free_slot(others)
-        sen.gapless = [*others, lmk] if lmk.slot == len(others) else None
+        lmk.slot = _free_slot(lmks.values())
+    Lmk.births += 1
+    sen.gapless = (lmk, Lmk.births) if lmk.slot == n else None
     return lmk
 
 
