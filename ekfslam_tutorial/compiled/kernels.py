@@ -16,10 +16,11 @@ from math import isfinite, sqrt
 import numpy as np
 from numba import njit
 
-from ..ekf.stochastic_map import LINE as ROWS
-from ..ekf.stochastic_map import WIDTH
+from ..ekf import stochastic_map
+from ..ekf.stochastic_map import LINE, WIDTH
 from .tile import COLUMNS, subtract_rows, subtract_tile
 
+CACHED = 2048  # numbers that stay in the fastest cache, and leave room for others
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
 
 
@@ -29,6 +30,9 @@ def compiled(function):
         return njit(cache=True, **HOW)(function)
     except RuntimeError:  # neither beside this file nor in the user's cache
         return njit(**HOW)(function)
+
+
+whole, zeros = compiled(stochastic_map.whole), compiled(stochastic_map.zeros)
 
 
 @compiled
@@ -168,8 +172,8 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
     """To A is added H P, and from column `first` on H P H', of the stack of those found: `cross` and `covariance`."""
     K, m, n_before = len(found), J.shape[1], n_r + n_s
     cols, at = columns_of(r, s, n_r, n_s, rows.shape[1], rows.shape[1] == 0)
-    q, Z, h = len(cols), A[:, first:], np.empty(len(cols))
-    P_at, HP_at = np.zeros((q, first)), np.zeros((q, A.shape[1] - first))
+    q, Z = len(cols), A[:, first:]
+    minus_H, P_at, HP_at = np.empty((K * m, q)), np.zeros((q, first)), np.zeros((q, Z.shape[1]))
     for c in range(q):
         if cols[c] < n_before:
             rows_of(P, n, lower, at[c], 1, P_at[c:])
@@ -178,11 +182,11 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
         for c in range(q):
             if cols[c] >= n_before:
                 rows_of(P, n, lower, rows[k, cols[c] - n_before], 1, P_at[c:])
+            for a in range(m):
+                minus_H[i * m + a, c] = -J[k, a, cols[c]]
         for a in range(m):
-            for c in range(q):
-                h[c] = -J[k, a, cols[c]]
             for j in range(0, first, WIDTH):
-                subtract_rows(A, i * m + a, j, h, P_at, q)
+                subtract_rows(A, i * m + a, j, minus_H, P_at, q, 1.0)
     for i in range(K):
         k = found[i]
         for c in range(q):
@@ -192,37 +196,41 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
                 for p in range(K * m):
                     HP_at[c, p] = A[p, at[c]]
         for a in range(m):
-            for c in range(q):
-                h[c] = -J[k, a, cols[c]]
             for p in range(0, K * m, WIDTH):
-                subtract_rows(Z, i * m + a, p, h, HP_at, q)
+                subtract_rows(Z, i * m + a, p, minus_H, HP_at, q, 1.0)
 
 
 @compiled
 def eliminate(A, first):
     """With Z = L L' from column `first` on, A becomes L^-1 A, in place. Whether Z is positive definite.
 
-    The rows of A are a multiple of WIDTH long, as in `products`.
+    Rows of A go on for `whole` numbers after `first`. What is left of Z comes last, as much at a time as stays in the
+    fastest cache.
     """
-    h = np.empty(len(A))
-    for i in range(len(A)):
+    M, Lt = len(A), A[:, first:]
+    end, piece, factors = first + whole(M + 1), max(WIDTH, whole(CACHED // (M + 1))), np.empty(M)
+    begin = max(0, min(first, end - piece))
+    for i in range(M):
+        pivot = Lt[i, i]
         for c in range(i):
-            h[c] = A[c, first + i]
-        for j in range(0, A.shape[1], WIDTH):
-            subtract_rows(A, i, j, h, A, i)
-        if not (A[i, first + i] > 0 and isfinite(A[i, first + i])):
+            pivot -= Lt[c, i] ** 2
+        if not (pivot > 0 and isfinite(pivot)):
             return False
-        row, scale = A[i], 1 / sqrt(A[i, first + i])
-        for j in range(A.shape[1]):
-            row[j] *= scale
+        factors[i] = 1 / sqrt(pivot)
+        for j in range(begin, end, WIDTH):
+            subtract_rows(A, i, j, Lt.T, A, i, factors[i])
+    for left in range(0, begin, piece):
+        for i in range(M):
+            for j in range(left, min(left + piece, begin), WIDTH):
+                subtract_rows(A, i, j, Lt.T, A, i, factors[i])
     return True
 
 
 @compiled
 def downdate(P, Wt, n, lower):
-    """P -= W W' in tiles, of n states; W' has columns up to a multiple of ROWS, those that are too many are zero."""
+    """P -= W W' in tiles, of n states; W' has columns up to a multiple of LINE, those that are too many are zero."""
     for j in range(0, n, COLUMNS):
-        for i in range(j - j % ROWS if lower else 0, n, ROWS):
+        for i in range(j - j % LINE if lower else 0, n, LINE):
             subtract_tile(P, i, j, Wt)
 
 
@@ -236,8 +244,8 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, E, found, z, R):
         False if the covariance of the innovation is not positive definite, or z not finite: nothing has been changed.
     """
     K, m = z.shape
-    M, first = K * m, -(-n // WIDTH) * WIDTH
-    A = np.zeros((M, first + (M // WIDTH + 1) * WIDTH))  # [H P, Z, z] becomes [W', L', w]
+    M, first = K * m, whole(n)
+    A = zeros(M + 1, first + whole(M + 1) + LINE)  # [H P, Z, z] becomes [W', L', w], and below W' comes -dx
     products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first)
     Z = A[:, first:]
     for i in range(K):
@@ -246,14 +254,13 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, E, found, z, R):
                 E[found[i], a, b] = Z[i * m + a, i * m + b]
                 Z[i * m + a, i * m + b] += R[i if len(R) > 1 else 0, a, b]
             Z[i * m + a, M] = z[i, a]
-    if not isfinite(np.sum(z)) or not eliminate(A, first):
+    if not isfinite(np.sum(z)) or not eliminate(A[:M], first):
         return False
-    w, minus_dx = Z[:, M].copy(), np.zeros((1, first))
     for j in range(0, first, WIDTH):
-        subtract_rows(minus_dx, 0, j, w, A, M)
+        subtract_rows(A, M, j, Z.T, A, M, 1.0)
     for j in range(n):
-        x[j] -= minus_dx[0, j]
-    downdate(P, A, n, lower)
+        x[j] -= A[M, j]
+    downdate(P, A[:M], n, lower)
     return True
 
 
@@ -261,7 +268,7 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, E, found, z, R):
 def passes(z, E, R, threshold):
     """Whether z' (E + R)^-1 z is below the gate: 1 or 0, -1 where `eliminate` says False."""
     m, total = len(z), 0.0
-    A = np.zeros((m, (m // WIDTH + 1) * WIDTH))  # [Z, z] becomes [L', w]
+    A = zeros(m, whole(m + 1))  # [Z, z] becomes [L', w]
     A[:, :m], A[:, m] = E + R, z
     if not isfinite(np.sum(z)) or not eliminate(A, 0):
         return -1

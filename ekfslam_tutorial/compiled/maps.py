@@ -9,7 +9,7 @@ from ..ekf.triangle import BLOCK
 from ..ekf.virtual import EXPLAINED, FLOOR, STILL, TINY, TRIALS
 from .filter import MANY_ROWS, machine_code
 from .filter import indices as integers
-from .kernels import compiled, downdate, put, rows_of
+from .kernels import compiled, downdate, put, rows_of, whole, zeros
 from .tile import subtract_rows
 
 # --- a map -----------------------------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ def subtract(map, Wt):
     if len(Wt) > MANY_ROWS:
         return False
     m, n = Wt.shape
-    W, lower = np.zeros((m, -(-n // LINE) * LINE)), map.keep_one_triangle()
+    W, lower = zeros(m, whole(n) + LINE), map.keep_one_triangle()
     W[:, :n] = Wt
     downdate(map.storage[1], W, n, lower)
     return True
@@ -164,9 +164,9 @@ def _settle(x, x_near, Lt, P, v, of):
         for j in range(i + 1, size):
             w[i] -= Lt[i, j] * w[j]
         w[i] /= Lt[i, i]
-    minus_dx = np.zeros((1, -(-n // WIDTH) * WIDTH))
+    minus_dx, w = np.zeros((1, whole(n))), w.reshape(1, size)
     for j in range(0, n, WIDTH):
-        subtract_rows(minus_dx, 0, j, w, P, size)
+        subtract_rows(minus_dx, 0, j, w, P, size, 1.0)
     for k in range(len(x_near)):
         if of[k] >= 0:
             minus_dx[0, of[k]] = 0.0

@@ -18,7 +18,7 @@ import numba
 import numpy as np
 
 from ..geometry.symbols import Symbol
-from . import kernels
+from . import kernels, tile
 
 HEAD = '''"""Written by ekfslam_tutorial from its models; it can be deleted at any time."""
 
@@ -108,7 +108,7 @@ def build(signature, arguments, lines):
     """
     head = HEAD.format(signature=signature, arguments=arguments)
     text = head + "".join(f"    {line}\n" for line in lines)
-    inside = Path(kernels.__file__).read_text(encoding="utf-8") + numba.__version__  # is in the machine code as well
+    inside = "".join(Path(part.__file__).read_text(encoding="utf-8") for part in (kernels, tile)) + numba.__version__
     name = "program_" + hashlib.sha256((text + inside).encode()).hexdigest()[:20]
     with _one_at_a_time:
         if name not in sys.modules:

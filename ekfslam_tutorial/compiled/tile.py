@@ -34,12 +34,12 @@ def subtract_tile(typing, P, i, j, Wt):
 
 
 @intrinsic
-def subtract_rows(typing, out, i, j, h, rows, n):
-    """out[i, j : j + WIDTH] -= h[:n] rows[:n, j : j + WIDTH]; nobody looks whether that is inside.
+def subtract_rows(typing, out, i, j, H, rows, n, factor):
+    """out[i, j : j + WIDTH] -= H[i, :n] rows[:n, j : j + WIDTH], times a factor; nobody looks whether that is inside.
 
     Numbers of a row stand side by side. A row of `out` may be one of a matrix whose rows before it are `rows`.
     """
-    return types.void(out, types.intp, types.intp, h, rows, types.intp), _row
+    return types.void(out, types.intp, types.intp, H, rows, types.intp, types.float64), _row
 
 
 def _tile(context, builder, signature, arguments):
@@ -57,27 +57,34 @@ def _tile(context, builder, signature, arguments):
 
 
 def _row(context, builder, signature, arguments):
-    out_type, _, _, h_type, rows_type, _ = signature.args
-    out, i, j, h, rows, n = arguments
-    out, h, rows = (_Array(context, builder, kind, a) for kind, a in ((out_type, out), (h_type, h), (rows_type, rows)))
+    out_type, _, _, H_type, rows_type, _, _ = signature.args
+    out, i, j, H, rows, n, factor = arguments
+    out, H, rows = (_Array(context, builder, kind, a) for kind, a in ((out_type, out), (H_type, H), (rows_type, rows)))
     js = [builder.add(j, ir.Constant(j.type, column)) for column in range(0, WIDTH, ROWS)]
 
     def products(k):
-        h_k = h.everywhere(k)
+        h_k = H.everywhere(i, k)
         return [builder.fmul(h_k, rows.line(k, j), flags=ONCE) for j in js]
 
-    _subtract(builder, [out.place(i, j) for j in js], n, products)
+    _subtract(builder, [out.place(i, j) for j in js], n, products, everywhere(builder, factor))
     return context.get_dummy_value()
 
 
-def _subtract(builder, places, n, products):
+def _subtract(builder, places, n, products, factor=None):
     """From the lines at these places subtract products(k) for all k < n: the sums stay in registers."""
     sums = [cgutils.alloca_once_value(builder, builder.load(place, align=8)) for place in places]
     with cgutils.for_range(builder, n) as k:
         for line, product in zip(sums, products(k.index), strict=True):
             builder.store(builder.fsub(builder.load(line), product, flags=ONCE), line)
     for place, line in zip(places, sums, strict=True):
-        builder.store(builder.load(line), place, align=8)
+        total = builder.load(line)
+        builder.store(builder.fmul(total, factor) if factor else total, place, align=8)
+
+
+def everywhere(builder, number):
+    """A line in which all numbers are this one."""
+    line = builder.insert_element(ir.Constant(NUMBERS, ir.Undefined), number, FIRST)
+    return builder.shuffle_vector(line, line, SAME)
 
 
 class _Array:
@@ -101,6 +108,4 @@ class _Array:
 
     def everywhere(self, *index):
         """A line in which all numbers are this one."""
-        undefined = ir.Constant(NUMBERS, ir.Undefined)
-        line = self.builder.insert_element(undefined, self.builder.load(self._number(*index)), FIRST)
-        return self.builder.shuffle_vector(line, line, SAME)
+        return everywhere(self.builder, self.builder.load(self._number(*index)))

@@ -24,9 +24,7 @@ from .html import map_html
 from .stochastic_map import GROWTH, Map, nothing, symmetric
 from .virtual import VirtualStates, cholesky
 
-TOGETHER = (
-    8  # entries of the map that come to hand at once: 50 us for one landmark of two numbers, little more for four
-)
+TOGETHER = 8  # entries of the map that come to hand at once: four landmarks take little longer than one
 
 
 class CompressedMap:

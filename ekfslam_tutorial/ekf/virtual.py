@@ -19,7 +19,7 @@ from scipy.linalg.blas import dtrsm  # pyright: ignore[reportAttributeAccessIssu
 from scipy.linalg.lapack import dpotrf, dpstrf, dtrtrs  # pyright: ignore[reportAttributeAccessIssue]
 
 from .extra import compiled
-from .stochastic_map import WIDTH
+from .stochastic_map import whole, zeros
 
 EXPLAINED = 4e-15
 """Where no more than this share of a variance is left, given the others, nothing is left: `cholesky`."""
@@ -50,7 +50,7 @@ class VirtualStates:
 
     def __init__(self, n, compiled=False):
         self.compiled = compiled
-        self._P = np.zeros((0, 0))  # nothing was ever written right of the extent
+        self._P = zeros(0, 0)  # nothing was ever written right of the extent
         self.reach(n)
         self.clear()
 
@@ -61,7 +61,7 @@ class VirtualStates:
     def reach(self, n):
         """Let there be room for a map of this extent."""
         rows, old = self._P.shape
-        P = np.zeros((rows, -(-n // WIDTH) * WIDTH))
+        P = zeros(rows, whole(n))
         P[:, :old] = self._P
         self._P = P
 
@@ -86,7 +86,7 @@ class VirtualStates:
         L[:old, :old], L[old:] = self._L, G_i
         self._L = L
         if size > len(self._P):
-            P = np.zeros((2 * size, self._P.shape[1]))
+            P = zeros(2 * size, self._P.shape[1])
             P[:old] = self._P[:old]
             self._P = P
         self._P[old:size, : P_i.shape[1]] = P_i

@@ -27,7 +27,7 @@ from ekfslam_tutorial.ekf import (
     transform,
     update,
 )
-from ekfslam_tutorial.ekf.stochastic_map import WIDTH, roomy, square
+from ekfslam_tutorial.ekf.stochastic_map import LINE, WIDTH, roomy, square, whole, zeros
 from ekfslam_tutorial.models.motion import Odometry2
 
 N_R, M = 3, 2
@@ -212,7 +212,7 @@ def test_corrections(scene, known, some, each, rng):
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 31, 64, 103])
 def test_tiles(n, m, lower, rng):
     """P - W W' of the first n rows and columns; the storage around them stays as it is."""
-    P, size = square(roomy(n)), -(-n // kernels.ROWS) * kernels.ROWS
+    P, size = square(roomy(n)), -(-n // LINE) * LINE
     P[:] = rng.normal(size=P.shape)
     before, Wt = P.copy(), np.zeros((m, size))
     Wt[:, :n] = rng.normal(size=(m, n))
@@ -244,33 +244,44 @@ def test_tiles_of_a_processor_with_fewer_registers(tmp_path):
     subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, env=environment)
 
 
+@pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("n", [0, 1, 5, 40])
-def test_rows_in_registers(n, rng):
+def test_rows_in_registers(n, order, rng):
     """A row minus a combination of n others, also of the same matrix; all around it stays as it is."""
-    A, h = rng.normal(size=(41, 3 * WIDTH)), rng.normal(size=(50, 2))
-    before, expected = A.copy(), A.copy()
-    expected[40, WIDTH : 2 * WIDTH] -= h[:n, 1] @ A[:n, WIDTH : 2 * WIDTH]
-    row_minus(A, 40, WIDTH, h[:, 1], A, n)
-    assert close(A, expected) and np.array_equal(A[:40], before[:40])
-    assert np.array_equal(np.delete(A[40], range(WIDTH, 2 * WIDTH)), np.delete(before[40], range(WIDTH, 2 * WIDTH)))
+    A, H = rng.normal(size=(41, 3 * WIDTH)), np.array(rng.normal(size=(41, 50)), order=order)
+    expected, turn = A.copy(), slice(WIDTH, 2 * WIDTH)
+    expected[40, turn] = 0.7 * (A[40, turn] - H[40, :n] @ A[:n, turn])
+    row_minus(A, 40, WIDTH, H, A, n, 0.7)
+    assert close(A[40, turn], expected[40, turn])
+    A[40, turn] = expected[40, turn]
+    assert np.array_equal(A, expected)
 
 
 @numba.njit
-def row_minus(out, i, j, h, rows, n):
-    subtract_rows(out, i, j, h, rows, n)
+def row_minus(out, i, j, H, rows, n, factor):
+    subtract_rows(out, i, j, H, rows, n, factor)
 
 
 @pytest.mark.parametrize("m", [1, 2, 20, 31, 32, 33])
 @pytest.mark.parametrize("first", [0, WIDTH, 3 * WIDTH])
 def test_elimination(m, first, rng):
     """L^-1 A, for as many rows as there are, before and after the rows are longer than one turn."""
-    A, B = np.zeros((m, first + (m // WIDTH + 1) * WIDTH)), rng.normal(size=(m, m))
+    A, B = np.zeros((m, first + whole(m + 1))), rng.normal(size=(m, m))
     Z, A[:, :first] = B @ B.T + np.eye(m), rng.normal(size=(m, first))
     A[:, first : first + m], A[:, first + m] = Z, rng.normal(size=m)
     expected = np.linalg.solve(np.linalg.cholesky(Z), A)
     assert kernels.eliminate(A, first) and close(A, expected)
     A[:, first : first + m] = Z - 2 * np.linalg.eigvalsh(Z)[0] * np.eye(m)
     assert not kernels.eliminate(A, first)
+
+
+@pytest.mark.parametrize("n", [1, 8, 31, 32, 33, 203])
+def test_rows_of_zeros_begin_with_a_line(n):
+    """Of all rows that are whole lines, whoever asks, numpy or the loops."""
+    for function in zeros, kernels.zeros:
+        A = function(5, whole(n) + LINE)
+        assert A.flags.c_contiguous and not A.any() and A.ctypes.data % (8 * LINE) == A.strides[0] % (8 * LINE) == 0
+    assert whole(n) == kernels.whole(n) == WIDTH * np.ceil(n / WIDTH)
 
 
 def test_many_rows_are_left_to_blas(rng):
