@@ -13,6 +13,7 @@ RANGE = slice, type(None)
 
 
 PREDICT = "b1(f8[::1, :], i8, b1, i8, f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])"
+WITHIN = "b1(i8[:, ::1], i8)"
 UPDATE = (
     "b1(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, i8, "
     "f8[:, :, ::1], f8[:, :, ::1], i8[::1], f8[:, ::1], f8[:, :, ::1])"
@@ -91,7 +92,7 @@ def update(map, blocks, z, R):
             sizes.append(r.stop - r.start)
         else:
             rows = indices(r)
-            if rows.ndim != 2 or len(rows) != len(z) or not kernels.within(rows, map.n):
+            if rows.ndim != 2 or len(rows) != len(z) or not machine_code(kernels.within, WITHIN)(rows, map.n):
                 return False
             sizes.append(rows.shape[1])
         Js.append(J if J.ndim == 3 else J[None])
@@ -100,9 +101,14 @@ def update(map, blocks, z, R):
     if not 1 <= len(ranges) <= 2:
         return False
     (r, s), (n_r, n_s) = (*ranges, None)[:2], (*sizes[: len(ranges)], 0)[:2]
-    J = np.concatenate(Js, -1, out=np.empty((*z.shape, sum(sizes))))
-    found = np.arange(len(z))
-    return correct_some(map, map.at_hand(r, s, rows, found), n_r, n_s, J, found, z, R)
+    found = every(len(z))
+    return correct_some(map, map.at_hand(r, s, rows, found), n_r, n_s, np.concatenate(Js, -1), found, z, R)
+
+
+@cache
+def every(K):
+    """The indices of all K."""
+    return np.arange(K)
 
 
 def correct_some(map, places, n_r, n_s, J, found, z, R):
