@@ -45,6 +45,8 @@ def run({arguments}):
 '''
 
 
+INSIDE = kernels.__file__, tile.__file__  # of whose functions machine code is in that of a program
+
 _one_at_a_time = threading.Lock()
 
 
@@ -108,7 +110,7 @@ def build(signature, arguments, lines):
     """
     head = HEAD.format(signature=signature, arguments=arguments)
     text = head + "".join(f"    {line}\n" for line in lines)
-    inside = "".join(Path(part.__file__).read_text(encoding="utf-8") for part in (kernels, tile)) + numba.__version__
+    inside = "".join(Path(file).read_text(encoding="utf-8") for file in INSIDE) + numba.__version__
     name = "program_" + hashlib.sha256((text + inside).encode()).hexdigest()[:20]
     with _one_at_a_time:
         if name not in sys.modules:

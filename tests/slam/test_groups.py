@@ -2,7 +2,7 @@
 
 import copy
 import pickle
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -230,7 +230,7 @@ def test_landmarks_are_told_apart_by_identity():
 def test_copies_hold_the_same_and_are_independent(copied):
     lmk = Lmk(3, IdpPnt(), r=slice(6, 12), slot=2, n=np.array([0.1]), N=np.array([[0.2]]), n_search=7)
     twin = copied(lmk)
-    assert repr(twin) == repr(lmk)
+    assert repr(twin) == repr(lmk) and all(hasattr(twin, field.name) for field in fields(lmk))
     assert (twin.id, twin.type, twin.r, twin.slot, twin.n_search) == (3, IdpPnt(), slice(6, 12), 2, 7)
     twin.type, twin.r, twin.n[0] = EucPnt(), slice(6, 9), 9.0
     assert lmk.type == IdpPnt() and lmk.r == slice(6, 12) and lmk.n[0] == 0.1
