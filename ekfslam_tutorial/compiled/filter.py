@@ -7,7 +7,7 @@ import numpy as np
 
 from . import kernels
 
-MANY_ROWS = 100  # of W' from which on BLAS is faster than the loops
+MANY_ROWS = 200  # of W' from which on BLAS is faster than the loops
 NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
 RANGE = slice, type(None)
 

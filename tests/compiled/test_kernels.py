@@ -262,7 +262,7 @@ def row_minus(out, i, j, H, rows, n, factor):
     subtract_rows(out, i, j, H, rows, n, factor)
 
 
-@pytest.mark.parametrize("m", [1, 2, 20, 31, 32, 33])
+@pytest.mark.parametrize("m", [1, 2, 20, 31, 32, 33, 150])
 @pytest.mark.parametrize("first", [0, WIDTH, 3 * WIDTH])
 def test_elimination(m, first, rng):
     """L^-1 A, for as many rows as there are, before and after the rows are longer than one turn."""
