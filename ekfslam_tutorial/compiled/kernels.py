@@ -101,11 +101,18 @@ def sandwich(A, Q, out):
 
 
 @compiled
-def predict(P, n, lower, start, X_x, X_u, U):
-    """`predict`, of the covariance."""
-    Q = np.empty((len(X_u), len(X_u)))
+def predict(P, n, lower, start, x, X_x, X_u, U):
+    """`predict`, of the covariance, if all it takes is finite, x included. Whether it is so."""
+    total = np.sum(x) + np.sum(X_x) + np.sum(X_u) + np.sum(U)
+    for i in range(start, start + len(x)):
+        for j in range(start, i + 1):
+            total += P[i, j]
+    if not isfinite(total):
+        return False
+    Q = np.empty((len(x), len(x)))
     sandwich(X_u, U, Q)
     propagate(P, n, lower, start, X_x, Q)
+    return True
 
 
 @compiled
