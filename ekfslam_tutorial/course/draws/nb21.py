@@ -257,7 +257,7 @@ def smoother(lag, shown):
     fig = plt.figure(figsize=(11.6, 5.4))
     ax = fig.add_axes((0.06, 0.12, 0.42, 0.84))
     _scene(ax, log, e.path[shown - 1], e.x[shown - 1, 3:].reshape(-1, 2), ESTIMATE, f"lag {lag}")
-    ax.legend(loc="center", bbox_to_anchor=(0.58, 0.48), fontsize=11, frameon=False)
+    ax.legend(loc="center", bbox_to_anchor=(0.56, 0.48), fontsize=11, frameon=False, handlelength=1.3)
     rows = {"EKF": ekf(log), f"lag {lag}": e, "batch": smoothed(94)}
     bands = [fig.add_axes((0.6, y, 0.37, 0.3)) for y in (0.62, 0.14)]
     nees = [float(np.median(r.nees(log))) for r in rows.values()]
