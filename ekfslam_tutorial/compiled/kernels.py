@@ -211,8 +211,8 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
 def eliminate(A, first):
     """With Z = L L' from column `first` on, A becomes L^-1 A, in place. Whether Z is positive definite.
 
-    Rows of A go on for `whole` numbers after `first`. What is left of Z comes last, as much at a time as stays in the
-    fastest cache.
+    A has M rows and, from column `first` on, whole(M + 1) columns or more. What is left of Z comes last, as much at a
+    time as stays in the fastest cache.
     """
     M, Lt = len(A), A[:, first:]
     end, piece, factors = first + whole(M + 1), max(WIDTH, whole(CACHED // (M + 1))), np.empty(M)
