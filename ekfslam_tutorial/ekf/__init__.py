@@ -4,22 +4,21 @@ Lives here: a mean, a covariance, ranges in them, and matrices.
 May not: know what a range stands for. No frames, sensors, robots or landmarks here.
 """
 
-from .batch import Batch
-from .compressed import CompressedMap
+from .covariances import check_covariance, is_covariance
 from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform, update
 from .stochastic_map import Map, MapFull
 
 __all__ = [
-    "Batch",
-    "CompressedMap",
     "Innovation",
     "Map",
     "MapFull",
     "augment",
+    "check_covariance",
     "correct",
     "covariance",
     "cross",
     "innovation",
+    "is_covariance",
     "predict",
     "transform",
     "update",

@@ -83,7 +83,8 @@ def expect(Rf, Sf, sensor, lmk, l):
     v, V_f, V_l = seen_from(F, sensor, lmk, l)
     e, E_v = sensor.project(v)
     E_f = product(E_v, V_f)
-    return e, v, product(E_f, F_r), product(E_f, F_s), product(E_v, V_l)
+    E_l = product(E_v, V_l)
+    return e, v, product(E_f, F_r), product(E_f, F_s), np.broadcast_to(E_l, (*e.shape, E_l.shape[-1]))
 
 
 def sight(F, sensor, lmk, l):

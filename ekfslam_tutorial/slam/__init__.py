@@ -6,12 +6,11 @@ May not: simulate, read files or draw.
 
 from .association import Jcbb, KnownIds, Matches, NearestNeighbour
 from .meetings import correct_met_robots, project_robots
-from .objects import Event, Lmk, Rob, Sen, Tim
+from .objects import Event, Lmk, Obs, Rob, Sen, Tim
 from .options import Options
 from .projection import normalize, place, project_lmks
 from .recovery import reopen_gate
-from .sightings import Obs
-from .steps import add_landmark, correct_known_lmks, init_new_lmks, move
+from .steps import add_landmark, correct_known_lmks, init_new_lmks, move, new_map
 
 __all__ = [
     "Event",
@@ -30,6 +29,7 @@ __all__ = [
     "correct_met_robots",
     "init_new_lmks",
     "move",
+    "new_map",
     "normalize",
     "place",
     "project_lmks",

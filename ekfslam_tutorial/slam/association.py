@@ -62,28 +62,23 @@ class KnownIds:
     Of several measurements with the same id in one frame the first is used.
     """
 
-    by_id: ClassVar[bool] = True  # expectations do not matter, so those out of view need not be computed
+    by_id: ClassVar[bool] = True  # expectations do not matter
 
     def __call__(self, map, obs, raw, sensor):
-        """Match by id. Returns Matches; what is left and has an id may start a landmark, if that id is not in use."""
+        """Match by id. Returns Matches.
+
+        Every measurement with an id may start a landmark, if that id is not in use when its turn comes: also that of
+        a landmark which this frame has deleted.
+        """
         ids = np.asarray(raw.ids).tolist()
-        index = {ids[i]: i for i in range(len(ids) - 1, -1, -1) if ids[i] >= 0}
-        pairs = {id: index[id] for o in obs if (id := o.lmk) in index}
-        return Matches(pairs, [index[id] for id in sorted([id for id in index if id not in pairs])])
+        index = {id: i for i, id in reversed(list(enumerate(ids))) if id >= 0}
+        pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
+        return Matches(pairs, [index[id] for id in sorted(index)])
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i; None if there is one already."""
         id = int(raw.ids[i])
         return None if id in lmks else id
-
-
-def expectations(obs):
-    """Expectations (K, m) and their covariances (K, m, m) of K observations, most often of one table."""
-    table = getattr(obs[0], "table", None)
-    if table is not None and all(o.table is table for o in obs):
-        rows = [o.k for o in obs]
-        return table.e[rows], table.E[rows]
-    return np.stack([o.e for o in obs]), np.stack([o.E for o in obs])
 
 
 def distances(obs, raw, sensor):
@@ -101,7 +96,7 @@ def distances(obs, raw, sensor):
     """
     if not obs or not len(raw.y):
         return np.empty((len(raw.y), len(obs)))
-    e, E = expectations(obs)
+    e, E = np.stack([o.e for o in obs]), np.stack([o.E for o in obs])
     y = np.asarray(raw.y, float)[:, None, :]
     R = sensor.R if raw.R is None else np.asarray(raw.R)[:, None]
     z = sensor.residual(np.broadcast_to(y, (len(y), *e.shape)), e[None])

@@ -40,7 +40,7 @@ def check_first_estimates(frame, lmk_types):
         raise ValueError(f"first_estimates is for robots in the plane and Euclidean points, got {got}")
 
 
-def begin(map, rob, lmks):
+def note_first_estimates(map, rob, lmks):
     """Note the first estimates of what has none yet: it is in the map, and no correction has been made by it.
 
     Parameters

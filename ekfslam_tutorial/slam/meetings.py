@@ -2,7 +2,7 @@
 
 from ..ekf import correct, covariance, cross, innovation
 from ..models.landmarks import EucPnt
-from .first_estimates import begin
+from .first_estimates import note_first_estimates
 from .objects import Event, Lmk
 from .projection import frame_range, normalize, project_lmks
 
@@ -68,7 +68,7 @@ def correct_met_robots(map, rob, sen, robs, raw, opt):
     known = {other.id: other for other in robs if other.id != rob.id}
     events = []
     for each in robs if opt.first_estimates else ():
-        begin(map, each, {})
+        note_first_estimates(map, each, {})
     for i, id in enumerate(raw.ids.tolist()):
         if id not in known:
             continue

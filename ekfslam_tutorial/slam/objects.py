@@ -1,4 +1,4 @@
-"""The manual's structures: Rob, Sen, Lmk, Tim (figures 4 to 9); Obs is in `sightings.py`.
+"""The manual's structures: Rob, Sen, Lmk, Obs, Tim (figures 4 to 9), and what happens to them: Event.
 
 Each record knows its range `r` in the map. A range of `None` means that the state is *known*: the object holds it
 itself, in `x`, and the filter leaves it alone.
@@ -6,28 +6,24 @@ itself, in `x`, and the filter leaves it alone.
 
 import html
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..ekf import Innovation
 from ..ekf.html import table_html
 
 
-def _frame(map, obj, kind):
-    """The frame that the state of a robot or a sensor begins with: the same object as long as it stays the same."""
-    last, x = obj.last, _state(map, obj)
-    if len(x) != kind.size:
-        x = x[: kind.size]
-    if last is None or last.x.tobytes() != x.tobytes():
-        obj.last = last = kind(x)
-    return last
-
-
 def _state(map, obj):
-    """A copy: what was read from the map stays what it was when the map goes on."""
+    """State of an object: a copy, so what was read from the map stays what it was when the map goes on."""
     if obj.r is None and obj.x is None:
         raise ValueError(f"{type(obj).__name__} {obj.id} has no state yet: put it into the map, or give it a known x")
     return np.array(obj.x) if obj.r is None else map.state(obj.r)
+
+
+def states(map, objs):
+    """States of several objects of one type, one in each row."""
+    return np.array([obj.x if obj.r is None else map.x[obj.r] for obj in objs], float)
 
 
 def _where(obj):
@@ -44,8 +40,6 @@ def _title(obj):
 
 class _Shown:
     """What a notebook shows for an object: its line, and below it its attributes."""
-
-    __slots__ = ()
 
     def _repr_html_(self):
         rows = [(f.name, short(getattr(self, f.name))) for f in fields(self) if f.repr]  # pyright: ignore
@@ -80,12 +74,8 @@ class Rob(_Shown):
         Ids of the sensors it carries.
     n_refused : int
         How many of its innovations in a row have failed the gate.
-    checked_U : bytes or None
-        The control covariance that was last found to be one: it is not tested again while its numbers stay the same.
     first : ndarray or None
         The pose as predicted, before any correction of this frame; None without first-estimates Jacobians.
-    last, normal : Frame2, Frame3 or None
-        The frame that was last asked for, and the one that was last normalised: not computed again while it is so.
     """
 
     id: int
@@ -98,10 +88,7 @@ class Rob(_Shown):
     U: Any = None
     sensors: list = field(default_factory=list)
     n_refused: int = 0
-    checked_U: Any = field(default=None, repr=False)
     first: Any = field(default=None, repr=False)
-    last: Any = field(default=None, repr=False)
-    normal: Any = field(default=None, repr=False)
 
     def __repr__(self):
         return f"Rob({_title(self)}, {type(self.motion).__name__}, {_where(self)}, sensors {self.sensors})"
@@ -112,7 +99,7 @@ class Rob(_Shown):
 
     def frame(self, map):
         """Frame2 or Frame3 of the robot in the world."""
-        return _frame(map, self, self.motion.frame)
+        return self.motion.frame(self.state(map)[: self.motion.frame.size])
 
 
 @dataclass
@@ -134,12 +121,6 @@ class Sen(_Shown):
         Frame2 or Frame3.
     lmk_type : LmkType or None
         How landmarks that this sensor finds are stored; `Options.lmk_type` if None.
-    last, normal : Frame2, Frame3 or None
-        The frame that was last asked for, and the one that was last normalised: not computed again while it is so.
-    groups : Groups or None
-        Of which types the landmarks are that it was last asked about, and where in the map.
-    gapless : tuple (Lmk, int) or None
-        The landmark that it started last and `Lmk.births` then, if the slots 0, 1, 2, ... had no gap.
     """
 
     id: int
@@ -150,10 +131,6 @@ class Sen(_Shown):
     x: Any = None
     r: slice | None = None
     lmk_type: Any = None
-    last: Any = field(default=None, repr=False)
-    normal: Any = field(default=None, repr=False)
-    groups: Any = field(default=None, repr=False)
-    gapless: Any = field(default=None, repr=False)
 
     def __repr__(self):
         return f"Sen({_title(self)}, {type(self.model).__name__} on robot {self.robot}, frame {_where(self)})"
@@ -164,10 +141,10 @@ class Sen(_Shown):
 
     def frame(self, map):
         """Frame of the sensor on its robot."""
-        return _frame(map, self, self.frame_type)
+        return self.frame_type(self.state(map))
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False)
 class Lmk(_Shown):
     """A landmark.
 
@@ -187,14 +164,7 @@ class Lmk(_Shown):
         How often it was looked for, found, and used.
     first : ndarray or None
         The state at birth, for first-estimates Jacobians; None without them.
-    changes : int
-        Of all landmarks: how often a type or a range has been changed. What was noted of them is true until then.
-    births : int
-        Of all landmarks: how many have been given a slot.
     """
-
-    changes: ClassVar[int] = 0
-    births: ClassVar[int] = 0
 
     id: int
     type: Any
@@ -232,19 +202,68 @@ class Lmk(_Shown):
         return p, P_l @ map.block(self.r) @ P_l.T
 
 
-def _counted(name):
-    """A field of `Lmk` of which `changes` counts when it is changed."""
-    slot = vars(Lmk)[name]
+@dataclass(eq=False)
+class Obs(_Shown):
+    """The observation of one landmark by one sensor in this frame (manual, fig. 9).
 
-    def write(lmk, value):
-        if hasattr(lmk, "first"):  # not at birth
-            Lmk.changes += 1
-        slot.__set__(lmk, value)
+    Attributes
+    ----------
+    sen, lmk : int, int
+        Ids.
+    e, E : ndarray, shape (m,) and (m, m)
+        Expectation, and its covariance H P H'.
+    v : ndarray, shape (d,)
+        Point in the sensor frame, or ray towards it.
+    blocks : tuple of 3 (slice or None, ndarray of shape (m, ·))
+        (rob.r, E_r), (sen.r, E_s), (lmk.r, E_l): the states it depends on, and its Jacobians.
+    visible : bool
+        The sensor should see it.
+    y, R : ndarray, shape (m,) and (m, m), or None
+        Measurement and its covariance, once matched.
+    z : ndarray, shape (m,), or None
+        Innovation.
+    index : int or None
+        Which of this frame's raw measurements it is.
+    measured, matched, updated : bool
+        It was looked for; a measurement was found; that was used for a correction.
+    """
 
-    return property(slot.__get__, write)
+    sen: int
+    lmk: int
+    e: Any
+    E: Any
+    v: Any
+    blocks: Any = field(repr=False)
+    visible: bool = True
+    y: Any = None
+    R: Any = None
+    z: Any = None
+    index: int | None = None
+    measured: bool = False
+    matched: bool = False
+    updated: bool = False
 
+    E_r = property(lambda self: self.blocks[0][1], doc="Jacobian of the expectation by the robot's frame.")
+    E_s = property(lambda self: self.blocks[1][1], doc="Jacobian of the expectation by the sensor's frame.")
+    E_l = property(lambda self: self.blocks[2][1], doc="Jacobian of the expectation by the landmark.")
 
-Lmk.type, Lmk.r = _counted("type"), _counted("r")  # pyright: ignore[reportAttributeAccessIssue]
+    @property
+    def Z(self):
+        """Covariance of the innovation, E + R; None without a measurement."""
+        return None if self.R is None else self.E + self.R
+
+    @property
+    def md2(self):
+        """Squared Mahalanobis distance of the innovation; None without a measurement."""
+        return None if self.z is None else Innovation(self.z, self.E + self.R).md2
+
+    def __repr__(self):
+        fate = "used" if self.updated else "refused" if self.matched else "not seen" if self.visible else "out of view"
+        return f"Obs(landmark {self.lmk} by sensor {self.sen}, expected {short(self.e)}, {fate})"
+
+    def _repr_html_(self):
+        rows = [(name, short(getattr(self, name))) for name in ("e", "E", "y", "R", "z", "Z", "md2")]
+        return f"<b>{html.escape(repr(self))}</b>{table_html(('attribute', 'value'), rows)}"
 
 
 @dataclass

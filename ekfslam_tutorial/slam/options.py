@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..ekf.stochastic_map import check_covariance
+from ..ekf import check_covariance
 from .association import KnownIds
 
 

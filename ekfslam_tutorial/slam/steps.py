@@ -4,20 +4,21 @@ For every frame, every robot moves; then each of its sensors corrects with the l
 ones that it does not. The order matters: a measurement that starts a landmark has been used, and must not correct it.
 """
 
-from math import isfinite
-from operator import attrgetter
-
 import numpy as np
+from scipy.linalg import block_diag
 
-from ..ekf import MapFull, augment, correct, covariance, cross, innovation, predict
-from ..ekf.extra import compiled
-from ..ekf.stochastic_map import are_covariances, check_covariance
+from ..ekf import Map, MapFull, augment, check_covariance, correct, covariance, cross, innovation, predict
 from ..models.observation import observe, retro_project
-from .first_estimates import begin, check_first_estimates, transport
-from .joint import correct_jointly, correct_with
+from .first_estimates import check_first_estimates, note_first_estimates, transport
 from .objects import Event, Lmk
-from .projection import frame_range, normal_frame, normalize, project_lmks
-from .upkeep import EUCLIDEAN, delete_bad, most_uncertain, tidy
+from .projection import frame_range, normalize, project_lmks
+from .upkeep import EUCLIDEAN, delete_bad, free_slot, most_uncertain, tidy, well_inside
+
+
+def new_map(capacity=None):
+    """An empty map for these steps, with room for so many numbers; without a capacity it grows as needed."""
+    return Map(capacity)
+
 
 # --- motion ----------------------------------------------------------------------------------------------------------
 
@@ -38,37 +39,19 @@ def move(map, rob, dt):
     ValueError
         If the control or its covariance is not finite or has the wrong shape.
     """
-    _check_control(rob, dt)
-    normal_frame(map, rob)
-    if map.compiled and rob.r is not None and rob.first is None:
-        if compiled().move(map, rob.r, rob.motion, rob.u, rob.U, dt):
-            normalize(map, rob)
-            return
+    check_control(rob, dt)
     before = rob.state(map)
-    x, X_x, X_u = rob.motion.move(before, rob.u, dt)
+    x, X_x, X_u = rob.motion.move(before, np.asarray(rob.u, float), dt)
     if rob.r is None:
-        rob.x = np.concatenate(
-            [rob.motion.frame(x[: rob.motion.frame.size]).normalized()[0].x, x[rob.motion.frame.size :]]
-        )
+        n = rob.motion.frame.size
+        rob.x = np.concatenate([rob.motion.frame(x[:n]).normalized()[0].x, x[n:]])
     else:
-        predict(map, rob.r, x, X_x if rob.first is None else X_x @ transport(rob.first, before), X_u, rob.U)
+        if rob.first is not None:
+            X_x = X_x @ transport(rob.first, before)
+        predict(map, rob.r, x, X_x, X_u, np.asarray(rob.U, float))
         normalize(map, rob)
     if rob.first is not None:
         rob.first = rob.state(map)
-
-
-def _check_control(rob, dt):
-    m, u = sum(rob.motion.control_fields.values()), np.asarray(rob.u)
-    if u.shape != (m,) or not (isfinite(sum(u.tolist())) or np.isfinite(u).all()):
-        fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
-        raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
-    if not 0 <= dt < np.inf:
-        raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds, got {dt}")
-    if rob.r is not None:
-        U = np.asarray(rob.U, float)
-        if U.shape != (m, m) or U.tobytes() != rob.checked_U:
-            check_covariance(U, m, f"robot {rob.id}: the control covariance")
-            rob.checked_U = U.tobytes()
 
 
 # --- corrections -----------------------------------------------------------------------------------------------------
@@ -77,8 +60,9 @@ def _check_control(rob, dt):
 def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     """Correct the map with the landmarks that are in it (manual: `correctKnownLmks`).
 
-    Active search: all landmarks are projected in one call; the visible ones are matched; those with the most uncertain
-    expectation come first, at most `opt.n_updates` of them; each is projected again from the map as corrected so far.
+    Active search: all landmarks are projected; the visible ones are matched; those with the most uncertain
+    expectation come first, at most `opt.n_updates` of them. Then either each corrects the map on its own, projected
+    again from the map as corrected so far, or, with `opt.joint`, all of them together, as they were projected.
 
     Parameters
     ----------
@@ -88,7 +72,8 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     lmks : dict of int to Lmk
         Landmarks may be reparametrised, and deleted.
     obs : dict of (int, int) to Obs
-        Gets this sensor's observations of this frame, by (sensor id, landmark id).
+        Gets this sensor's observations of this frame, by (sensor id, landmark id); with `opt.joint` those of the
+        visible landmarks only.
     raw : raw measurements: `ids` (k,), `y` (k, m), `R` (k, m, m) or None
     opt : Options
 
@@ -103,108 +88,92 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     ValueError
         If a measurement is not finite or has the wrong shape.
     """
-    _check_raw(raw, sen)
-    Rf, Sf = normal_frame(map, rob), normal_frame(map, sen)
+    check_raw(raw, sen)
     if opt.first_estimates:
-        begin(map, rob, lmks)
+        note_first_estimates(map, rob, lmks)
     for key in [key for key in obs if key[0] == sen.id]:
         del obs[key]
-    if opt.joint:
-        return correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
-    expected = project_lmks(map, rob, sen, sorted(lmks.values(), key=attrgetter("slot")))
-    obs.update({(sen.id, o.lmk): o for o in expected})
+
+    order = list(lmks.values()) if opt.joint else sorted(lmks.values(), key=lambda lmk: lmk.slot)
+    expected = project_lmks(map, rob, sen, order)
     seen = [o for o in expected if o.visible]
+    obs.update({(sen.id, o.lmk): o for o in (seen if opt.joint else expected)})
     matches = opt.association(map, expected, raw, sen.model)
+    wanted = seen if opt.joint and opt.n_updates is None else most_uncertain(seen, opt.n_updates)
+    for o in wanted:
+        _match(o, matches.pairs.get(o.lmk), raw, sen)
 
-    events, stale = [], False
-    for o in most_uncertain(seen, opt.n_updates):
-        events += _search(map, rob, sen, lmks[o.lmk], o, matches.pairs.get(o.lmk), raw, opt, stale)
-        stale = stale or o.updated
-    events += delete_bad(map, rob, sen, lmks, seen, opt)
-    return events, matches.new
-
-
-def _search(map, rob, sen, lmk, o, index, raw, opt, stale):
-    """Look for one landmark: match, project again if its expectation is stale, gate, correct. Returns the events."""
-    table, k, found = o.table, o.k, index is not None
-    lmk.n_search += 1
-    table.measured[k], table.matched[k], table.index[k] = True, found, index
-    events = [Event("search", rob.id, sen.id, lmk.id, found)]
-    if not found:
-        return events
-
-    lmk.n_match += 1
-    Rf, Sf, PHt = rob.normal, sen.normal, None
-    if opt.reproject and stale:
-        _project_again(map, rob, sen, lmk, o, Rf, Sf)
-    if not table.has_E or (stale and not opt.reproject):  # E is not there, or not that of now
-        PHt = cross(map, o.blocks)
-        table.E[k] = covariance(PHt, o.blocks)
-    y, R = raw.y[index], sen.model.R if raw.R is None else raw.R[index]
-    inn = innovation(sen.model.residual(y, table.e[k]), table.E[k], R)
-    table.y[k], table.R[k], table.z[k] = y, R, inn.z
-    accepted = inn.md2 < opt.md2_threshold
-    events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))
-    if not accepted:
-        return events
-
-    lmk.n_inlier += 1
-    camera = Rf.R.dot(Sf.t) + Rf.t if opt.reparametrize else None
-    if PHt is None:
-        correct_with(map, table, [k], inn.z[None], R)
+    if opt.joint:
+        _correct_jointly(map, rob, sen, lmks, [o for o in seen if o.matched], opt)
     else:
+        _correct_one_by_one(map, rob, sen, lmks, [o for o in wanted if o.matched], opt)
+    events = [event for o in wanted for event in _count(rob, sen, lmks[o.lmk], o)]
+    return events + delete_bad(map, rob, sen, lmks, seen, opt), matches.new
+
+
+def _match(o, index, raw, sen):
+    """Note the measurement of a landmark that is looked for, if there is one."""
+    o.measured, o.matched, o.index = True, index is not None, index
+    if o.matched:
+        o.y, o.R = np.asarray(raw.y[index], float), sen.model.R if raw.R is None else np.asarray(raw.R[index], float)
+
+
+def _correct_one_by_one(map, rob, sen, lmks, found, opt):
+    """Correct by each that was found: project it again if the map has been corrected since, gate, correct."""
+    stale = False
+    for o in found:
+        if stale and opt.reproject:
+            _project_again(map, rob, sen, lmks[o.lmk], o)
+        PHt = cross(map, o.blocks)
+        o.z, o.E = sen.model.residual(o.y, o.e), covariance(PHt, o.blocks)
+        inn = innovation(o.z, o.E, o.R)
+        o.updated = inn.md2 < opt.md2_threshold
+        if o.updated:
+            stale, camera = True, rob.frame(map).compose(sen.frame(map))[0].t
+            correct(map, PHt, inn)
+            _after(map, rob, sen, [lmks[o.lmk]], camera, opt)
+
+
+def _correct_jointly(map, rob, sen, lmks, found, opt):
+    """Gate each that was found on its own; correct once, by all that pass: z, P H' and R side by side."""
+    for o in found:
+        o.z = sen.model.residual(o.y, o.e)
+        o.updated = innovation(o.z, o.E, o.R).md2 < opt.md2_threshold
+    used = [o for o in found if o.updated]
+    if used:
+        PHt = np.hstack([cross(map, o.blocks) for o in used])
+        E = np.vstack([covariance(PHt, o.blocks) for o in used])
+        inn = innovation(np.concatenate([o.z for o in used]), E, block_diag(*(o.R for o in used)))
+        camera = rob.frame(map).compose(sen.frame(map))[0].t
         correct(map, PHt, inn)
-    table.updated[k] = True
+        _after(map, rob, sen, [lmks[o.lmk] for o in used], camera, opt)
+
+
+def _after(map, rob, sen, lmks, camera, opt):
+    """After a correction by some landmarks that were seen from there: frames and landmarks in their normal form."""
     normalize(map, rob)
-    if sen.r is not None:
-        normalize(map, sen)
-    tidy(map, lmk, camera, opt)
-    events.append(Event("correction", rob.id, sen.id, lmk.id))
-    return events
+    normalize(map, sen)
+    for lmk in lmks:
+        tidy(map, lmk, camera, opt)
 
 
-def _project_again(map, rob, sen, lmk, o, Rf, Sf):
-    """The expectation of a landmark from the map as corrected so far."""
-    table, k = o.table, o.k
-    if table.J is not None:
-        size, l = lmk.type.size, lmk.state(map)[None]
-        rows = None if lmk.r is None else table.ranges[2][k : k + 1, :size].copy()
-        e, _, _, J, E = compiled().expected(map, Rf, Sf, sen.model, lmk.type, l, *table.ranges[:2], rows, True)
-        n = J.shape[-1] - size
-        table.e[k], table.J[k, :, :n], table.E_l[k, :, :size] = e[0], J[0, :, :n], J[0, :, n:]
-        if lmk.r is not None:
-            table.H_l[k, :, :size] = J[0, :, n:]
-        if E is not None:
-            table.E[k] = E[0]
-        return
-    e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
-    table.e[k] = e
+def _project_again(map, rob, sen, lmk, o):
+    """Expectation of a landmark from the map as corrected so far; first estimates keep their Jacobians."""
+    Rf, Sf = rob.frame(map), sen.frame(map)
+    o.e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
     if rob.first is None:
         o.blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
 
 
-def _check_raw(raw, sen):
-    m, ids, y = len(sen.model.R), np.asarray(raw.ids), np.asarray(raw.y)
-    if ids.ndim != 1:
-        raise ValueError(f"sensor {sen.id}: ids must be a list of integers, got shape {ids.shape}")
-    if ids.size and ids.dtype.kind not in "iu":
-        raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()}")
-    if raw.R is not None and np.shape(raw.R) != (len(ids), m, m):
-        raise ValueError(
-            f"sensor {sen.id}: noise covariances must have shape {(len(ids), m, m)}, got {np.shape(raw.R)}"
-        )
-    if raw.R is not None and not are_covariances(np.asarray(raw.R, float)):
-        for id, R in zip(ids, raw.R, strict=True):
-            check_covariance(R, m, f"sensor {sen.id}: the noise covariance of landmark {id}")
-    if y.shape != (len(ids), m):
-        raise ValueError(
-            f"sensor {sen.id}: measurements must have shape {(len(ids), m)}, one row per id, got {y.shape}"
-        )
-    if not isfinite(np.vdot(y, y)) and not np.isfinite(y).all():
-        bad = int(np.flatnonzero(~np.isfinite(y).all(-1))[0])
-        raise ValueError(
-            f"sensor {sen.id}: measurement {bad} of landmark {int(ids[bad])} must be finite, got {y[bad].tolist()}"
-        )
+def _count(rob, sen, lmk, o):
+    """Count what has happened to a landmark that was looked for. Returns it as events."""
+    lmk.n_search, lmk.n_match, lmk.n_inlier = lmk.n_search + 1, lmk.n_match + o.matched, lmk.n_inlier + o.updated
+    events = [Event("search", rob.id, sen.id, lmk.id, o.matched)]
+    if o.matched:
+        events.append(Event("innovation", rob.id, sen.id, lmk.id, o.updated))
+    if o.updated:
+        events.append(Event("correction", rob.id, sen.id, lmk.id))
+    return events
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------
@@ -232,20 +201,14 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
         if n_max is not None and len(events) >= n_max:
             break
         id, y = opt.association.birth_id(raw, i, lmks), np.asarray(raw.y[i], float)
-        if id is None or not _well_inside(map, sen.model, y, opt.init_margin):
+        if id is None or not well_inside(sen.model, y, opt.init_margin):
             continue
         try:
-            lmk = add_landmark(map, rob, sen, lmks, id, y, None if raw.R is None else raw.R[i], opt)
+            lmks[id] = add_landmark(map, rob, sen, lmks, id, y, None if raw.R is None else raw.R[i], opt)
+            events.append(Event("initialisation", rob.id, sen.id, id))
         except MapFull:
             events.append(Event("refused", rob.id, sen.id, id))
-            continue
-        lmks[id] = lmk
-        events.append(Event("initialisation", rob.id, sen.id, id))
     return events
-
-
-NOTHING = np.zeros(0), np.zeros((0, 0))
-"""The prior of what is measured completely."""
 
 
 def add_landmark(map, rob, sen, lmks, id, y, R, opt):
@@ -267,49 +230,71 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
         raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
     kind = sen.lmk_type or opt.lmk_type or EUCLIDEAN[sen.frame_type.dim]
     Rf, Sf = rob.frame(map), sen.frame(map)
-    n, N = (opt.n, opt.N) if sen.model.bearing_only else NOTHING
-    R = sen.model.R if R is None else R
+    R = sen.model.R if R is None else np.asarray(R, float)
+    n, N = (opt.n, opt.N) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
 
-    if map.compiled and rob.first is None and not opt.first_estimates:
-        r = compiled().born(map, Rf, Sf, sen.model, kind, y, n, R, N, rob.r, sen.r)
-        if r is not None:
-            return _in_a_slot(sen, lmks, Lmk(id, kind, r=r, n=n, N=N))
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
     if opt.first_estimates:
         check_first_estimates(rob.motion.frame, [kind])
         L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
-    r = augment(map, l, blocks, L_y.dot(R).dot(L_y.T) + L_n.dot(N).dot(L_n.T))
-    return _in_a_slot(sen, lmks, Lmk(id, kind, r=r, n=n, N=N, first=l if opt.first_estimates else None))
+    r = augment(map, l, blocks, L_y @ R @ L_y.T + L_n @ N @ L_n.T)
+    first = l if opt.first_estimates else None
+    return Lmk(id, kind, r=r, slot=free_slot(lmks.values()), n=n, N=N, first=first)
 
 
-def _in_a_slot(sen, lmks, lmk):
-    """Give a new landmark the first slot that is free."""
-    n, last = len(lmks), next(reversed(lmks.values()), None)
-    if last is not None and (last, Lmk.births) == sen.gapless and last.slot == n - 1:  # none has come or gone since
-        lmk.slot = n
-    else:
-        lmk.slot = _free_slot(lmks.values())
-    Lmk.births += 1
-    sen.gapless = (lmk, Lmk.births) if lmk.slot == n else None
-    return lmk
+# --- what is refused, before anything has been changed --------------------------------------------------------------
 
 
-def _free_slot(lmks):
-    """The first index that no landmark has."""
-    slots = {lmk.slot for lmk in lmks}
-    return next(i for i in range(len(slots) + 1) if i not in slots)
+def check_control(rob, dt):
+    """Refuse a control, a control covariance or a duration that no robot can move by.
 
+    Parameters
+    ----------
+    rob : Rob
+    dt : float
 
-def _well_inside(map, sensor, y, margin):
-    """Whether a measurement would still be visible if each of its numbers were off by the margin.
-
-    The margin is in the unit of the first number, pixels for a camera; a depth in metres is left alone.
+    Raises
+    ------
+    ValueError
     """
-    if map.compiled and not margin and (inside := compiled().inside(sensor, y)) is not None:
-        return inside
-    if margin:
-        units = getattr(sensor, "units", None) or ("",) * len(y)
-        off = margin * np.diag([float(unit == units[0]) for unit in units])
-        y = np.concatenate([y[None], y + off, y - off])
-    return bool(np.all(sensor.visible(y, sensor.retro(y)[0])))
+    m = sum(rob.motion.control_fields.values())
+    if np.shape(rob.u) != (m,) or not np.isfinite(rob.u).all():
+        fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
+        raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
+    if not 0 <= dt < np.inf:
+        raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds, got {dt}")
+    if rob.r is not None:
+        check_covariance(rob.U, m, f"robot {rob.id}: the control covariance")
+
+
+def check_raw(raw, sen):
+    """Refuse raw measurements that are none of this sensor.
+
+    Parameters
+    ----------
+    raw : raw measurements: `ids` (k,), `y` (k, m), `R` (k, m, m) or None
+    sen : Sen
+
+    Raises
+    ------
+    ValueError
+    """
+    m, ids, y = len(sen.model.R), np.asarray(raw.ids), np.asarray(raw.y)
+    if ids.ndim != 1:
+        raise ValueError(f"sensor {sen.id}: ids must be a list of integers, got shape {ids.shape}")
+    if ids.size and ids.dtype.kind not in "iu":
+        raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()}")
+    if raw.R is not None:
+        if np.shape(raw.R) != (len(ids), m, m):
+            raise ValueError(
+                f"sensor {sen.id}: noise covariances must have shape {(len(ids), m, m)}, got {np.shape(raw.R)}"
+            )
+        for id, R in zip(ids, raw.R, strict=True):
+            check_covariance(R, m, f"sensor {sen.id}: the noise covariance of landmark {id}")
+    if y.shape != (len(ids), m):
+        raise ValueError(
+            f"sensor {sen.id}: measurements must have shape {(len(ids), m)}, one row per id, got {y.shape}"
+        )
+    for i in np.flatnonzero(~np.isfinite(y).all(-1))[:1]:
+        raise ValueError(f"sensor {sen.id}: measurement {i} of landmark {ids[i]} must be finite, got {y[i].tolist()}")

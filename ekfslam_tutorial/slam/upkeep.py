@@ -7,7 +7,7 @@ from ..models.landmarks import EucPnt
 from .objects import Event
 
 EUCLIDEAN = {2: EucPnt(2), 3: EucPnt(3)}
-"""The types of reparametrised landmarks: one and the same object for all of them."""
+"""Euclidean points by the dimension of their world: the types of reparametrised landmarks."""
 
 
 def most_uncertain(obs, n_max):
@@ -33,12 +33,9 @@ def tidy(map, lmk, camera, opt):
     if lmk.r is None:
         return
     if hasattr(lmk.type, "ahead"):
-        l = map.state(lmk.r)
-        ahead = lmk.type.ahead(l, opt.min_rho)
-        if ahead is not l:
-            map.move(lmk.r, ahead)
+        map.x[lmk.r] = lmk.type.ahead(lmk.state(map), opt.min_rho)
     if opt.reparametrize and hasattr(lmk.type, "linearity"):
-        l = map.state(lmk.r)
+        l = lmk.state(map)
         if lmk.type.linearity(l, map.block(lmk.r), camera) < opt.lin_test:
             p, P_l = lmk.type.point(l)
             lmk.type, lmk.r = EUCLIDEAN[len(p)], transform(map, lmk.r, p, P_l)
@@ -67,3 +64,20 @@ def delete_bad(map, rob, sen, lmks, seen, opt):
         if lmk.r is not None:
             map.remove(lmk.r)
     return [Event("deletion", rob.id, sen.id, id) for id in bad]
+
+
+def free_slot(lmks):
+    """Return the first index that no landmark has."""
+    slots = {lmk.slot for lmk in lmks}
+    return next(i for i in range(len(slots) + 1) if i not in slots)
+
+
+def well_inside(sensor, y, margin):
+    """Return True if a measurement would still be visible if each of its numbers were off by the margin.
+
+    The margin is in the unit of the first number, pixels for a camera; a depth in metres is left alone.
+    """
+    units = getattr(sensor, "units", None) or ("",) * len(y)
+    off = margin * np.diag([float(unit == units[0]) for unit in units])
+    y = np.concatenate([y[None], y + off, y - off])
+    return bool(np.all(sensor.visible(y, sensor.retro(y)[0])))
