@@ -1,13 +1,9 @@
 """The filter operations, each against the matrix formula it stands for."""
 
-from functools import partial
-from importlib.util import find_spec
-
 import numpy as np
 import pytest
 
 from ekfslam_tutorial.ekf import (
-    CompressedMap,
     Innovation,
     Map,
     MapFull,
@@ -23,15 +19,7 @@ from ekfslam_tutorial.ekf import (
 
 from .textbook import Textbook
 
-pytestmark = pytest.mark.usefixtures("triangles")
-
 SIZES = (7, 6, 3, 4, 2)
-
-needs_numba = pytest.mark.skipif(find_spec("numba") is None, reason="numba, the extra `compiled`, is not installed")
-compiled = [pytest.param(partial(kind, compiled=True), marks=needs_numba) for kind in (Map, CompressedMap)]
-KINDS = pytest.mark.parametrize(
-    "kind", [Map, CompressedMap, *compiled], ids=["Map", "CompressedMap", "Map, compiled", "CompressedMap, compiled"]
-)
 
 
 def spread(n, rng):
@@ -127,10 +115,9 @@ def test_a_prediction_is_that_of_the_textbook_and_touches_its_blocks_only(scene,
     assert unchanged(before, map.P, r) and np.array_equal(map.P, map.P.T)
 
 
-@KINDS
 @pytest.mark.parametrize("r", [slice(40, 43), slice(3, 6), slice(-3, 0), slice(3, 3)], ids=str)
-def test_a_range_outside_the_map_does_not_move(kind, r):
-    map = kind()
+def test_a_range_outside_the_map_does_not_move(r):
+    map = Map()
     for k in 3, 2:
         map.add(np.ones(k), np.eye(k))
     with pytest.raises(ValueError, match=f"range {r.start}:{r.stop} is not in this map of 5 states"):
@@ -144,7 +131,6 @@ def some(a, i, number):
     return a
 
 
-@KINDS
 @pytest.mark.parametrize(
     "name, value, said",
     [
@@ -160,8 +146,8 @@ def some(a, i, number):
         *(("U", some(np.eye(2), i, bad), "must stay finite") for i in (0, 1, 3) for bad in (np.nan, -np.inf)),
     ],
 )
-def test_a_motion_that_does_not_fit_or_is_not_finite_is_refused(kind, name, value, said):
-    map = kind()
+def test_a_motion_that_does_not_fit_or_is_not_finite_is_refused(name, value, said):
+    map = Map()
     r = map.add(np.ones(3), np.eye(3))
     map.add(np.ones(2), np.eye(2))
     motion = dict(x=np.zeros(3), X_x=np.eye(3), X_u=np.ones((3, 2)), U=np.eye(2)) | {name: value}
@@ -176,14 +162,11 @@ def test_a_motion_that_does_not_fit_or_is_not_finite_is_refused(kind, name, valu
         ([0.1, 0.2], 0.1, r"R must have shape \(2, 2\), got \(\)"),
         ([0.1, 0.2], [0.1, 0.1], r"R must have shape \(2, 2\), got \(2,\)"),
         ([0.1, 0.2], [np.eye(2)], r"R must have shape \(2, 2\), got \(1, 2, 2\)"),
-        ([[0.1, 0.2]] * 3, 0.1, r"R must have shape \(3, 2, 2\) or \(2, 2\), got \(\)"),
-        ([[0.1, 0.2]] * 3, [np.eye(2)] * 2, r"R must have shape \(3, 2, 2\) or \(2, 2\), got \(2, 2, 2\)"),
     ],
 )
-@KINDS
-def test_noise_of_another_shape_is_refused(kind, z, R, said):
+def test_noise_of_another_shape_is_refused(z, R, said):
     z = np.array(z)
-    map = kind()
+    map = Map()
     r = map.add(np.ones(3), np.eye(3))
     with pytest.raises(ValueError, match=said):
         innovation(z, np.eye(z.size), R)
@@ -192,9 +175,8 @@ def test_noise_of_another_shape_is_refused(kind, z, R, said):
     assert np.array_equal(map.x, np.ones(3)) and np.array_equal(map.P, np.eye(3))
 
 
-@KINDS
-def test_vectors_and_noise_may_be_lists(kind):
-    maps = kind(), kind()
+def test_vectors_and_noise_may_be_lists():
+    maps = Map(), Map()
     for map, form in zip(maps, (np.array, list), strict=True):
         r = map.add(np.ones(3), np.eye(3))
         new = augment(map, form([1.0, 2.0]), ((r, np.eye(2, 3)),), form([[1.0, 0.0], [0.0, 1.0]]))

@@ -8,10 +8,17 @@ from scipy.stats import chi2
 
 from ekfslam_tutorial.ekf import covariance, cross
 from ekfslam_tutorial.models.sensors import RangeBearing
-from ekfslam_tutorial.slam import Jcbb, KnownIds, NearestNeighbour, project_lmks
+from ekfslam_tutorial.slam import (
+    Jcbb,
+    KnownIds,
+    NearestNeighbour,
+    correct_known_lmks,
+    init_new_lmks,
+    project_lmks,
+)
 from ekfslam_tutorial.slam.association import distances, gate
 
-from .scenes import Scene, raw
+from .scenes import Scene, kinds, raw
 
 BOTH = pytest.mark.parametrize("association", [NearestNeighbour(), Jcbb()])
 
@@ -30,7 +37,19 @@ def test_known_ids():
         scene.add(id, [id, 1.0])
     found = matched(scene, KnownIds(), raw([9, 30, 4, -1, 12], np.ones((5, 2))))
     assert found.pairs == {9: 0, 4: 2}  # 7 was not measured
-    assert found.new == [4, 1]  # by ascending id; what is matched, or of unknown origin, starts nothing
+    assert found.new == [2, 0, 4, 1]  # by ascending id; what is of unknown origin starts nothing
+
+
+def test_the_measurement_of_a_landmark_that_this_frame_deletes_starts_it_anew():
+    """As in the toolbox of the manual: what is deleted is free again when the new landmarks are started."""
+    scene = Scene(P=1e-4 * np.eye(3), md2_threshold=9.0, min_search=2, min_inlier_ratio=0.9)
+    scene.add(4, [3.0, 0.0], 1e-4 * np.eye(2))
+    scene.add(5, [0.0, 3.0], 1e-4 * np.eye(2))
+    measurements = raw([4, 5], [[5.0, 0.0], [3.0, np.pi / 2]])  # two metres off, and right
+    events, new = correct_known_lmks(*scene.all, scene.obs, measurements, scene.opt)
+    assert ("deletion", 4) in kinds(events) and list(scene.lmks) == [5]
+    assert kinds(init_new_lmks(*scene.all, measurements, new, scene.opt)) == [("initialisation", 4)]
+    assert np.allclose(scene.lmks[4].state(scene.map), [5.0, 0.0], atol=0.01) and len(scene.lmks) == 2
 
 
 def test_of_two_measurements_with_one_id_the_first_counts():

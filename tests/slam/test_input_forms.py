@@ -1,7 +1,5 @@
 """Input that has another form than it should, or changes its numbers while it stays the same object."""
 
-from importlib.util import find_spec
-
 import numpy as np
 import pytest
 
@@ -9,8 +7,6 @@ from ekfslam_tutorial.slam import correct_known_lmks, move
 
 from .scenes import Scene, raw
 from .test_bad_input import P3, assert_unchanged, snapshot
-
-needs_numba = pytest.mark.skipif(find_spec("numba") is None, reason="numba, the extra `compiled`, is not installed")
 
 
 @pytest.mark.parametrize("ids, shape", [([[5]], r"\(1, 1\)"), (5, r"\(\)")], ids=["table", "number"])
@@ -20,10 +16,9 @@ def test_ids_that_are_no_list(ids, shape):
         correct_known_lmks(*scene.all, scene.obs, raw(ids, [[3.0, 0.1]]), scene.opt)
 
 
-@pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=needs_numba)], ids=["numpy", "compiled"])
-def test_no_control_noise(compiled):
+def test_no_control_noise():
     scene = Scene(P=P3)
-    scene.map.compiled, scene.rob.u, scene.rob.U = compiled, np.zeros(3), None
+    scene.rob.u, scene.rob.U = np.zeros(3), None
     before = snapshot(scene)
     with pytest.raises(ValueError, match=r"robot 1: the control covariance must have shape \(3, 3\), got \(\)"):
         move(scene.map, scene.rob, 0.1)

@@ -7,7 +7,7 @@ from ekfslam_tutorial.geometry import Frame3
 from ekfslam_tutorial.models import observe, to_sensor
 from ekfslam_tutorial.models.landmarks import AhmPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.sensors import PinHole, RangeBearing
-from ekfslam_tutorial.slam import NearestNeighbour, correct_known_lmks, projection
+from ekfslam_tutorial.slam import NearestNeighbour, correct_known_lmks
 
 from .scenes import Scene, kinds, mixed_scene, raw
 
@@ -104,17 +104,6 @@ def test_association_by_distance_sees_what_is_just_out_of_view():
     measurements = scene.see({2: POINTS[2], 4: [5.01, 5.0]})
     _, new = correct_known_lmks(*scene.all, scene.obs, raw([-1, -1], measurements.y), scene.opt)
     assert new == [] and scene.obs[1, 2].updated and (1, 4) not in scene.obs
-
-
-@pytest.mark.parametrize("limits", [{"max_range": 4.5}, {"fov": 3.0}, {"max_range": 4.5, "fov": 3.0}])
-def test_finding_those_in_view_first_changes_nothing(monkeypatch, limits):
-    """By the distance, where the sensor has a finite range, or by the expected measurements."""
-    whole, found = (posts(sensor=RangeBearing(0.05, 0.01, **limits)) for _ in range(2))
-    correct_known_lmks(*whole.all, whole.obs, whole.see(POINTS), whole.opt)
-    monkeypatch.setattr(projection, "MANY", 1)
-    correct_known_lmks(*found.all, found.obs, found.see(POINTS), found.opt)
-    assert np.allclose(whole.map.x, found.map.x, atol=1e-14) and np.allclose(whole.map.P, found.map.P, atol=1e-14)
-    assert set(whole.obs) == set(found.obs) and 0 < len(found.obs) < 4
 
 
 def test_nothing_in_view_is_no_correction():

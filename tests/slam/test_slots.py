@@ -115,7 +115,5 @@ def test_a_whole_step_gives_the_slots_in_the_order_of_the_measurements():
         ids = [10 * frame + i for i in range(4)]
         init_new_lmks(*scene.all, raw(ids, np.tile(Y, (4, 1))), list(range(4)), scene.opt)
         assert sorted(lmk.slot for lmk in scene.lmks.values()) == list(range(len(scene.lmks)))
-        if not frame:  # born without a gap, and the sensor knows it: it need not look at them again
-            assert scene.sen.gapless[0] is scene.lmks[3]
         delete(scene, 10 * frame + 1)
     assert [lmk.slot for lmk in scene.lmks.values()] == [0, 2, 3, 1, 5, 6, 4, 8, 9]
