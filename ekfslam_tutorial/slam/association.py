@@ -62,7 +62,7 @@ class KnownIds:
     Of several measurements with the same id in one frame the first is used.
     """
 
-    by_id: ClassVar[bool] = True  # expectations do not matter
+    by_id: ClassVar[bool] = True  # without ids nothing can be matched
 
     def __call__(self, map, obs, raw, sensor):
         """Match by id. Returns Matches.
@@ -132,10 +132,6 @@ class NearestNeighbour:
         pairs = self._mutual(D[:, visible], [obs[j] for j in visible], gate(self.confidence, dof))
         return Matches(pairs, far(D, gate(self.new_confidence, dof)))
 
-    def reach(self, dof):
-        """Squared distance from which on a pair does not matter."""
-        return gate(max(self.confidence, self.new_confidence), dof)
-
     @staticmethod
     def _mutual(D, obs, threshold):
         if not D.size:
@@ -190,8 +186,6 @@ class Jcbb:
         best = _Search(self, map, seen, raw, sensor, candidates).best
         pairs = {seen[j].lmk: i for i, j in enumerate(best) if j is not None}
         return Matches(pairs, new)
-
-    reach = NearestNeighbour.reach
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i."""

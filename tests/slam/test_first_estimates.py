@@ -113,7 +113,7 @@ def test_a_new_landmark_keeps_the_unobservable_directions(rng):
     init_new_lmks(*scene.all, raw([3], y.y[2:3]), [0], scene.opt)
     P_lx = scene.map.P[scene.lmks[3].r, : len(N)]
     assert np.allclose(P_lx, unobservable(scene)[scene.lmks[3].r] @ N.T, atol=1e-12)
-    scene.map.move(slice(0, 3), scene.map.x[:3] + [0.2, 0.1, 0.3])  # as if corrected
+    scene.map.x[:3] += [0.2, 0.1, 0.3]  # as if corrected
     init_new_lmks(*scene.all, raw([4], y.y[3:4]), [0], scene.opt)
     P_lx = scene.map.P[scene.lmks[4].r, : len(N)]
     assert np.allclose(P_lx, unobservable(scene)[scene.lmks[4].r] @ N.T, atol=1e-12)
