@@ -6,14 +6,14 @@ from ..ekf import CompressedMap, Map
 from ..models.landmarks import EucPnt
 from ..simulation import SimRob, SimSen
 from ..slam import Lmk, Rob, Sen, Tim, place
-from .recording import checked_landmarks
-from .tables import at
+from .recordings.logs import checked_landmarks
+from .user_input import errors_at
 
 SIMULATED_FRAMES = 100  # where the user does not say how many
 
 
 def create_slam_structures(data, landmarks=None, poses=None):
-    """Map, robots, sensors, landmarks and time, as they are before the first frame.
+    """Make map, robots, sensors, landmarks and time, as they are before the first frame.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def _sensors_of(robot, data):
 
 
 def _known_lmks(data, landmarks):
-    """All landmarks, as known points, where the user says that they are not to be estimated."""
+    """Make all landmarks, as known points, where the user says that they are not to be estimated."""
     if data.landmark.in_map:
         return {}
     if landmarks is None:
@@ -72,7 +72,7 @@ def _known_lmks(data, landmarks):
 
 
 def create_sim_structures(data, streams):
-    """True robots, sensors and landmarks before the first frame.
+    """Make true robots, sensors and landmarks, as they are before the first frame.
 
     Where the user says how well a start or a mounting is known, the truth is a draw around it.
 
@@ -108,7 +108,7 @@ def _create_sim_lmk(data, rng):
     if data.world is None:
         raise ValueError("a simulation needs a world: write [world] with type = ..., or give a recording")
     name = data.world.type
-    with at(f"the world {name!r}"):
+    with errors_at(f"the world {name!r}"):
         landmarks = checked_landmarks(*data.world.build(rng))
         if not len(landmarks.ids):
             raise ValueError("there is no landmark in it")

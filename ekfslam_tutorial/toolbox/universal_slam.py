@@ -6,8 +6,8 @@ from typing import Any
 
 from ..ekf.html import map_html
 from ..slam import correct_known_lmks, correct_met_robots, init_new_lmks, move, reopen_gate
-from .agreement import can_start, started_by
 from .run_state import restore
+from .scenario.agreement import can_start, started_by
 from .sources import Replay, Simulation
 from .structures import create_slam_structures
 
@@ -79,7 +79,7 @@ class Snapshot:
 
 
 class Run:
-    """An iterator over the snapshots of a run; `len(run)` is the number of frames, for a progress bar."""
+    """Iterator over the snapshots of a run; `len(run)` is the number of frames, for a progress bar."""
 
     def __init__(self, snapshots, n_frames):
         self._snapshots, self._n_frames = snapshots, n_frames

@@ -25,7 +25,7 @@ from ekfslam_tutorial.toolbox import (
     parse_override,
     universal_slam,
 )
-from ekfslam_tutorial.toolbox.poses import pose
+from ekfslam_tutorial.toolbox.scenario.poses import pose
 from tests.models.examples import Beacon
 from tests.toolbox.scenarios import FLAT, SPACE
 
