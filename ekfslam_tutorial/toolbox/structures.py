@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..ekf import CompressedMap, Map
 from ..models.landmarks import EucPnt
 from ..simulation import SimRob, SimSen
 from ..slam import Lmk, Rob, Sen, Tim, place
+from . import engines
 from .recordings.logs import checked_landmarks
 from .user_input import errors_at
 
@@ -31,8 +31,7 @@ def create_slam_structures(data, landmarks=None, poses=None):
     lmks : dict of int to Lmk
     tim : Tim
     """
-    opt = data.options
-    map = (CompressedMap if opt.compressed else Map)(opt.capacity, compiled=opt.compiled)
+    map = engines.engine(data.options).new_map(data.options.capacity)
     robs = [_create_rob(map, robot, data, (poses or {}).get(robot.id)) for robot in data.robots]
     sens = [_create_sen(map, sensor, data.frame) for sensor in data.sensors]
     first, last = data.time.first, data.time.last

@@ -37,7 +37,7 @@ def save_csv(rec, folder):
     frames = np.arange(len(rec))
     tables = {"frames.csv": (["t"], [rec.t])}
     for i, log in rec.robots.items():
-        tables[f"robot-{i}-controls.csv"] = _joined([("frame", frames)], "u", log.u, "U", log.U)
+        tables[f"robot-{i}-controls.csv"] = _vectors_with_covariances([("frame", frames)], "u", log.u, "U", log.U)
     for i, x in rec.truth.items():
         tables[f"robot-{i}-truth.csv"] = (["frame", *POSES[x.shape[1]]], [frames, *x.T])
     for i, fixes in rec.fixes.items():
@@ -45,7 +45,9 @@ def save_csv(rec, folder):
     for ending, logs in (("", rec.raw), ("-robots", rec.met)):
         for i, log in logs.items():
             frame = np.repeat(frames, np.diff(log.offsets))
-            tables[f"sensor-{i}{ending}.csv"] = _joined([("frame", frame), ("id", log.ids)], "y", log.y, "R", log.R)
+            tables[f"sensor-{i}{ending}.csv"] = _vectors_with_covariances(
+                [("frame", frame), ("id", log.ids)], "y", log.y, "R", log.R
+            )
     if rec.landmarks is not None:
         points = rec.landmarks.points
         tables["landmarks.csv"] = (["id", *"xyz"[: points.shape[1]]], [rec.landmarks.ids, *points.T])
@@ -221,7 +223,7 @@ def _triangle(letter, m):
     return [f"{letter}{i + 1}{j + 1}" for i, j in zip(*np.triu_indices(m), strict=True)]
 
 
-def _joined(first, v, vectors, c, matrices):
+def _vectors_with_covariances(first, v, vectors, c, matrices):
     """Header and columns: the first ones, then vectors v1 v2 ..., then the upper triangles of matrices."""
     m = vectors.shape[1]
     if m > 9:

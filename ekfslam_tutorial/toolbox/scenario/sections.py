@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...ekf.extra import check_compiled
 from ...slam import Options as SlamOptions
+from ..engines import check_engine
 from ..user_input import check_model, finite_array, is_whole, short_text, std_vector
 
 
@@ -100,7 +100,7 @@ class Landmark:
 
 @dataclass(frozen=True, kw_only=True)
 class Options(SlamOptions):
-    """Options of the estimation (manual: Opt): those of `slam.Options`, and the size of the map.
+    """Options of the estimation (manual: Opt): those of `slam.Options`, the size of the map, and who computes.
 
     Landmark type and prior are not said here but in `Landmark`.
 
@@ -108,15 +108,18 @@ class Options(SlamOptions):
     ----------
     capacity : int or None
         Most states in the map (manual: numLmks times lmkSize, and the robots); None lets it grow.
+    engine : str
+        "fast", or "plain" for the steps as they are written in `slam`: the same estimate, to rounding.
     compressed : bool
-        Keep the landmarks that are seen now apart from the others: the same estimate, much faster in large maps with
-        `joint`. See `ekf.CompressedMap`.
+        Of the fast engine: keep the landmarks that are seen now apart from the others. Much faster in large maps with
+        `joint`.
     compiled : bool
-        Let numba compile the arithmetic of the steps: the same estimate, several times faster in small maps. Needs the
-        extra `compiled`. See `ekf.Map`.
+        Of the fast engine: let numba compile the arithmetic of the steps. Several times faster in small maps. Needs the
+        extra `compiled`.
     """
 
     capacity: int | None = None
+    engine: str = "fast"
     compressed: bool = False
     compiled: bool = False
 
@@ -124,8 +127,7 @@ class Options(SlamOptions):
         self._check()
         whole = self.capacity is None or (is_whole(self.capacity) and self.capacity >= 0)
         self._need("capacity", whole, "a whole number of 0 or more, or None")
-        if self.compiled:
-            check_compiled(ValueError)
+        check_engine(self)
 
 
 VIEWS = ("", "perspective", "top", "side", "self")
