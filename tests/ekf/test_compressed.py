@@ -21,7 +21,7 @@ from ekfslam_tutorial.ekf import (
     transform,
     update,
 )
-from ekfslam_tutorial.toolbox import UserData, structures, universal_slam
+from ekfslam_tutorial.toolbox import UserData, crutch, universal_slam
 from tests.toolbox.scenarios import FLAT, SPACE
 
 EXACT = 1e-12  # of the largest entry; the rounding errors of the long runs below are 1e-14
@@ -297,7 +297,7 @@ def test_what_it_says_of_itself_and_what_it_refuses():
 def test_a_scenario_says_so_and_nothing_changes(table, association, joint, monkeypatch):
     """Births, corrections, reparametrisations, deletions: the same decisions, the same estimate."""
     few = functools.partial(CompressedMap, active=10)
-    monkeypatch.setattr(structures, "CompressedMap", few)
+    monkeypatch.setattr(crutch, "CompressedMap", few)
     changes = {"options.joint": joint, "options.association": association, "options.reparametrize": True}
     changes |= {"sensor.p_detect": 0.7, "options.min_match_ratio": 0.5, "options.min_search": 5}
     runs = []
