@@ -114,7 +114,8 @@ def universal_slam(data, recording=None, seed=None, resume=None, engine=None):
     seed : int, optional
         Instead of `data.seed`.
     resume : dict, optional
-        What `run_state` has kept of the same run: only the frames after it are run, with the same numbers.
+        What `run_state` has kept of the same run, by the same engine: only the frames after it are run, with the same
+        numbers.
     engine : str, optional
         "plain" or "fast", instead of `data.options.engine`.
 

@@ -33,12 +33,9 @@ def finite_array(what, a, ndim=None):
         raise ValueError(f"{what} must have {ndim} axes, got shape {array.shape}")
     bad = np.argwhere(~np.isfinite(array))
     if len(bad):
-        place = (
-            f"but row {bad[0][0]} holds {array[tuple(bad[0])]}"
-            if array.ndim and array.size > 9
-            else f"got {short_text(a)}"
-        )
-        raise ValueError(f"{what} must be finite, {place}")
+        first = tuple(bad[0])
+        got = f"but row {first[0]} holds {array[first]}" if array.size > 9 else f"got {short_text(a)}"
+        raise ValueError(f"{what} must be finite, {got}")
     return array
 
 

@@ -72,6 +72,10 @@ def read_table(table, overrides=None, models=()):
         What stands at the top of the file, as it is.
     parts : dict
         What was made of the sections.
+
+    Raises
+    ------
+    ValueError, TypeError
     """
     try:
         table = copy.deepcopy(table)
