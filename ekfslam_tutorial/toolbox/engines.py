@@ -71,7 +71,7 @@ def check_engine(options):
     if options.engine == "plain" and chosen:
         raise ValueError(
             f"{chosen[0]} is an option of the engine 'fast', got it with the engine 'plain': "
-            "take the engine 'fast', or leave it out"
+            f"take the engine 'fast', or {chosen[0]} = false"
         )
     if options.compiled:
         fast.check_compiled(ValueError)

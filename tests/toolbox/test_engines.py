@@ -89,7 +89,7 @@ WRONG = [
         (
             {"engine": "plain", name: True},
             f"{name} is an option of the engine 'fast', got it with the engine 'plain': "
-            "take the engine 'fast', or leave it out",
+            f"take the engine 'fast', or {name} = false",
         )
         for name in ("compressed", "compiled")
     ),
