@@ -7,8 +7,7 @@ import time
 
 import numpy as np
 
-from ekfslam_tutorial.toolbox import UserData, universal_slam
-from ekfslam_tutorial.toolbox.recording import Recorder
+from ekfslam_tutorial.toolbox import Recorder, UserData, universal_slam
 
 from .clock import quiet, statistics
 from .ours import COMPILED

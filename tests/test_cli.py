@@ -29,10 +29,10 @@ from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
 PNG = b"\x89PNG\r\n\x1a\n"
 FIGURES = {
-    "scenario", "seed", "frames", "n_landmarks", "n_landmarks_refused", "ate_rmse_m", "heading_rmse_deg",
+    "scenario", "seed", "engine", "frames", "n_landmarks", "n_landmarks_refused", "ate_rmse_m", "heading_rmse_deg",
     "landmark_rmse_m", "dead_reckoning_ate_m", "nees_mean", "nis_mean", "wall_s", "robots",
 }  # fmt: skip
-EACH = FIGURES - {"scenario", "seed", "frames", "n_landmarks_refused", "wall_s", "robots"}
+EACH = FIGURES - {"scenario", "seed", "engine", "frames", "n_landmarks_refused", "wall_s", "robots"}
 
 
 def ekfslam(*arguments):
@@ -120,6 +120,36 @@ def test_the_same_seed_gives_the_same_files(tmp_path):
         assert same(a, b, file) and not same(a, c, file)
     figures = [{k: v for k, v in result(folder).items() if k not in ("wall_s", "cpu_s")} for folder in (a, b)]
     assert figures[0] == figures[1] and figures[0]["seed"] == 5
+
+
+@pytest.mark.parametrize(
+    ("words", "ran"),
+    [
+        ([], "fast"),
+        (["--set", "options.engine=plain"], "plain"),
+        (["--set", "options.engine=fast", "--set", "options.compressed=true"], "fast, compressed"),
+    ],
+)
+def test_a_run_says_which_engine_computed_it(words, ran, tmp_path, capsys):
+    assert ekfslam("run", "range_bearing_2d", "--out", tmp_path, "--set", "time.last=3", *words) == 0
+    assert result(tmp_path)["engine"] == ran
+    assert f"engine: {ran}" in capsys.readouterr().err.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--set", "options.engine=quick"], "engine must be 'plain' or 'fast', got 'quick'"),
+        (
+            ["--set", "options.engine=plain", "--set", "options.compressed=true"],
+            "compressed is an option of the engine",
+        ),
+    ],
+)
+def test_an_engine_that_cannot_be_is_refused_before_the_run(words, message, tmp_path, capsys):
+    assert ekfslam("run", "range_bearing_2d", "--out", tmp_path / "out", *words) == 2
+    err = capsys.readouterr().err
+    assert message in err and "Traceback" not in err and not (tmp_path / "out").exists()
 
 
 def test_a_recorded_run_is_played_again(tmp_path):

@@ -27,9 +27,8 @@ from ekfslam_tutorial.toolbox import (
     Recording,
     UserData,
     parse_override,
-    plain,
-    recording_csv,  # noqa: F401 - imported by the first folder otherwise: too late
 )
+from ekfslam_tutorial.toolbox.files import value_file
 
 SCENARIO = """name = "flat"
 [time]
@@ -96,7 +95,9 @@ def targets(folder):
     """All targets by name. Files are written below `folder`."""
     folder, example = Path(folder), recording()
     example.save(folder / "seed.npz")
-    plain.save(folder / "plain.npz", {"x": np.arange(100.0), "list": [1, 2.5, None], "rows": [(1.0, 2.0), (3.0, 4.0)]})
+    value_file.save(
+        folder / "values.npz", {"x": np.arange(100.0), "list": [1, 2.5, None], "rows": [(1.0, 2.0), (3.0, 4.0)]}
+    )
     return {
         "recording npz": npz_target(folder / "seed.npz", Recording.load, 3),
         "recording CSV": folder_target(example.save(folder / "csv"), 3),
@@ -107,7 +108,7 @@ def targets(folder):
             REFUSALS["override"],
         ),
         "MRCLAM text": mrclam_target(),
-        "checkpoint": npz_target(folder / "plain.npz", plain.load, 2, resign),
+        "checkpoint": npz_target(folder / "values.npz", value_file.load, 2, resign),
         "Monte-Carlo npz": npz_target(series_file(folder), series.read, 1),
         "Victoria Park npz": npz_target(park_file(folder), read_log, 1),
     }
@@ -168,7 +169,9 @@ def resign(members):
     try:
         arrays = {k.removesuffix(".npy"): np.load(io.BytesIO(v), allow_pickle=False) for k, v in members.items()}
         checksum = io.BytesIO()
-        np.save(checksum, plain._checksum(str(arrays.pop("tree")), {k: arrays[k] for k in arrays if k != "checksum"}))
+        np.save(
+            checksum, value_file._checksum(str(arrays.pop("tree")), {k: arrays[k] for k in arrays if k != "checksum"})
+        )
         return members | {"checksum.npy": checksum.getvalue()}
     except Exception:  # then it keeps the wrong one
         return members

@@ -20,7 +20,7 @@ from ekfslam_tutorial.simulation import (
     sim_observation,
     worlds,
 )
-from ekfslam_tutorial.toolbox.recording import Recording
+from ekfslam_tutorial.toolbox import Recording
 
 SEED = 19
 STEPS = 50

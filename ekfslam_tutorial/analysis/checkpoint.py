@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from .. import __version__
-from ..toolbox import plain
+from ..toolbox.files import value_file
 from ..toolbox.run_state import run_state
 from .series import fingerprint
 
@@ -49,7 +49,7 @@ class Checkpoint:
     def save(self, snapshot):
         """Keep the run after this frame."""
         state = {"run": run_state(snapshot, self._data), "history": self._history.state()}
-        plain.save(self.path, self._head | state)
+        value_file.save(self.path, self._head | state)
 
 
 def resume(path, data, recording, history):
@@ -74,7 +74,7 @@ def resume(path, data, recording, history):
         If the file is damaged, or was made of another scenario, recording or version.
     FileNotFoundError
     """
-    kept = plain.load(path)
+    kept = value_file.load(path)
     if not isinstance(kept, dict) or kept.get("format") != FORMAT:
         raise ValueError(f"{path} is no checkpoint of a run")
     head = _head(data, recording)

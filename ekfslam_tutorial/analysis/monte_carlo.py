@@ -10,9 +10,9 @@ from tqdm import tqdm
 
 from ..simulation import Streams
 from ..toolbox import UserData
-from ..toolbox.checks import check_id
 from ..toolbox.structures import create_sim_structures
 from ..toolbox.universal_slam import universal_slam
+from ..toolbox.user_input import check_id
 from .batch_slam import why_not_batched
 from .monte_carlo_result import MonteCarlo
 from .run_scores import score_block

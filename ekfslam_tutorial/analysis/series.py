@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from .. import __version__
-from ..toolbox.archives import brief, read_npz
-from ..toolbox.writing import replacing
+from ..toolbox.files.archives import brief, read_npz
+from ..toolbox.files.writing import replacing
 
 SAVE_EVERY = 5.0
 """Seconds between two savings."""

@@ -6,7 +6,7 @@ import math
 import sys
 from pathlib import Path
 
-from ..toolbox import checks
+from ..toolbox.user_input import short_text
 
 COLUMNS = {
     "frames": "frames",
@@ -61,11 +61,11 @@ def read(path):
 def check(file, part, figures):
     """Refuse figures of a run, or of one of its robots, that are no table of numbers."""
     if not isinstance(figures, dict):
-        raise ValueError(f"{file} is not the result of a run: {part} must be a table, got {checks.shown(figures)}")
+        raise ValueError(f"{file} is not the result of a run: {part} must be a table, got {short_text(figures)}")
     for key in COLUMNS:
         value = figures.get(key)
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
-            raise ValueError(f"{file}: {key} of {part} must be a number or null, got {checks.shown(value)}")
+            raise ValueError(f"{file}: {key} of {part} must be a number or null, got {short_text(value)}")
 
 
 def table(name, figures, robots):

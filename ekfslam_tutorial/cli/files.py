@@ -5,7 +5,7 @@ import re
 import tempfile
 from pathlib import Path
 
-from ..toolbox.writing import replacing as replacing
+from ..toolbox.files.writing import replacing as replacing
 
 PACKAGE = Path(__file__).resolve().parent.parent
 

@@ -11,7 +11,7 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 from ..models import landmarks, motion, sensors
-from ..toolbox.tables import exported
+from ..toolbox.scenario.keys import exported
 from .files import replacing, writable_folder
 
 TEMPLATES = Path(__file__).parent / "templates"

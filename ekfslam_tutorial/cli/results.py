@@ -24,7 +24,7 @@ STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
 
 
-def summary(data, history, recording, seconds, n_frames, interrupted, costs=()):
+def summary(data, history, recording, run, seconds, interrupted, costs=()):
     """The figures of a run for result.json; None stands for what cannot be known.
 
     Parameters
@@ -32,10 +32,10 @@ def summary(data, history, recording, seconds, n_frames, interrupted, costs=()):
     data : UserData
     history : History
     recording : Recording or None
+    run : Run
+        It knows how many frames there were to be, and which engine computed them.
     seconds : float
         Time that the run took.
-    n_frames : int
-        How many frames there were to be.
     interrupted : bool
     costs : sequence of float
         Processor time of each frame, s.
@@ -46,8 +46,8 @@ def summary(data, history, recording, seconds, n_frames, interrupted, costs=()):
         robots = figures.pop("robots")
         figures |= fix_figures((history.track(id) for id in history.robots), recording.fixes) | {"robots": robots}
     head = {"scenario": data.name, "seed": data.seed, "version": __version__}
-    head |= {"recording": recording.name if recording else None}
-    head |= {"complete": not interrupted, "frames_wanted": n_frames}
+    head |= {"engine": run.engine, "recording": recording.name if recording else None}
+    head |= {"complete": not interrupted, "frames_wanted": len(run)}
     tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
     tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
     tail["notes"] = recording.notes if recording else []

@@ -53,6 +53,7 @@ def main(options):
     if options.checkpoint is not None:
         history.every = options.checkpoint
     run = universal_slam(data, recording, resume=state)
+    print(f"engine: {run.engine}", file=sys.stderr)
     watchers: list = [history, recorder] if options.record else [history]
     keeper = None
     if options.resume or options.checkpoint is not None:
@@ -72,7 +73,7 @@ def main(options):
             print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
             return 130
 
-        summary = results.summary(data, history, recording, seconds, len(run), interrupted, costs)
+        summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
         written = results.write(out, summary, history, data, recording, costs if recording else None)
         if options.record:
             written += results.write_recording(out, recorder, data.name, recording and recording.fixes)

@@ -7,8 +7,8 @@ import tempfile
 import zipfile
 from pathlib import Path, PurePosixPath
 
-from ..toolbox.archives import brief, check_zip, read_member, read_npz
-from ..toolbox.writing import replacing
+from ..toolbox.files.archives import brief, check_zip, read_member, read_npz
+from ..toolbox.files.writing import replacing
 from . import lost_in_the_woods, victoria_park
 from . import victoria_park_raw as raw
 from .matlab import read_mat

@@ -7,7 +7,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from ..toolbox.writing import replacing
+from ..toolbox.files.writing import replacing
 from .arrivals import whole
 from .listing import DATASETS
 from .registry import ADDRESSES, CHECKSUMS

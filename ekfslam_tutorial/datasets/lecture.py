@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from ..models.sensors import RangeBearing
-from ..toolbox.recording import Recording
+from ..toolbox.recordings import Recording
 
 ROBOT = SENSOR_ID = 1
 

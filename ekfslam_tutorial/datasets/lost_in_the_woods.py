@@ -10,7 +10,7 @@ from ..geometry import Frame2, wrap
 from ..models.motion import Unicycle
 from ..models.sensors.range_bearing import polar
 from ..simulation import SimLmk
-from ..toolbox.recording import ControlLog, RawLog, Recording
+from ..toolbox.recordings import ControlLog, RawLog, Recording
 from .matlab import read_mat
 from .sources import get_file
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..simulation import SimLmk
-from ..toolbox.recording import ControlLog, RawLog, Recording
+from ..toolbox.recordings import ControlLog, RawLog, Recording
 from .calibration import OdometryCalibration, self_calibration
 from .mrclam_cache import read_cached
 from .mrclam_log import truth_at

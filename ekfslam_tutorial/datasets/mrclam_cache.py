@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..toolbox.archives import read_npz
+from ..toolbox.files.archives import read_npz
 from .calibration import OdometryCalibration
 from .mrclam_log import RobotLog, SetLog, Sightings, read_set
 

@@ -1,7 +1,8 @@
 """Which recording a scenario means."""
 
 from ..toolbox.rendezvous import find_starts
-from ..toolbox.tables import arguments, at, look_up
+from ..toolbox.scenario.keys import arguments, look_up
+from ..toolbox.user_input import errors_at
 from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park, victoria_park_raw, victoria_park_twin
 from .sources import ENVIRONMENT, data_folders, find_file
 
@@ -97,7 +98,7 @@ def load_recording(data):
         A path that was given does not lead to the data.
     """
     loader = look_up("data set", data.name, LOADERS)
-    with at(f"data {data.name!r}"):
+    with errors_at(f"data {data.name!r}"):
         values = arguments(loader, data.params)
     return loader(**values)
 

@@ -7,7 +7,7 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from ..toolbox.archives import brief, check_zip, read_member
+from ..toolbox.files.archives import brief, check_zip, read_member
 
 ENVIRONMENT = "EKFSLAM_DATA"
 

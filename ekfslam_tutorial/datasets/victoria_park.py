@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..models.motion import Vehicle
-from ..toolbox.archives import DAMAGE, brief, read_npz
-from ..toolbox.recording import ControlLog, RawLog, Recording
+from ..toolbox.files.archives import DAMAGE, brief, read_npz
+from ..toolbox.recordings import ControlLog, RawLog, Recording
 from .sources import get_file
 
 FILE = "victoria_park_detections.npz"

@@ -1,14 +1,25 @@
 """Solà's high level: what the user writes, the main loop, and logs of runs.
 
-Lives here: user data in Python and TOML, `universal_slam`, recordings.
+Lives here: `universal_slam` and its engines; in `scenario/` user data in Python and TOML; in `recordings/` logs in and
+out; in `files/` how files are read and written.
 May not: models, filters, figures; those are above and below.
 """
 
-from .overrides import parse_override
-from .recording import ControlLog, RawLog, Recorder, Recording
+from .recordings import ControlLog, RawLog, Recorder, Recording
+from .scenario import (
+    Data,
+    FigureOptions,
+    Landmark,
+    Options,
+    Robot,
+    Sensor,
+    Time,
+    UserData,
+    World,
+    parse_override,
+)
 from .structures import create_sim_structures, create_slam_structures
 from .universal_slam import Run, Snapshot, universal_slam
-from .userdata import Data, FigureOptions, Landmark, Options, Robot, Sensor, Time, UserData, World
 
 __all__ = [
     "ControlLog",

@@ -1,4 +1,4 @@
-"""What a run is after one of its frames, as plain values: enough to go on from there to the same end, bit for bit."""
+"""State of a run after one of its frames, as nested values: enough to go on from there to the same end, bit for bit."""
 
 from dataclasses import fields
 
@@ -11,7 +11,7 @@ LMK = [f.name for f in fields(Lmk) if f.name != "type"]
 
 
 def run_state(snapshot, data):
-    """The state of a run as plain values, for `plain.save`.
+    """Take the state of a run, as nested values for `value_file.save`.
 
     The random numbers of a simulation are not a part of it: the robots of the world are driven through their frames
     again, which takes no estimation.
@@ -68,7 +68,7 @@ def restore(state, data, map, robs, sens):
 
 
 def _is_normal(map, thing):
-    """Whether the quaternion has been normalised since it changed: twice is not the same as once, in the last bit."""
+    """Return True if the quaternion has been normalised since it changed: twice gives other last bits than once."""
     return thing.normal is not None and thing.normal is thing.frame(map)
 
 

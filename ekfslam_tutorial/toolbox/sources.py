@@ -60,7 +60,7 @@ class Simulation:
         self.starts = {}
 
     def n_frames(self, tim):
-        """How many frames there are to be."""
+        """Number of frames that there are to be."""
         return tim.last - tim.first + 1
 
     def frame(self, i):

@@ -2,18 +2,18 @@
 
 import numpy as np
 
-from ..ekf import CompressedMap, Map
 from ..models.landmarks import EucPnt
 from ..simulation import SimRob, SimSen
 from ..slam import Lmk, Rob, Sen, Tim, place
-from .recording import checked_landmarks
-from .tables import at
+from . import engines
+from .recordings.logs import checked_landmarks
+from .user_input import errors_at
 
 SIMULATED_FRAMES = 100  # where the user does not say how many
 
 
 def create_slam_structures(data, landmarks=None, poses=None):
-    """Map, robots, sensors, landmarks and time, as they are before the first frame.
+    """Make map, robots, sensors, landmarks and time, as they are before the first frame.
 
     Parameters
     ----------
@@ -31,8 +31,7 @@ def create_slam_structures(data, landmarks=None, poses=None):
     lmks : dict of int to Lmk
     tim : Tim
     """
-    opt = data.options
-    map = (CompressedMap if opt.compressed else Map)(opt.capacity, compiled=opt.compiled)
+    map = engines.engine(data.options).new_map(data.options.capacity)
     robs = [_create_rob(map, robot, data, (poses or {}).get(robot.id)) for robot in data.robots]
     sens = [_create_sen(map, sensor, data.frame) for sensor in data.sensors]
     first, last = data.time.first, data.time.last
@@ -61,7 +60,7 @@ def _sensors_of(robot, data):
 
 
 def _known_lmks(data, landmarks):
-    """All landmarks, as known points, where the user says that they are not to be estimated."""
+    """Make all landmarks, as known points, where the user says that they are not to be estimated."""
     if data.landmark.in_map:
         return {}
     if landmarks is None:
@@ -72,7 +71,7 @@ def _known_lmks(data, landmarks):
 
 
 def create_sim_structures(data, streams):
-    """True robots, sensors and landmarks before the first frame.
+    """Make true robots, sensors and landmarks, as they are before the first frame.
 
     Where the user says how well a start or a mounting is known, the truth is a draw around it.
 
@@ -108,7 +107,7 @@ def _create_sim_lmk(data, rng):
     if data.world is None:
         raise ValueError("a simulation needs a world: write [world] with type = ..., or give a recording")
     name = data.world.type
-    with at(f"the world {name!r}"):
+    with errors_at(f"the world {name!r}"):
         landmarks = checked_landmarks(*data.world.build(rng))
         if not len(landmarks.ids):
             raise ValueError("there is no landmark in it")

@@ -1,13 +1,14 @@
 """The main loop (the manual's universalSLAM): simulate or play back, estimate, hand over each frame."""
 
 import html
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..ekf.html import map_html
-from ..slam import correct_known_lmks, correct_met_robots, init_new_lmks, move, reopen_gate
-from .agreement import can_start, started_by
+from ..slam import correct_met_robots, reopen_gate
+from . import engines
 from .run_state import restore
+from .scenario.agreement import can_start, started_by
 from .sources import Replay, Simulation
 from .structures import create_slam_structures
 
@@ -79,10 +80,18 @@ class Snapshot:
 
 
 class Run:
-    """An iterator over the snapshots of a run; `len(run)` is the number of frames, for a progress bar."""
+    """Iterator over the snapshots of a run; `len(run)` is the number of frames, for a progress bar.
 
-    def __init__(self, snapshots, n_frames):
-        self._snapshots, self._n_frames = snapshots, n_frames
+    Parameters
+    ----------
+    snapshots : iterator of Snapshot
+    n_frames : int
+    engine : str, optional
+        What computes the run: "plain", "fast", "fast, compiled"; None where it is none of the engines.
+    """
+
+    def __init__(self, snapshots, n_frames, engine=None):
+        self._snapshots, self._n_frames, self.engine = snapshots, n_frames, engine
 
     def __len__(self):
         return self._n_frames
@@ -94,7 +103,7 @@ class Run:
         return next(self._snapshots)
 
 
-def universal_slam(data, recording=None, seed=None, resume=None):
+def universal_slam(data, recording=None, seed=None, resume=None, engine=None):
     """Run a scenario.
 
     Parameters
@@ -105,29 +114,36 @@ def universal_slam(data, recording=None, seed=None, resume=None):
     seed : int, optional
         Instead of `data.seed`.
     resume : dict, optional
-        What `run_state` has kept of the same run: only the frames after it are run, with the same numbers.
+        What `run_state` has kept of the same run, by the same engine: only the frames after it are run, with the same
+        numbers.
+    engine : str, optional
+        "plain" or "fast", instead of `data.options.engine`.
 
     Returns
     -------
     Run
-        A generator of `Snapshot`, one for each frame, that also knows how many there will be in all.
+        A generator of `Snapshot`, one for each frame, that also knows how many there will be in all, and in `engine`
+        what computes them.
 
     Raises
     ------
     ValueError, TypeError
         At once, if the data do not fit together; later, if a measurement or a control is not finite.
     """
+    if engine is not None:
+        data = replace(data, options=replace(data.options, engine=engine))
+    engine = engines.engine(data.options)
     if recording is None:
         source = Simulation(data, data.seed if seed is None else seed)
     else:
         source = Replay(data, recording)
     structures = create_slam_structures(data, source.sim_lmk, source.starts)
     n_frames = source.n_frames(structures[-1])
-    return Run(_frames(data, source, n_frames, resume, *structures), n_frames)
+    return Run(_frames(data, engine, source, n_frames, resume, *structures), n_frames, engine.name)
 
 
-def _frames(data, source, n_frames, resume, map, robs, sens, lmks, tim):
-    """The loop: simulation, estimation, visualization."""
+def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
+    """Run the loop: simulation, estimation, visualization."""
     opt, obs, refused, first = data.slam_options(), {}, set(), 0
     if resume is not None:
         lmks, refused = restore(resume, data, map, robs, sens)
@@ -150,14 +166,14 @@ def _frames(data, source, n_frames, resume, map, robs, sens, lmks, tim):
             if rob.r is None:
                 rob.x[: rob.motion.frame.size] = now.truth[rob.id]
             else:
-                move(map, rob, now.dt)
+                engine.move(map, rob, now.dt)
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = now.raw[sen.id]
-                done, new = correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
+                done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 events += done + reopen_gate(map, rob, done, opt, lmks)
                 if starts[sen.id]:
                     n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
-                    events += init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
+                    events += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
                 events += correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt)

@@ -13,7 +13,8 @@ import pytest
 from ekfslam_tutorial import cli
 from ekfslam_tutorial.analysis import History
 from ekfslam_tutorial.analysis.checkpoint import Checkpoint, resume
-from ekfslam_tutorial.toolbox import UserData, plain, universal_slam
+from ekfslam_tutorial.toolbox import UserData, universal_slam
+from ekfslam_tutorial.toolbox.files import value_file
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "data" / "scenarios"
 INSTANTS = 50
@@ -52,7 +53,7 @@ def bits(history):
 
 def plain_bytes(values):
     arrays, small = {}, []
-    tree = plain._encode(values, arrays, small)
+    tree = value_file._encode(values, arrays, small)
     return json.dumps(tree), [a.tobytes() for a in arrays.values()], np.array(small).tobytes()
 
 
@@ -94,8 +95,8 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_end(tmp_path):
         child.join()
         assert child.exitcode == -signal.SIGKILL  # it was still running
         if (stopped / "checkpoint.npz").exists():
-            plain.load(stopped / "checkpoint.npz")  # whole, wherever it was hit
-    assert plain.load(stopped / "checkpoint.npz")["run"]["frames"] > 3  # it came on between the blows
+            value_file.load(stopped / "checkpoint.npz")  # whole, wherever it was hit
+    assert value_file.load(stopped / "checkpoint.npz")["run"]["frames"] > 3  # it came on between the blows
     drive(stopped)
     assert (stopped / "end.bin").read_bytes() == (whole / "end.bin").read_bytes()
 
@@ -164,7 +165,7 @@ def test_resume_keeps_a_run_in_the_same_frames_as_before(tmp_path, monkeypatch):
     monkeypatch.setattr(History, "add", killed_in_frame_16)
     assert drive("killed", "--checkpoint", "7") == 130
     monkeypatch.setattr(History, "add", add)
-    assert plain.load(tmp_path / "killed" / "checkpoint.npz")["run"]["frames"] == 14
+    assert value_file.load(tmp_path / "killed" / "checkpoint.npz")["run"]["frames"] == 14
     assert drive("killed", "--resume") == 0
     assert files(tmp_path / "killed") == files(tmp_path / "whole")
 
@@ -213,17 +214,17 @@ def test_what_does_not_fit_is_refused(tmp_path, capsys, more, words):
 
 def test_a_torn_file_is_refused(tmp_path, capsys):
     path = tmp_path / "values.npz"
-    plain.save(path, {"a": np.arange(500.0), "b": [1, (2.5, None)], "c": {3, 4}})
+    value_file.save(path, {"a": np.arange(500.0), "b": [1, (2.5, None)], "c": {3, 4}})
     good = path.read_bytes()
     rng = np.random.default_rng(1)
     for cut in rng.integers(0, len(good), 40):
         path.write_bytes(good[:cut])
         with pytest.raises(ValueError, match="damaged"):
-            plain.load(path)
+            value_file.load(path)
     for at in rng.integers(0, len(good), 200):  # a flipped byte: found out, or outside of what is read
         path.write_bytes(good[:at] + bytes([good[at] ^ 0xFF]) + good[at + 1 :])
         try:
-            kept = plain.load(path)
+            kept = value_file.load(path)
         except ValueError:
             continue
         assert kept["a"].tobytes() == np.arange(500.0).tobytes() and kept["b"] == [1, (2.5, None)]
@@ -231,18 +232,18 @@ def test_a_torn_file_is_refused(tmp_path, capsys):
 
 def test_a_full_disk_leaves_the_last_checkpoint(tmp_path, monkeypatch):
     path = tmp_path / "values.npz"
-    plain.save(path, [1])
+    value_file.save(path, [1])
 
     def full(*_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OSError, match="No space"):
-        plain.save(path, [2])
-    assert plain.load(path) == [1] and [p.name for p in tmp_path.iterdir()] == ["values.npz"]
+        value_file.save(path, [2])
+    assert value_file.load(path) == [1] and [p.name for p in tmp_path.iterdir()] == ["values.npz"]
 
 
-# --- plain values ----------------------------------------------------------------------------------------------------
+# --- a file of values ------------------------------------------------------------------------------------------------
 
 
 def test_every_bit_of_every_value_comes_back(tmp_path):
@@ -254,8 +255,8 @@ def test_every_bit_of_every_value_comes_back(tmp_path):
         "nan": nan, "ints": np.arange(3), "bools": np.array([True, False]), "r": slice(3, 5), "inf": float("-inf"),
         "big": 2**70, "empty": [(), [], {}, np.zeros((0, 3))], "one": [(1.0,)], "mixed": [(1.0,), (2, "a")],
     }  # fmt: skip
-    plain.save(tmp_path / "v.npz", values)
-    back = plain.load(tmp_path / "v.npz")
+    value_file.save(tmp_path / "v.npz", values)
+    back = value_file.load(tmp_path / "v.npz")
     assert plain_bytes(back) == plain_bytes(values)
     assert back["row"][7][0] == rows[7][0] and type(back["row"][7][0]) is float
     assert back["f"].flags.f_contiguous and not back["f"].flags.c_contiguous
@@ -265,5 +266,5 @@ def test_every_bit_of_every_value_comes_back(tmp_path):
 @pytest.mark.parametrize("value", [object(), [lambda: 0], np.array(["a"]), {"a": 1j}])
 def test_only_plain_values_are_kept(tmp_path, value):
     with pytest.raises(TypeError, match="cannot be kept"):
-        plain.save(tmp_path / "v.npz", value)
+        value_file.save(tmp_path / "v.npz", value)
     assert not list(tmp_path.iterdir())

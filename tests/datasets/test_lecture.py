@@ -8,7 +8,7 @@ import pytest
 
 from ekfslam_tutorial.datasets import lecture
 from ekfslam_tutorial.geometry import Frame2, wrap
-from ekfslam_tutorial.toolbox.recording import Recording
+from ekfslam_tutorial.toolbox import Recording
 
 FOLDER = Path(__file__).resolve().parents[2] / "data" / "lecture"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.simulation import worlds
-from ekfslam_tutorial.toolbox.tables import functions
+from ekfslam_tutorial.toolbox.scenario.keys import functions
 
 RNG = np.random.default_rng(3)
 

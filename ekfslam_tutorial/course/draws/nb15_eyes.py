@@ -10,7 +10,7 @@ from ...models.landmarks import IdpPnt
 from ...models.observation import observe, retro_project
 from ...models.sensors import PinHole
 from ...toolbox import universal_slam
-from ...toolbox.recording import Recorder
+from ...toolbox.recordings import Recorder
 from .. import fleet
 from . import nb14
 

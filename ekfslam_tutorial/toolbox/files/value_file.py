@@ -1,4 +1,4 @@
-"""Plain values in one npz file: numbers, texts, containers, arrays, every bit kept; nothing that can be executed.
+"""Values in one npz file: numbers, texts, containers, arrays, every bit kept; nothing that can be executed.
 
 JSON holds the structure, the arrays lie beside it. A list of rows, tuples of equal kinds, is stored by columns. The
 file carries a checksum: what has been cut off or changed is refused, never read as something else.
@@ -90,13 +90,13 @@ def _encode(value, arrays, small):
 
 
 def _is_table(rows):
-    """Whether these are many tuples of floats and arrays, all alike."""
+    """Return True if these are many tuples of floats and arrays, all alike."""
     if len(rows) < 2 or type(rows[0]) is not tuple or not rows[0]:
         return False
     kind = lambda row: [(type(v), getattr(v, "shape", None), getattr(v, "dtype", None)) for v in row]
     first = kind(rows[0])
-    plain = all(t is float or (dtype is not None and dtype == np.float64) for t, _, dtype in first)
-    return plain and all(type(row) is tuple and kind(row) == first for row in rows)
+    of_floats = all(t is float or (dtype is not None and dtype == np.float64) for t, _, dtype in first)
+    return of_floats and all(type(row) is tuple and kind(row) == first for row in rows)
 
 
 def _keep(a, arrays, small):

@@ -1,6 +1,6 @@
-"""Whether the parts of the user's data fit each other: ids, dimensions, sensors and landmark types."""
+"""Agreement of the parts of the user's data: ids, dimensions, sensors and landmark types."""
 
-from ..slam.first_estimates import check_first_estimates
+from ...slam.first_estimates import check_first_estimates
 
 
 def check_agreement(data):
@@ -44,7 +44,7 @@ def started_by(data, sensor):
 
 
 def can_start(sensor, lmk):
-    """Whether a sensor model can give birth to a landmark of a type: from a ray, or from a point.
+    """Return True if a sensor model can give birth to a landmark of a type: from a ray, or from a point.
 
     A sensor without `retro` starts none: what it measures, a range for example, fixes neither.
     """
@@ -52,7 +52,7 @@ def can_start(sensor, lmk):
 
 
 def _check_births(data):
-    """Some sensor must be able to start landmarks; one that was given a type of its own must be able to start that."""
+    """Refuse sensors if none can start landmarks, or if one cannot start the type of its own that it was given."""
     able = [can_start(s.model, started_by(data, s)) for s in data.sensors]
     unable = [s for s, ok in zip(data.sensors, able, strict=True) if not ok]
     bad = [s for s in unable if s.landmark is not None] or (unable if not any(able) else [])
@@ -65,7 +65,7 @@ def _check_births(data):
 
 
 def _check_dimensions(data):
-    """In the plane, or in space, but all of it."""
+    """Refuse a scenario that is partly in the plane and partly in space."""
     of = {f"robot {r.id} ({type(r.motion).__name__})": r.frame.dim for r in data.robots}
     of |= {f"sensor {s.id} ({type(s.model).__name__})": getattr(s.model, "dim", data.frame.dim) for s in data.sensors}
     types = [data.landmark.model, *(s.landmark for s in data.sensors if s.landmark is not None)]
@@ -77,7 +77,7 @@ def _check_dimensions(data):
 
 
 def _check_capacity(data):
-    """Robots and sensors that are estimated must fit into the map; landmarks that do not fit are left out."""
+    """Refuse a map too small for the robots and sensors that are estimated; landmarks that do not fit are left out."""
     capacity = data.options.capacity
     needed = sum(robot.motion.size for robot in data.robots if robot.in_map)
     needed += sum(data.frame.size for sensor in data.sensors if sensor.frame_in_map)
@@ -86,7 +86,7 @@ def _check_capacity(data):
 
 
 def _check_view(figure, dim, has_sensor):
-    """A view that the map figure has; a camera that turns only where it can."""
+    """Refuse a view that the map figure does not have, and a camera that turns where it cannot."""
     views = (("top",) if dim == 2 else ("perspective", "top", "side")) + (("self",) if has_sensor else ())
     if figure.view and figure.view not in views:
         raise ValueError(f"figure: a {dim}D scenario has the views {', '.join(views)}, got {figure.view!r}")

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from ekfslam_tutorial.toolbox.writing import replacing
+from ekfslam_tutorial.toolbox.files.writing import replacing
 
 FULL = errno.ENOSPC, os.strerror(errno.ENOSPC)
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..models.motion import Odometry2
-from .checks import check_id, check_model, covariances, numbers, shown, stds, vector
+from ...models.motion import Odometry2
+from ..user_input import check_id, check_model, covariance_stack, finite_array, short_text, sized_vector, std_vector
 from .poses import n_angles, pose
 
 
@@ -93,7 +93,7 @@ class Robot:
         P : ndarray, shape (motion.size, motion.size)
         """
         extra = _joined(self._fields("state", self.motion.state_fields, _zeros_or_vector))
-        std = _joined(self._fields("state_std", self.motion.state_fields, stds))
+        std = _joined(self._fields("state_std", self.motion.state_fields, std_vector))
         x, P = _start_pose(self, self.frame, None if noise is None else noise[: self.frame.dof])
         if noise is not None:
             extra = extra + std * noise[self.frame.dof :]
@@ -109,7 +109,7 @@ class Robot:
 
     def controls(self):
         """The control of each frame in SI units, shape (rows, nu): row k mod rows is that of frame k."""
-        columns = self._fields("control", self.motion.control_fields, _rows)
+        columns = self._fields("control", self.motion.control_fields, _control_rows)
         lengths = {len(rows) for rows in columns} - {1}
         if len(lengths) > 1:
             raise ValueError(
@@ -120,13 +120,15 @@ class Robot:
 
     def U(self):
         """Covariance of the control noise in SI units, shape (nu, nu)."""
-        std = _joined(self._fields("control_std", self.motion.control_fields, stds))
+        std = _joined(self._fields("control_std", self.motion.control_fields, std_vector))
         if self.control_cov is None:
             with np.errstate(over="ignore"):
-                return covariances("the squared standard deviations of the control", [np.diag(std**2)], len(std))[0]
+                return covariance_stack("the squared standard deviations of the control", [np.diag(std**2)], len(std))[
+                    0
+                ]
         if self.control_std:
             raise ValueError("control_cov is given as well as standard deviations of the control; give one of them")
-        return covariances("control_cov", [self.control_cov], len(std))[0]
+        return covariance_stack("control_cov", [self.control_cov], len(std))[0]
 
 
 def std_key(name):
@@ -139,26 +141,26 @@ def _joined(parts):
 
 
 def _zeros_or_vector(what, value, size):
-    return vector(what, value, size, np.zeros(size))
+    return sized_vector(what, value, size, np.zeros(size))
 
 
-def _rows(name, value, size):
+def _control_rows(name, value, size):
     """Control values of one field: one row for all frames, or a row for each; shape (rows, size)."""
-    a = numbers(name, np.zeros(size) if value is None else value)
+    a = finite_array(name, np.zeros(size) if value is None else value)
     rows = a.reshape(-1, 1) if size == 1 else np.atleast_2d(a)
     if a.ndim > 2 or rows.shape[1] != size or not len(rows) or (size == 1 and a.ndim == 2 and a.shape[1] != 1):
-        raise ValueError(f"{name} must be {size} number{'s' * (size > 1)}, or rows of them, got {shown(value)}")
+        raise ValueError(f"{name} must be {size} number{'s' * (size > 1)}, or rows of them, got {short_text(value)}")
     return rows
 
 
 def _start_pose(entry, frame, noise=None):
     """Pose of a robot or sensor at the start, or a draw around it, and the covariance of its state vector."""
-    p, a = vector("position", entry.position, frame.dim, np.zeros(frame.dim)), n_angles(frame)
-    angles = np.deg2rad(vector("orientation_deg", entry.orientation_deg, a, np.zeros(a)))
+    p, a = sized_vector("position", entry.position, frame.dim, np.zeros(frame.dim)), n_angles(frame)
+    angles = np.deg2rad(sized_vector("orientation_deg", entry.orientation_deg, a, np.zeros(a)))
     std = np.concatenate(
         [
-            stds("position_std", entry.position_std, frame.dim),
-            np.deg2rad(stds("orientation_std_deg", entry.orientation_std_deg, a)),
+            std_vector("position_std", entry.position_std, frame.dim),
+            np.deg2rad(std_vector("orientation_std_deg", entry.orientation_std_deg, a)),
         ]
     )
     e = np.concatenate([p, angles])
@@ -210,13 +212,13 @@ class Sensor:
         check_model("model", self.model, "project")
         if self.landmark is not None:
             check_model("landmark", self.landmark, "from_frame")
-        if not 0 < numbers("p_detect", self.p_detect) <= 1:
+        if not 0 < finite_array("p_detect", self.p_detect) <= 1:
             raise ValueError(f"p_detect is a probability above 0, got {self.p_detect}")
-        if not numbers("clutter", self.clutter) >= 0:
+        if not finite_array("clutter", self.clutter) >= 0:
             raise ValueError(f"clutter is a mean number and must not be negative, got {self.clutter}")
         name = f"the noise covariance R of {type(self.model).__name__}"
         try:
-            covariances(name, [self.model.R], len(self.model.R))
+            covariance_stack(name, [self.model.R], len(self.model.R))
         except OverflowError:
             raise ValueError(f"{name} must be finite") from None
 

@@ -14,10 +14,11 @@ from ekfslam_tutorial.analysis import series
 from ekfslam_tutorial.datasets.mrclam_log import read_set
 from ekfslam_tutorial.datasets.sources import Source
 from ekfslam_tutorial.datasets.victoria_park import read_log
-from ekfslam_tutorial.toolbox import Recording, UserData, plain
-from ekfslam_tutorial.toolbox.archives import read_npz
+from ekfslam_tutorial.toolbox import Recording, UserData
+from ekfslam_tutorial.toolbox.files import value_file
+from ekfslam_tutorial.toolbox.files.archives import read_npz
 
-READERS = {"read_npz": read_npz, "recording": Recording.load, "checkpoint": plain.load, "series": series.read}
+READERS = {"read_npz": read_npz, "recording": Recording.load, "checkpoint": value_file.load, "series": series.read}
 READERS["victoria park"] = read_log
 MEMORY = 20e6
 """Bytes that a reader may take for a file of at most 100 kB that it refuses."""

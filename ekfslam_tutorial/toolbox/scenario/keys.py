@@ -1,4 +1,4 @@
-"""From tables of plain values, as in TOML, to objects: names become classes, degrees radians, mistakes sentences.
+"""From keys and values, as in TOML, to objects: names become classes, degrees radians, mistakes sentences.
 
 Nothing here knows any model. A class is known by being exported; its keys are its parameters.
 """
@@ -9,21 +9,10 @@ import math
 import re
 import types
 import typing
-from contextlib import contextmanager
 
 import numpy as np
 
-from .checks import numbers, shown
-
-
-@contextmanager
-def at(place):
-    """Let every error from within begin with the place it happened at: a file, an entry, a key."""
-    try:
-        yield
-    except (ValueError, TypeError) as error:
-        raise type(error)(f"{place}: {error}") from error
-
+from ..user_input import finite_array, short_text
 
 # --- names -----------------------------------------------------------------------------------------------------------
 
@@ -47,7 +36,7 @@ def functions(module):
 def look_up(kind, name, known):
     """The class or function of a name."""
     if not isinstance(name, str):
-        raise ValueError(f"the {kind} is given by its name, got {shown(name)}; known: {', '.join(known)}")
+        raise ValueError(f"the {kind} is given by its name, got {short_text(name)}; known: {', '.join(known)}")
     if name not in known:
         raise ValueError(f"unknown {kind} {name!r}; known: {', '.join(known)}{nearest(name, known)}")
     return known[name]
@@ -123,9 +112,10 @@ def _needed(parameter, name, values):
 
 def check_radians(key, value):
     """Refuse angles beyond 2 pi: they are in degrees, most likely."""
-    if np.abs(numbers(key, value)).max(initial=0.0) > 2 * math.pi * (1 + 1e-12):
+    if np.abs(finite_array(key, value)).max(initial=0.0) > 2 * math.pi * (1 + 1e-12):
         raise ValueError(
-            f"{key} = {shown(value)} is in radians and beyond 2 pi; write {key}_deg = {shown(value)} for degrees"
+            f"{key} = {short_text(value)} is in radians and beyond 2 pi; "
+            f"write {key}_deg = {short_text(value)} for degrees"
         )
 
 
@@ -141,8 +131,8 @@ def to_degrees(table, keys):
     return table
 
 
-def plain(cls, table, **made):
-    """An object of a class whose parameters are plain values, beside some that are made already."""
+def construct(cls, table, **made):
+    """Make an object of a class from a table of its parameters, beside some that are made already."""
     accepted = parameters(cls)
     missing = [name for name, p in accepted.items() if _needed(p, name, table | made)]
     if missing:
@@ -171,12 +161,12 @@ def typed(key, value, parameter):
     if wanted in CHECKS:
         name, is_it = CHECKS[wanted]
         if not is_it(value):
-            raise ValueError(f"{key} must be {name}, got {shown(value)}")
+            raise ValueError(f"{key} must be {name}, got {short_text(value)}")
     if wanted is tuple:
-        numbers(key, value)
+        finite_array(key, value)
         return tuple(value)
     if wanted is float:
-        return value if value == parameter.default else float(numbers(key, value))
+        return value if value == parameter.default else float(finite_array(key, value))
     return value
 
 

@@ -25,11 +25,11 @@ from ekfslam_tutorial.toolbox import (
     parse_override,
     universal_slam,
 )
-from ekfslam_tutorial.toolbox.poses import pose
+from ekfslam_tutorial.toolbox.scenario.poses import pose
 from tests.models.examples import Beacon
 from tests.toolbox.scenarios import FLAT, SPACE
 
-SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
+SCENARIOS = Path(__file__).parents[3] / "data" / "scenarios"
 
 NAN, INF = math.nan, math.inf
 

@@ -22,11 +22,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..simulation import SimLmk
-from .archives import brief
-from .checks import shown
-from .recording import FORMAT, ControlLog, RawLog, Recording
-from .tables import at
+from ...simulation import SimLmk
+from ..files.archives import brief
+from ..user_input import errors_at, short_text
+from .logs import FORMAT, ControlLog, RawLog
 
 POSES = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 
@@ -38,7 +37,7 @@ def save_csv(rec, folder):
     frames = np.arange(len(rec))
     tables = {"frames.csv": (["t"], [rec.t])}
     for i, log in rec.robots.items():
-        tables[f"robot-{i}-controls.csv"] = _joined([("frame", frames)], "u", log.u, "U", log.U)
+        tables[f"robot-{i}-controls.csv"] = _vectors_with_covariances([("frame", frames)], "u", log.u, "U", log.U)
     for i, x in rec.truth.items():
         tables[f"robot-{i}-truth.csv"] = (["frame", *POSES[x.shape[1]]], [frames, *x.T])
     for i, fixes in rec.fixes.items():
@@ -46,7 +45,9 @@ def save_csv(rec, folder):
     for ending, logs in (("", rec.raw), ("-robots", rec.met)):
         for i, log in logs.items():
             frame = np.repeat(frames, np.diff(log.offsets))
-            tables[f"sensor-{i}{ending}.csv"] = _joined([("frame", frame), ("id", log.ids)], "y", log.y, "R", log.R)
+            tables[f"sensor-{i}{ending}.csv"] = _vectors_with_covariances(
+                [("frame", frame), ("id", log.ids)], "y", log.y, "R", log.R
+            )
     if rec.landmarks is not None:
         points = rec.landmarks.points
         tables["landmarks.csv"] = (["id", *"xyz"[: points.shape[1]]], [rec.landmarks.ids, *points.T])
@@ -62,7 +63,23 @@ def save_csv(rec, folder):
 
 
 def load_csv(folder):
-    """Read a folder that `save_csv` wrote, or that was made to the same plan."""
+    """Read a folder that `save_csv` wrote, or that was made to the same plan.
+
+    Parameters
+    ----------
+    folder : path
+
+    Returns
+    -------
+    dict
+        The arguments of `Recording`.
+
+    Raises
+    ------
+    FileNotFoundError
+    ValueError
+        With the file and the line that is wrong.
+    """
     folder = Path(folder)
     head = _head(folder / "recording.json")
     read = lambda name: _Table(folder / name, head.get("rows", {}).get(name))
@@ -73,7 +90,7 @@ def load_csv(folder):
         table = read(name)
         table.frames(len(t), each_once=True)
         u, U = table.vectors("u"), table.triangles("U", "u")
-        with at(table.path):
+        with errors_at(table.path):
             robots[i] = ControlLog(u, U)
     for i, name in _numbered(folder, r"robot-(\d+)-truth\.csv"):
         table = read(name)
@@ -87,14 +104,14 @@ def load_csv(folder):
             table = read(name)
             counts = np.bincount(table.frames(len(t)), minlength=len(t))
             ids, y, R = table.integers("id"), table.vectors("y"), table.triangles("R", "y")
-            with at(table.path):
+            with errors_at(table.path):
                 logs[i] = RawLog(i, np.cumsum([0, *counts]), ids, y, R)
     if (folder / "landmarks.csv").exists():
         table = read("landmarks.csv")
         landmarks = SimLmk(table.integers("id"), table.columns("points", table.one_of(["xy", "xyz"], skip=1)))
     notes, by_event = head.get("notes", []), head.get("by_event", False)
-    with at(folder):
-        return Recording(head["name"], t, robots, raw, truth, landmarks, notes, met, by_event, fixes)
+    values = {"name": head["name"], "t": t, "robots": robots, "raw": raw, "truth": truth, "landmarks": landmarks}
+    return values | {"notes": notes, "met": met, "by_event": by_event, "fixes": fixes}
 
 
 class _Table:
@@ -132,14 +149,14 @@ class _Table:
         return ", ".join(self.header[skip:])[:100]
 
     def columns(self, what, names, kind=float, allow_nan=False):
-        """Some columns as an array (rows, len(names))."""
+        """Read some columns as an array (lines, len(names))."""
         missing = [name for name in names if name not in self.header]
         if missing:
             raise self.error(1, f"no column {missing[0]!r} for {what}; there are: {self.names()}")
-        at = [self.header.index(name) for name in names]
+        places = [self.header.index(name) for name in names]
         values = np.empty((len(self.rows), len(names)), kind)
         for i, (line, row) in enumerate(self.rows):
-            for j, (column, name) in enumerate(zip(at, names, strict=True)):
+            for j, (column, name) in enumerate(zip(places, names, strict=True)):
                 values[i, j] = self._value(line, name, row[column], kind, allow_nan)
         return values
 
@@ -161,13 +178,13 @@ class _Table:
         return self.columns(name, [name], int)[:, 0]
 
     def vectors(self, letter):
-        """Columns letter1, letter2, ..."""
+        """Read the columns letter1, letter2, ..."""
         names = [name for name in self.header if re.fullmatch(rf"{letter}\d+", name) and len(name) == 2]
         expected = [f"{letter}{j}" for j in range(1, max(len(names), 1) + 1)]
         return self.columns(f"the vector {letter}", expected)
 
     def triangles(self, letter, vector):
-        """Symmetric matrices from the columns of their upper triangle, or None where there are none."""
+        """Read symmetric matrices from the columns of their upper triangle, or None where there are none."""
         if f"{letter}11" not in self.header:
             return None
         m = self.vectors(vector).shape[1]
@@ -178,7 +195,7 @@ class _Table:
         return matrices
 
     def frames(self, n, each_once=False):
-        """The column of frame numbers: in 0 ... n-1, not falling, or each exactly once."""
+        """Read the column of frame numbers: in 0 ... n-1, not falling, or each exactly once."""
         frame = self.integers("frame")
         for i, (line, _) in enumerate(self.rows):
             if not 0 <= frame[i] < n:
@@ -194,7 +211,7 @@ class _Table:
         return frame
 
     def one_of(self, choices, skip):
-        """Which of several lists of column names the header has after its first `skip` columns."""
+        """Find which of several lists of column names the header has after its first `skip` columns."""
         for names in choices:
             if self.header[skip:] == list(names):
                 return list(names)
@@ -206,7 +223,7 @@ def _triangle(letter, m):
     return [f"{letter}{i + 1}{j + 1}" for i, j in zip(*np.triu_indices(m), strict=True)]
 
 
-def _joined(first, v, vectors, c, matrices):
+def _vectors_with_covariances(first, v, vectors, c, matrices):
     """Header and columns: the first ones, then vectors v1 v2 ..., then the upper triangles of matrices."""
     m = vectors.shape[1]
     if m > 9:
@@ -235,7 +252,7 @@ def _head(path):
     if not isinstance(head, dict) or not {"format", "name"} <= head.keys() or not isinstance(head["name"], str):
         raise ValueError(f"{path} must hold a name and the format {FORMAT!r}")
     if head["format"] != FORMAT:
-        raise ValueError(f"{path}: its format is {shown(head['format'])}, known is {FORMAT!r}")
+        raise ValueError(f"{path}: its format is {short_text(head['format'])}, known is {FORMAT!r}")
     rows, notes = head.get("rows", {}), head.get("notes", [])
     if not isinstance(rows, dict) or not isinstance(notes, list):
         raise ValueError(f"{path}: rows must be a table of numbers and notes a list of texts")

@@ -3,11 +3,11 @@
 import re
 import tomllib
 
-from .checks import shown
+from ..user_input import short_text
 
 
 def parse_override(text):
-    """KEY=VALUE to a dotted key and a value, which is written as in TOML; a single word needs no quotes.
+    """Split KEY=VALUE into a dotted key and a value, which is written as in TOML; a single word needs no quotes.
 
     >>> parse_override("data.robots=[1, 2]")
     ('data.robots', [1, 2])
@@ -17,7 +17,9 @@ def parse_override(text):
     key, equals, value = text.partition("=")
     key, value = key.strip(), value.strip()
     if not equals or not re.fullmatch(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*", key):
-        raise ValueError(f"--set {shown(text)}: write KEY=VALUE, for example data.set=7 or robot.1.dx_std=[0.01, 0, 0]")
+        raise ValueError(
+            f"--set {short_text(text)}: write KEY=VALUE, for example data.set=7 or robot.1.dx_std=[0.01, 0, 0]"
+        )
     try:
         (parsed,) = tomllib.loads(f"value = {value}").values()
         return key, parsed
@@ -25,7 +27,7 @@ def parse_override(text):
         if re.fullmatch(r"[A-Za-z_][\w./-]*", value):
             return key, value
         raise ValueError(
-            f'--set {key}: {shown(value)} is no value; write it as in TOML: 0.1, true, [1, 2], "text"'
+            f'--set {key}: {short_text(value)} is no value; write it as in TOML: 0.1, true, [1, 2], "text"'
         ) from None
 
 

@@ -14,7 +14,7 @@ import zlib
 
 import numpy as np
 
-from .checks import shown
+from ..user_input import short_text
 
 FREE, RATIO = 64 * 2**20, 100
 """A file may unpack to FREE bytes, and RATIO times its own size. Deflate alone would allow 1032 times."""
@@ -121,14 +121,16 @@ def _array(name, data):
     """One member of an npz file. Its shape must be that of the bytes that follow."""
     head = HEADER.match(data)
     if head is None:
-        raise ValueError(f"{shown(name)} is no array of numbers or texts, or its beginning is damaged")
+        raise ValueError(f"{short_text(name)} is no array of numbers or texts, or its beginning is damaged")
     dtype, shape = np.dtype(head[1].decode()), tuple(int(n) for n in re.findall(rb"\d+", head[3]))
     count, rest = math.prod(shape), len(data) - head.end()
     if count * dtype.itemsize != rest or (not rest and math.prod(n or 1 for n in shape) > MAX_ROWS):
-        raise ValueError(f"{shown(name)} says that it has the shape {shown(shape)}, but there are {rest} bytes")
+        raise ValueError(
+            f"{short_text(name)} says that it has the shape {short_text(shape)}, but there are {rest} bytes"
+        )
     if (
         dtype.kind == "U"
         and np.frombuffer(data, dtype.str[0] + "u4", offset=head.end()).max(initial=0) > sys.maxunicode
     ):
-        raise ValueError(f"{shown(name)} is a text with letters that do not exist")
+        raise ValueError(f"{short_text(name)} is a text with letters that do not exist")
     return np.ndarray(shape, dtype, data, head.end(), order="F" if head[2] == b"True" else "C").copy("K")

@@ -9,53 +9,74 @@ import copy
 import inspect
 import tomllib
 from functools import partial
-from pathlib import Path
 
-from ..models import landmarks, motion, sensors
-from ..simulation import worlds
-from ..slam import association
-from .checks import shown
-from .overrides import override
-from .robots import Robot, Sensor, std_key
-from .tables import (
+from ...models import landmarks, motion, sensors
+from ...simulation import worlds
+from ...slam import association
+from ..user_input import errors_at, short_text
+from .keys import (
     arguments,
-    at,
     check_keys,
+    construct,
     exported,
     functions,
     keys_of,
     look_up,
     parameters,
-    plain,
     radian_keys,
     snake,
     to_degrees,
 )
-from .userdata import Data, FigureOptions, Landmark, Options, Time, UserData, World
+from .overrides import override
+from .robots import Robot, Sensor, std_key
+from .sections import Data, FigureOptions, Landmark, Options, Time, World
 
 DEEP = "this is nested too deeply"
 SECTIONS = ("name", "seed", "time", "world", "robot", "sensor", "landmark", "options", "figure", "data")
 
 
-def read_toml(path, overrides=None, models=()):
-    """Read a scenario file; see `UserData.from_toml`."""
-    path = Path(path)
+def read_toml(path):
+    """Read the nested tables of a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    FileNotFoundError
+    ValueError
+    """
     if not path.is_file():
         raise FileNotFoundError(f"no scenario file {path}")
-    with at(path.name):
-        try:
-            table = tomllib.loads(path.read_text(encoding="utf-8"))
-        except tomllib.TOMLDecodeError as error:
-            raise ValueError(f"this is not TOML: {error}") from error
-        except UnicodeDecodeError as error:
-            raise ValueError(f"this is not a text in UTF-8: {error}") from error
-        except RecursionError:
-            raise ValueError(DEEP) from None
-        return read_table({"name": path.stem} | table, overrides, models)
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"this is not TOML: {error}") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"this is not a text in UTF-8: {error}") from error
+    except RecursionError:
+        raise ValueError(DEEP) from None
 
 
 def read_table(table, overrides=None, models=()):
-    """User data from nested dictionaries; see `UserData.from_dict`."""
+    """Read the parts of the user's data from nested tables; see `UserData.from_toml` for the arguments.
+
+    Returns
+    -------
+    values : dict
+        What stands at the top of the file, as it is.
+    parts : dict
+        What was made of the sections.
+
+    Raises
+    ------
+    ValueError, TypeError
+    """
     try:
         table = copy.deepcopy(table)
     except RecursionError:
@@ -67,51 +88,52 @@ def read_table(table, overrides=None, models=()):
 
     robots = _entries(table, "robot", known.robot)
     frame = robots[0].frame if robots else None
-    data = {
+    parts = {
         "robots": robots,
         "sensors": _entries(table, "sensor", partial(known.sensor, frame=frame)),
         "landmark": _section(table, "landmark", partial(known.landmark, frame=frame)),
         "world": _section(table, "world", known.world) if "world" in table else None,
         "data": _section(table, "data", _data) if "data" in table else None,
         "options": _section(table, "options", known.options),
-        "time": _section(table, "time", partial(_plain_section, Time)),
-        "figure": _section(table, "figure", partial(_plain_section, FigureOptions)),
+        "time": _section(table, "time", partial(_without_models, Time)),
+        "figure": _section(table, "figure", partial(_without_models, FigureOptions)),
     }
-    return plain(UserData, {key: table[key] for key in ("name", "seed") if key in table}, **data)
+    return {key: table[key] for key in ("name", "seed") if key in table}, parts
 
 
 def _section(table, name, read):
-    with at(f"[{name}]"):
+    with errors_at(f"[{name}]"):
         if not isinstance(table.get(name, {}), dict):
-            raise ValueError(f"this must be one table, written [{name}], got {shown(table[name])}")
+            raise ValueError(f"this must be one table, written [{name}], got {short_text(table[name])}")
         return read(dict(table.get(name, {})))
 
 
 def _entries(table, name, read):
-    """The entries [[name]]; one without an id gets its number, from 1."""
+    """Read the entries [[name]]; one without an id gets its number, from 1."""
     entries = table.get(name, [])
     entries = [entries] if isinstance(entries, dict) else entries
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise ValueError(f"{name} must be tables, each written [[{name}]], got {shown(entries)}")
+        raise ValueError(f"{name} must be tables, each written [[{name}]], got {short_text(entries)}")
     made = []
     for number, entry in enumerate(entries, 1):
-        with at(f"{name} {shown(entry.get('id', number))}"):
+        with errors_at(f"{name} {short_text(entry.get('id', number))}"):
             made.append(read({"id": number} | entry))
     return made
 
 
-def _plain_section(cls, entry):
+def _without_models(cls, entry):
+    """Make an object of a class whose keys are just its parameters."""
     entry = to_degrees(entry, list(parameters(cls)))
     check_keys(entry, parameters(cls))
-    return plain(cls, entry)
+    return construct(cls, entry)
 
 
 def _data(entry):
-    return plain(Data, {"name": entry.pop("name")} if "name" in entry else {}, params=entry)
+    return construct(Data, {"name": entry.pop("name")} if "name" in entry else {}, params=entry)
 
 
 class Known:
-    """The names that a file may use: what the package exports, and classes of the reader's own."""
+    """Names that a file may use: what the package exports, and classes of the reader's own."""
 
     def __init__(self, models=()):
         own = {snake(cls.__name__): cls for cls in models}
@@ -125,7 +147,7 @@ class Known:
         self.worlds = functions(worlds)
 
     def robot(self, entry):
-        """A robot: its own keys, its motion model's, and start values and controls by the model's fields."""
+        """Read a robot: its own keys, its motion model's, and start values and controls by the model's fields."""
         cls = look_up("motion model", _pop(entry, "motion", self.motions), self.motions)
         own = _keys(Robot, without=("motion", "state", "state_std", "control", "control_std"))
         groups = _groups(cls)
@@ -136,31 +158,31 @@ class Known:
         for key in [key for key in entry if key in groups]:
             group, name = groups[key]
             values.setdefault(group, {})[name] = entry.pop(key)
-        return plain(Robot, entry, motion=cls(**arguments(cls, params)), **values)
+        return construct(Robot, entry, motion=cls(**arguments(cls, params)), **values)
 
     def sensor(self, entry, frame):
-        """A sensor: its own keys and those of its model."""
+        """Read a sensor: its own keys and those of its model."""
         cls = look_up("sensor type", _pop(entry, "type", self.sensors), self.sensors)
         own = _keys(Sensor, without=("model",))
         params, entry = _split(entry, cls, own, key="type")
         made = {"model": cls(**arguments(cls, params))}
         if "landmark" in entry:
-            with at("landmark"):
+            with errors_at("landmark"):
                 made["landmark"] = self.landmark_type(entry.pop("landmark"), frame)
-        return plain(Sensor, to_degrees(entry, own), **made)
+        return construct(Sensor, to_degrees(entry, own), **made)
 
     def landmark(self, entry, frame):
-        """How landmarks are stored."""
+        """Read how landmarks are stored."""
         own, made = _keys(Landmark, without=("model",)), {}
         if "type" in entry:
             cls = look_up("landmark type", entry["type"], self.landmarks)
             params, entry = _split({k: v for k, v in entry.items() if k != "type"}, cls, own, key="type")
             made["model"] = self.landmark_type({"type": snake(cls.__name__)} | params, frame)
         check_keys(entry, ["type", *own])
-        return plain(Landmark, entry, **made)
+        return construct(Landmark, entry, **made)
 
     def landmark_type(self, entry, frame):
-        """A landmark type, from its name or a table. One that exists in 2D and in 3D is as the robots are."""
+        """Read a landmark type, from its name or a table. One that exists in 2D and in 3D is as the robots are."""
         params = {"type": entry} if isinstance(entry, str) else dict(entry)
         cls = look_up("landmark type", _pop(params, "type", self.landmarks), self.landmarks)
         if frame is not None and "dim" in parameters(cls):
@@ -168,27 +190,27 @@ class Known:
         return cls(**arguments(cls, params))
 
     def world(self, entry):
-        """A world: a function of `simulation.worlds` and its arguments."""
+        """Read a world: a function of `simulation.worlds` and its arguments."""
         function = look_up("world", _pop(entry, "type", self.worlds), self.worlds)
         values = arguments(function, entry)
         takes_rng = "rng" in inspect.signature(function).parameters
         return World(build=partial(_build, function, takes_rng, values), type=function.__name__)
 
     def options(self, entry):
-        """Options; the association is a name, or a table with `type` and parameters."""
+        """Read the options; the association is a name, or a table with `type` and parameters."""
         known, made = _keys(Options, without=("lmk_type", "n", "N")), {}
         check_keys(entry, known)
         if "association" in entry:
             given = entry.pop("association")
-            with at("association"):
+            with errors_at("association"):
                 params = {"type": given} if isinstance(given, str) else dict(given)
                 cls = look_up("association", _pop(params, "type", self.associations), self.associations)
                 made["association"] = cls(**arguments(cls, params))
-        return plain(Options, entry, **made)
+        return construct(Options, entry, **made)
 
 
 def _build(function, takes_rng, values, rng):
-    """The landmarks of a world. (A function of its own, so that user data can be sent to another process.)"""
+    """Build the landmarks of a world. (A function of its own, so that user data can be sent to another process.)"""
     return function(rng, **values) if takes_rng else function(**values)
 
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ..geometry import e2q
+from ...geometry import e2q
 
 
 def n_angles(frame):
-    """How many angles a Frame2 (heading) or a Frame3 (roll, pitch, yaw) has."""
+    """Number of angles of a Frame2 (heading) or a Frame3 (roll, pitch, yaw)."""
     return frame.dof - frame.dim
 
 

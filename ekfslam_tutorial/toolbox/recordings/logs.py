@@ -1,0 +1,132 @@
+"""Logs of one robot and of one sensor, and the landmarks of a recording: flat arrays, checked when they are made."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...simulation import SimLmk, SimObs
+from ..user_input import covariance_stack, finite_array
+
+FORMAT = "ekfslam recording 1"
+
+
+@dataclass(frozen=True)
+class ControlLog:
+    """Controls of one robot: row k takes it from frame k-1 to frame k.
+
+    Parameters
+    ----------
+    u : ndarray, shape (F, nu)
+        In the units of its motion model, SI and radians.
+    U : ndarray, shape (F, nu, nu), optional
+        Covariance of each. Without it the scenario's control noise holds.
+    """
+
+    u: np.ndarray
+    U: np.ndarray | None = None
+
+    def __post_init__(self):
+        object.__setattr__(self, "u", finite_array("controls u", self.u, 2))
+        if self.U is not None:
+            object.__setattr__(self, "U", _one_each("control covariances U", self.U, self.u))
+
+    def __len__(self):
+        return len(self.u)
+
+
+@dataclass(frozen=True)
+class RawLog(Sequence):
+    """Measurements of one sensor over all frames: a sequence of F `SimObs`, kept as flat arrays.
+
+    Parameters
+    ----------
+    sen : int
+        Sensor id.
+    offsets : ndarray of int, shape (F + 1,)
+        Frame k owns rows offsets[k] to offsets[k + 1] of the arrays below.
+    ids : ndarray of int, shape (M,)
+        Landmark ids, -1 where not known.
+    y : ndarray, shape (M, m)
+    R : ndarray, shape (M, m, m), optional
+        Noise covariance of each measurement, where it is not the sensor's.
+    """
+
+    sen: int
+    offsets: np.ndarray
+    ids: np.ndarray
+    y: np.ndarray
+    R: np.ndarray | None = None
+
+    def __post_init__(self):
+        offsets, ids = np.asarray(self.offsets), np.asarray(self.ids)
+        for name, a in (("offsets", offsets), ("ids", ids)):
+            if a.ndim != 1 or not np.issubdtype(a.dtype, np.integer):
+                raise ValueError(f"sensor {self.sen}: {name} must be whole numbers in one row, got {_kind(a)}")
+        y = finite_array(f"sensor {self.sen}: measurements y", self.y, 2)
+        if len(ids) != len(y):
+            raise ValueError(f"sensor {self.sen}: {len(ids)} landmark ids for {len(y)} measurements")
+        if len(offsets) < 1 or offsets[0] != 0 or offsets[-1] != len(y) or (np.diff(offsets) < 0).any():
+            raise ValueError(f"sensor {self.sen}: offsets must rise from 0 to the {len(y)} measurements there are")
+        for name, value in (("offsets", offsets), ("ids", ids), ("y", y)):
+            object.__setattr__(self, name, value)
+        if self.R is not None:
+            object.__setattr__(self, "R", _one_each(f"sensor {self.sen}: covariances R", self.R, y))
+
+    @classmethod
+    def of(cls, sen, observations):
+        """Pack a list of F `SimObs`; all of them, or none, have an R."""
+        filled = [o for o in observations if len(o.ids)]
+        offsets = np.cumsum([0, *(len(o.ids) for o in observations)])
+        if not filled:
+            m = max((np.shape(o.y)[-1] for o in observations if np.ndim(o.y) == 2), default=0)
+            return cls(sen, offsets, np.zeros(0, int), np.zeros((0, m)))
+        with_R = [o.R is not None for o in filled]
+        if any(with_R) and not all(with_R):
+            raise ValueError(f"sensor {sen}: some frames have a covariance R and some do not; give all or none")
+        y = np.concatenate([o.y for o in filled])
+        R = np.concatenate([o.R for o in filled]) if all(with_R) else None
+        return cls(sen, offsets, np.concatenate([np.asarray(o.ids, int) for o in filled]), y, R)
+
+    def __len__(self):
+        return len(self.offsets) - 1
+
+    def __getitem__(self, k):
+        if isinstance(k, slice):
+            return [self[i] for i in range(*k.indices(len(self)))]
+        if not -len(self) <= k < len(self):
+            raise IndexError(f"frame {k} of {len(self)}")
+        k = k % len(self)
+        rows = slice(self.offsets[k], self.offsets[k + 1])
+        return SimObs(self.sen, self.ids[rows], self.y[rows], None if self.R is None else self.R[rows])
+
+
+def checked_landmarks(ids, points):
+    """Check true landmarks: points in 2D or 3D, each with a whole number of its own, 0 or more.
+
+    Raises
+    ------
+    ValueError
+    """
+    points = finite_array("landmark points", points, 2)
+    ids = np.asarray(ids)
+    if ids.shape != points.shape[:1] or not np.issubdtype(ids.dtype, np.integer) or points.shape[1] not in (2, 3):
+        raise ValueError(f"landmarks need N whole ids and N points in 2D or 3D, got {_kind(ids)} and {points.shape}")
+    unique, counts = np.unique(ids, return_counts=True)
+    if len(unique) != len(ids):
+        raise ValueError(f"landmark ids must differ from each other, but {unique[counts > 1][0]} stands twice")
+    if len(ids) and unique[0] < 0:
+        raise ValueError(f"landmark ids must be 0 or more, got {unique[0]}")
+    return SimLmk(ids, points)
+
+
+def _kind(a):
+    return f"shape {a.shape} of {a.dtype}"
+
+
+def _one_each(what, a, rows):
+    """Read one covariance for each row of an array (M, m)."""
+    a = covariance_stack(what, a, rows.shape[1])
+    if len(a) != len(rows):
+        raise ValueError(f"{what}: {len(a)} matrices for {len(rows)} rows")
+    return a

@@ -1,0 +1,185 @@
+"""Sections of the user's data beside robots and sensors: world, time, landmarks, options, figure, data set."""
+
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ...slam import Options as SlamOptions
+from ..engines import check_engine
+from ..user_input import check_model, finite_array, is_whole, short_text, std_vector
+
+
+@dataclass(kw_only=True)
+class World:
+    """Where the landmarks of the simulation are (manual: World).
+
+    Parameters
+    ----------
+    build : callable
+        rng -> ids (N,), points (N, d). `World.of` makes one of given points.
+    type : str
+        Its name, for the reader.
+    """
+
+    build: Any
+    type: str = ""
+
+    @classmethod
+    def of(cls, points, ids=None):
+        """A world of given points (N, d) in metres, with ids 1, 2, ... unless given."""
+        points = finite_array("the points of the world", points, 2)
+        if ids is not None:
+            finite_array("the ids of the world", ids, 1)
+        ids = np.arange(1, len(points) + 1) if ids is None else np.asarray(ids)
+        return cls(build=partial(_given, ids, points), type="points")
+
+
+def _given(ids, points, rng):
+    return ids, points
+
+
+@dataclass(kw_only=True)
+class Time:
+    """Time (manual: Time).
+
+    Parameters
+    ----------
+    dt : float
+        Sampling period of the simulation, seconds. A recording has its own times.
+    first : int
+        Number of the first frame.
+    last : int or None
+        Number of the last frame; None for 100 simulated frames, or the whole recording.
+    """
+
+    dt: float = 0.1
+    first: int = 1
+    last: int | None = None
+
+    def __post_init__(self):
+        if not finite_array("dt", self.dt) > 0:
+            raise ValueError(f"dt must be a positive number of seconds, got {self.dt}")
+        for name, value in (("first", self.first), ("last", self.last)):
+            if value is not None and not is_whole(value):
+                raise ValueError(f"the number of the {name} frame must be whole, got {short_text(value)}")
+        if self.last is not None and self.last < self.first:
+            raise ValueError(f"the last frame, {self.last}, comes before the first, {self.first}")
+
+
+@dataclass(kw_only=True)
+class Landmark:
+    """How landmarks are stored (manual: Landmark, and Opt.init).
+
+    Parameters
+    ----------
+    model : LmkType, optional
+        Type of new landmarks; Euclidean points if not given.
+    in_map : bool
+        False: the landmarks are known; the run is localisation.
+    non_obs_mean, non_obs_std : float or sequence
+        Prior of what a bearing does not measure: the inverse distance, 1/m.
+    """
+
+    model: Any = None
+    in_map: bool = True
+    non_obs_mean: Any = 0.01
+    non_obs_std: Any = 0.5
+
+    def __post_init__(self):
+        if self.model is not None:
+            check_model("the landmark model", self.model, "from_frame")
+        self.prior()
+
+    def prior(self):
+        """Mean n and covariance N of the prior."""
+        n = np.atleast_1d(finite_array("non_obs_mean", self.non_obs_mean))
+        return n, np.diag(std_vector("non_obs_std", self.non_obs_std, len(n)) ** 2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(SlamOptions):
+    """Options of the estimation (manual: Opt): those of `slam.Options`, the size of the map, and who computes.
+
+    Landmark type and prior are not said here but in `Landmark`.
+
+    Parameters
+    ----------
+    capacity : int or None
+        Most states in the map (manual: numLmks times lmkSize, and the robots); None lets it grow.
+    engine : str
+        "fast", or "plain" for the steps as they are written in `slam`: the same estimate, to rounding.
+    compressed : bool
+        Of the fast engine: keep the landmarks that are seen now apart from the others. Much faster in large maps with
+        `joint`.
+    compiled : bool
+        Of the fast engine: let numba compile the arithmetic of the steps. Several times faster in small maps. Needs the
+        extra `compiled`.
+    """
+
+    capacity: int | None = None
+    engine: str = "fast"
+    compressed: bool = False
+    compiled: bool = False
+
+    def __post_init__(self):
+        self._check()
+        whole = self.capacity is None or (is_whole(self.capacity) and self.capacity >= 0)
+        self._need("capacity", whole, "a whole number of 0 or more, or None")
+        check_engine(self)
+
+
+VIEWS = ("", "perspective", "top", "side", "self")
+
+
+@dataclass(kw_only=True)
+class FigureOptions:
+    """What the figures show (manual: FigureOptions).
+
+    Parameters
+    ----------
+    view : str
+        'perspective', 'top', 'side', or 'self', out of the first sensor; empty for the usual one.
+    orbit_deg : float
+        The camera turns so much each frame.
+    k : float
+        Ellipses are drawn at k sigma.
+    labels : bool
+        Landmark ids beside the landmarks.
+    limits : sequence of pairs, optional
+        Lower and upper limit of each axis, metres.
+    period : int
+        A movie or a live view shows one frame in so many.
+    fps : float
+        Frames a second of a movie.
+    """
+
+    view: str = ""
+    orbit_deg: float = 0.0
+    k: float = 3.0
+    labels: bool = True
+    limits: Any = None
+    period: int = 1
+    fps: float = 10.0
+
+    def __post_init__(self):
+        if self.view not in VIEWS:
+            raise ValueError(f"unknown view {self.view!r}; known: {', '.join(VIEWS[1:])}")
+        for name in ("k", "period", "fps"):
+            if not finite_array(name, getattr(self, name)) > 0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        if self.limits is not None:
+            limits = finite_array("limits", self.limits, 2)
+            if limits.shape not in ((2, 2), (3, 2)) or (limits[:, 0] >= limits[:, 1]).any():
+                raise ValueError(
+                    f"limits must be a lower and an upper limit for each axis, got {short_text(self.limits)}"
+                )
+
+
+@dataclass(kw_only=True)
+class Data:
+    """Which real log to use instead of the simulator: the name of a data set, and what its loader needs to know."""
+
+    name: str
+    params: dict = field(default_factory=dict)
