@@ -146,7 +146,7 @@ class FilterPyJoint:
 
 
 class FilterPyGiven:
-    """The same class with given blocks: no models, only the dense matrices are filled in."""
+    """The class with given blocks: no models, only the dense matrices are filled in. One measurement after another."""
 
     def __init__(self, world, given):
         self.given, self.n = given(world), len(world.x0)
@@ -169,3 +169,21 @@ class FilterPyGiven:
     def state(self):
         """Mean and covariance."""
         return self.kf.x.copy(), self.kf.P.copy()
+
+
+class FilterPyJointGiven(FilterPyGiven):
+    """The same in its better way: the motion by hand, and one update."""
+
+    def step(self, k):
+        """One step."""
+        g, kf = self.given[k % len(self.given)], self.kf
+        kf.x[:3] = g.x
+        kf.P[:3] = g.X_x @ kf.P[:3]
+        kf.P[:, :3] = kf.P[:, :3] @ g.X_x.T
+        kf.P[:3, :3] += g.X_u @ U @ g.X_u.T
+        H, rows = np.zeros((len(g.ids), 2, self.n)), np.arange(len(g.ids))
+        H[:, :, :3] = g.H_r
+        for axis in 0, 1:
+            H[rows, :, 3 + 2 * g.ids + axis] = g.H_l[:, :, axis]
+        H = H.reshape(-1, self.n)
+        kf.update(g.z.ravel(), lambda x: H, lambda x: 0.0, models.noise(len(g.ids)))
