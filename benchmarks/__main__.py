@@ -17,6 +17,7 @@ from .plot import draw
 from .report import write
 from .results import Results
 from .targets import targets
+from .ways import fair
 
 HERE = Path(__file__).parent
 SECTIONS = ("grid", "circuit", "overhead", "monte_carlo", "mono", "scenario", "startup")
@@ -92,6 +93,7 @@ def main(argv=None):
     with threadpool_limits(1):
         complete = measure(results, PLANS[args.plan], args.plan, args.only)
     results.data["complete"] = complete
+    results.data["fair"] = fair(results)
     results.data["targets"] = [target.row() for target in targets(results)]
     results.save(args.out / "results.json")
     draw(results, args.out / "speed.png")

@@ -1,4 +1,4 @@
-"""filterpy's ExtendedKalmanFilter: as its documentation shows it, one measurement after another, and in its better ways.
+"""filterpy's ExtendedKalmanFilter: as its documentation shows it, one measurement after another, and in better ways.
 
 Better is one update with all measurements of a step stacked. Its correction is in Joseph's form and its `predict` takes
 dense F and Q; the first cannot be chosen, the second can be left out: see `FilterPyJoint`.

@@ -1,7 +1,7 @@
 """PythonRobotics' SLAM/EKFSLAM/ekf_slam.py, from a checkout: it is no package, and its code is not part of this one.
 
-`as is` searches the landmark of each measurement among all; `known ids` is told it, as a user would change it. It has no
-joint correction; `joint` is one by a user who stacks what its own functions give for each measurement. Only its
+`as is` searches the landmark of each measurement among all; `known ids` is told it, as a user would change it. It has
+no joint correction; `joint` is one by a user who stacks what its own functions give for each measurement. Only its
 correction can be compared with the oracle: its motion is another one, and (in the version that was measured) predicts
 the robot's own block of P and leaves the cross-covariances as they are.
 """
