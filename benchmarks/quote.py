@@ -80,7 +80,8 @@ def filterpy(r):
     us = lambda way: ms(r.us(500, 10, way))
     return paragraph(
         f"At N = 500 and m = 10 the joint filter takes {us('filter, joint')} ms, or "
-        f"{us('filter, joint, compiled')} ms compiled. filterpy with its dense matrices takes {us('filterpy, joint')} ms for one joint update, "
+        f"{us('filter, joint, compiled')} ms compiled. "
+        f"filterpy with its dense matrices takes {us('filterpy, joint')} ms for one joint update, "
         f"{us('filterpy, joint, motion by hand')} ms where the user writes down himself what a motion changes, and "
         f"{us('filterpy')} ms for ten updates, one by one."
     )

@@ -69,9 +69,10 @@ def _load(r):
 
 FAIR = """## Times faster than each peer in its better way
 
-The better way of a peer is the quickest of its variants in this run: the last column names it (in several sizes: several).
-First the ratio of the compiled steps of this package, then that of its numpy ones; below 1 the peer is faster. `step` is
-all that a user pays; `filter`, with Jacobians given, against a peer that computes its own is a part against a whole.
+The better way of a peer is the quickest of its variants in this run; the last column names it, and several where sizes
+differ. The first figure is that of the numpy steps of this package, the second that of its compiled ones; below 1 the
+peer is faster. `step` is all that a user pays; `filter`, with Jacobians given, against a peer that computes its own is a
+part against a whole.
 """
 
 
@@ -82,12 +83,12 @@ def _fair(r):
         cells = [_pair(found.get(n)) for n in SIZES]
         ways = dict.fromkeys(row["way"] for row in found.values())
         rows.append([f"{kind}, m = {m}: {peer}", *cells, " / ".join(ways)])
-    head = ["faster than", *(f"N = {n}: compiled; numpy" for n in SIZES), "its better way"]
+    head = ["faster than", *(f"N = {n}: numpy; compiled" for n in SIZES), "its better way"]
     return f"{FAIR}\n{table(head, rows)}" if rows else ""
 
 
 def _pair(row):
-    return f"{number(row['compiled'])}; {number(row['numpy'])}" if row else ""
+    return f"{number(row['numpy'])}; {number(row['compiled'])}" if row else ""
 
 
 def _targets(r):
@@ -99,9 +100,10 @@ def _targets(r):
     head = ["what", "asked for", "measured", "met", "without the extra `compiled`"]
     text = "## Asked for, and measured\n\n"
     text += (
-        "Each peer stands here as it stood when that was asked for: filterpy and PythonRobotics one by one. For their\n"
+        "A peer stands here as it stood when that was asked for, filterpy and PythonRobotics one by one; its better\n"
     )
-    return f"{text}better ways see the table above.\n\n" + table(head, rows, 1)
+    text += "way is in the table above, and here where a line says so.\n\n"
+    return text + table(head, rows)
 
 
 def _cell(row):

@@ -1,7 +1,7 @@
 """What the project wants of its speed, as ratios within one run, and what a run gives.
 
-Each target names the variant of a peer that it was asked for with, and keeps it: filterpy and PythonRobotics one by one,
-Stone Soup and Robotics Toolbox as their examples show them. `ways.py` has each peer in its better way.
+Each target names the variant of a peer that it was asked for with, and keeps it: filterpy and PythonRobotics one by
+one, Stone Soup and Robotics Toolbox as their examples show them. `ways.py` has each peer in its better way.
 """
 
 from dataclasses import dataclass

@@ -3,8 +3,8 @@
 It has no predictor for a map that stands still, so the two blocks that a motion changes are written by hand.
 
 Its better way (`Tuned`): the model computes all landmarks at once; bearings are plain numbers, wrapped beforehand,
-since with one `Bearing` in it K z is a product of Python objects; and the cache of its updater, which holds the last 128
-predictions with their covariances, is emptied, so that their memory can be used again.
+since with one `Bearing` in it K z is a product of Python objects; and the cache of its updater, which holds the last
+128 predictions with their covariances, is emptied, so that their memory can be used again.
 """
 
 import numpy as np
