@@ -71,8 +71,8 @@ FAIR = """## Times faster than each peer in its better way
 
 The better way of a peer is the quickest of its variants in this run; the last column names it, and several where sizes
 differ. The first figure is that of the numpy steps of this package, the second that of its compiled ones; below 1 the
-peer is faster. `step` is all that a user pays; `filter`, with Jacobians given, against a peer that computes its own is a
-part against a whole.
+peer is faster. `step` is all that a user pays; `filter`, with Jacobians given, against a peer that computes its own is
+a part against a whole.
 """
 
 
@@ -91,6 +91,14 @@ def _pair(row):
     return f"{number(row['numpy'])}; {number(row['compiled'])}" if row else ""
 
 
+ASKED = """## Asked for, and measured
+
+A peer stands here as it stood when that was asked for, filterpy and PythonRobotics one by one. Its better way is in the
+table above, and here where a line says so.
+
+"""
+
+
 def _targets(r):
     rows = []
     for t in r.data.get("targets", []):
@@ -98,12 +106,7 @@ def _targets(r):
         plain = "" if t.get("plain") in (None, t["value"]) else number(t["plain"])
         rows.append([t["what"], f"{t['sense']} {t['asked']:g} {t['unit']}", number(t["value"]), met, plain])
     head = ["what", "asked for", "measured", "met", "without the extra `compiled`"]
-    text = "## Asked for, and measured\n\n"
-    text += (
-        "A peer stands here as it stood when that was asked for, filterpy and PythonRobotics one by one; its better\n"
-    )
-    text += "way is in the table above, and here where a line says so.\n\n"
-    return text + table(head, rows)
+    return ASKED + table(head, rows)
 
 
 def _cell(row):
