@@ -56,8 +56,8 @@ def filled(map, world):
 class Filter:
     """Predict and correct with given blocks, one observation after another."""
 
-    def __init__(self, world, house=FAST, **how):
-        self.house, self.map = house, house.new_map(**how)
+    def __init__(self, world, map, house=FAST):
+        self.house, self.map = house, map
         self.rob, self.lmks = filled(self.map, world)
         self.given = given(world)
 
@@ -76,8 +76,8 @@ class Filter:
 class JointFilter(Filter):
     """All observations of a step in one correction: a stack, as only the quick `update` takes it."""
 
-    def __init__(self, world, **how):
-        super().__init__(world, FAST, **how)
+    def __init__(self, world, map):
+        super().__init__(world, map)
         self.rows = [np.array([range(self.lmks[i].start, self.lmks[i].stop) for i in g.ids]) for g in self.given]
 
     def step(self, k):
@@ -91,17 +91,17 @@ class JointFilter(Filter):
 class Step:
     """A whole step: move, correct what is in the map, start what is not."""
 
-    def __init__(self, world, joint, house=FAST, **how):
-        self.house, self.map, self.world = house, house.new_map(**how), world
+    def __init__(self, world, map, joint, house=FAST):
+        self.house, self.map, self.world = house, map, world
         self.rob = Rob(1, Odometry2(), U=U, sensors=[1])
         self.sen = Sen(1, 1, RangeBearing(*np.sqrt(np.diag(R)), max_range=world.max_range), Frame2)
         self.lmks, self.obs = {}, {}
         self.opt = Options(lmk_type=EucPnt(2), joint=joint)
-        place(self.map, self.sen, np.zeros(3))
+        place(map, self.sen, np.zeros(3))
         if len(world.x0) == 3:
-            place(self.map, self.rob, world.x0, world.P0)
+            place(map, self.rob, world.x0, world.P0)
         else:
-            self.rob.r, ranges = filled(self.map, world)
+            self.rob.r, ranges = filled(map, world)
             self.lmks = {i: Lmk(i, EucPnt(2), r=r, slot=i) for i, r in enumerate(ranges)}
         self.raw = [SimpleNamespace(ids=step.ids, y=step.y, R=None) for step in world.steps]
 
@@ -132,23 +132,25 @@ def warm(make):
     return made
 
 
+new = FAST.new_map
 FILTERS = {
-    "filter, sequential": lambda world: Filter(world),
-    "filter, joint": lambda world: JointFilter(world),
-    "filter, joint, compressed": lambda world: JointFilter(world, compressed=True),
-    "filter, sequential, plain": lambda world: Filter(world, PLAIN),
+    "filter, sequential": lambda world: Filter(world, new()),
+    "filter, joint": lambda world: JointFilter(world, new()),
+    "filter, joint, compressed": lambda world: JointFilter(world, new(compressed=True)),
+    "filter, sequential, plain": lambda world: Filter(world, PLAIN.new_map(), PLAIN),
 }
 STEPS = {
-    "step, sequential": lambda world: Step(world, joint=False),
-    "step, joint": lambda world: Step(world, joint=True),
-    "step, joint, compressed": lambda world: Step(world, joint=True, compressed=True),
-    "step, sequential, plain": lambda world: Step(world, False, PLAIN),
-    "step, joint, plain": lambda world: Step(world, True, PLAIN),
+    "step, sequential": lambda world: Step(world, new(), joint=False),
+    "step, joint": lambda world: Step(world, new(), joint=True),
+    "step, joint, compressed": lambda world: Step(world, new(compressed=True), joint=True),
+    "step, sequential, plain": lambda world: Step(world, PLAIN.new_map(), False, PLAIN),
+    "step, joint, plain": lambda world: Step(world, PLAIN.new_map(), True, PLAIN),
 }
 COMPILED = find_spec("numba") is not None  # if it is not, the report names it among what is missing
 if COMPILED:
-    both = {"compiled": True, "compressed": True}
-    FILTERS["filter, sequential, compiled"] = warm(lambda world: Filter(world, compiled=True))
-    FILTERS["filter, joint, compiled"] = warm(lambda world: JointFilter(world, compiled=True))
-    STEPS["step, joint, compiled"] = warm(lambda world: Step(world, joint=True, compiled=True))
-    STEPS["step, joint, compressed, compiled"] = warm(lambda world: Step(world, joint=True, **both))
+    FILTERS["filter, sequential, compiled"] = warm(lambda world: Filter(world, new(compiled=True)))
+    FILTERS["filter, joint, compiled"] = warm(lambda world: JointFilter(world, new(compiled=True)))
+    STEPS["step, joint, compiled"] = warm(lambda world: Step(world, new(compiled=True), joint=True))
+    STEPS["step, joint, compressed, compiled"] = warm(
+        lambda world: Step(world, new(compiled=True, compressed=True), joint=True)
+    )

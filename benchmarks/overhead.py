@@ -20,28 +20,28 @@ def pieces(m):
     world = lap(LMKS, m)
 
     def compiled(work):
-        return lambda: work(ready(Step(world, joint=True, compiled=True)))
+        return lambda: work(ready(Step(world, FAST.new_map(compiled=True), joint=True)))
 
     def plain(work):
-        return lambda: work(ready(Step(world, joint=True)))
+        return lambda: work(ready(Step(world, FAST.new_map(), joint=True)))
 
     def model():
-        s = ready(Step(world, joint=True))
+        s = ready(Step(world, FAST.new_map(), joint=True))
         x = s.rob.state(s.map)
         return lambda k: s.rob.motion.move(x, s.rob.u, 1.0)
 
     def predicted():
-        f = JointFilter(world)
+        f = JointFilter(world, FAST.new_map())
         g = f.given[0]
         return lambda k: FAST.predict(f.map, f.rob, g.x, g.X_x, g.X_u, U)
 
     def equations():
-        f = JointFilter(world)
+        f = JointFilter(world, FAST.new_map())
         g, blocks = f.given[0], ((f.rob, f.given[0].H_r), (f.rows[0], f.given[0].H_l))
         return lambda k: FAST.update(f.map, blocks, g.z, R)
 
     def started():
-        s = ready(Step(world, joint=True))
+        s = ready(Step(world, FAST.new_map(), joint=True))
         new = list(range(m))
         return lambda k: FAST.init_new_lmks(s.map, s.rob, s.sen, s.lmks, s.raw[0], new, s.opt)
 
