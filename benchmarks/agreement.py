@@ -62,6 +62,7 @@ def check(peers, n_lmks=12, m=5, n_steps=25):
         add("Robotics Toolbox, joseph=False", quick, run(make(one), n_steps), "Robotics Toolbox")
     if "compiled" in peers:
         add("numba loops", lambda: peers.compiled.Compiled(world), sequential)
+        add("numba loops, joint", lambda: peers.compiled.CompiledJoint(world), joint)
     if "python_robotics" in peers:
         module, path = peers.modules["python_robotics"], peers.python_robotics
         for name, make, joined in (

@@ -47,6 +47,8 @@ def variants(world, peers):
         add("peer", "Stone Soup updater, tuned", lambda: peers.stone_soup.Tuned(world))
     if "compiled" in peers:
         add("peer", "numba loops", lambda: peers.compiled.Compiled(world))
+        if world.m > 1:
+            add("peer", "numba loops, joint", lambda: peers.compiled.CompiledJoint(world))
     return found
 
 

@@ -33,7 +33,7 @@ STYLES = {
     "PythonRobotics better": ("PythonRobotics, its better way", ORANGE, "--", "v"),
     "Robotics Toolbox better": ("Robotics Toolbox, its better way, simulator included", PURPLE, "--", "P"),
     "Stone Soup better": ("Stone Soup, its better way", PURPLE, "--", "X"),
-    "numba loops": ("numba, plain loops", GREY, "--", "*"),
+    "numba loops better": ("numba, plain loops", GREY, "--", "*"),
     "textbook numpy, joint": ("textbook numpy, joint", GREY, "--", "x"),
     "GTSAM iSAM2 better": ("GTSAM iSAM2 (smoothing)", ORANGE, "--", "<"),
     "GTSAM batch better": ("GTSAM batch (once, at the end)", GREY, "--", ">"),

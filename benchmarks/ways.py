@@ -8,7 +8,7 @@ WAYS = {
     "PythonRobotics": ("PythonRobotics", "PythonRobotics, known ids", "PythonRobotics, joint"),
     "Robotics Toolbox": ("Robotics Toolbox", "Robotics Toolbox, joseph=False"),
     "Stone Soup": ("Stone Soup updater", "Stone Soup updater, tuned"),
-    "numba loops": ("numba loops",),
+    "numba loops": ("numba loops", "numba loops, joint"),
     "textbook numpy": ("textbook numpy, sequential", "textbook numpy, joint"),
 }
 TOTALS = {
