@@ -17,6 +17,7 @@ from .plot import draw
 from .report import write
 from .results import Results
 from .targets import targets
+from .ways import fair
 
 HERE = Path(__file__).parent
 SECTIONS = ("grid", "circuit", "overhead", "monte_carlo", "mono", "scenario", "startup")
@@ -43,10 +44,10 @@ FULL = Plan(
     sizes=(10, 50, 100, 200, 500, 1000),
     seen=(1, 10),
     circuits=(10, 50, 100, 200, 500, 1000),
-    budget=0.8,
-    too_slow=3.0,
-    circuit_too_slow=20.0,
-    circuit_spend=2.0,
+    budget=0.55,
+    too_slow=2.0,
+    circuit_too_slow=12.0,
+    circuit_spend=1.5,
     circuit_repeats=9,
     repeats=5,
     runs=(10, 100, 1000),
@@ -92,6 +93,7 @@ def main(argv=None):
     with threadpool_limits(1):
         complete = measure(results, PLANS[args.plan], args.plan, args.only)
     results.data["complete"] = complete
+    results.data["fair"] = fair(results)
     results.data["targets"] = [target.row() for target in targets(results)]
     results.save(args.out / "results.json")
     draw(results, args.out / "speed.png")

@@ -43,14 +43,34 @@ def check(peers, n_lmks=12, m=5, n_steps=25):
 
     if "filterpy_peer" in peers:
         add("filterpy", lambda: peers.filterpy_peer.FilterPy(world), sequential)
-        add("filterpy, blocks given", lambda: peers.filterpy_peer.FilterPyGiven(world, given), given_one, GIVEN)
+        module = peers.filterpy_peer
+        add("filterpy, blocks given", lambda: module.FilterPyGiven(world, given), given_one, GIVEN)
+        for name, by_hand in ("filterpy, joint", False), ("filterpy, joint, motion by hand", True):
+            add(name, lambda by_hand=by_hand: module.FilterPyJoint(world, by_hand), joint)
+            oracle = Oracle(new, joint=True)
+            reference = run(oracle, len(new.steps))
+            empty = lambda by_hand=by_hand: module.FilterPyJoint(new, by_hand)
+            add(f"{name}, from an empty map", empty, reference, n_steps=len(new.steps))
+        given_joint = lambda: module.FilterPyJointGiven(world, given)
+        add("filterpy, joint, motion by hand, blocks given", given_joint, given_all, GIVEN)
     if "stone_soup" in peers:
         add("Stone Soup updater", lambda: peers.stone_soup.StoneSoup(world), joint)
+        add("Stone Soup updater, tuned", lambda: peers.stone_soup.Tuned(world), joint)
+    if "robotics_toolbox" in peers:
+        make, one = peers.robotics_toolbox.RoboticsToolbox, lap(n_lmks, 1)
+        quick = lambda: make(one, joseph=False)
+        add("Robotics Toolbox, joseph=False", quick, run(make(one), n_steps), "Robotics Toolbox")
     if "compiled" in peers:
         add("numba loops", lambda: peers.compiled.Compiled(world), sequential)
+        add("numba loops, joint", lambda: peers.compiled.CompiledJoint(world), joint)
     if "python_robotics" in peers:
-        state = lambda: _python_robotics(peers, world)
-        rows.append(compared("PythonRobotics, known ids", state, _corrected(world), "textbook, one correction"))
+        module, path = peers.modules["python_robotics"], peers.python_robotics
+        for name, make, joined in (
+            ("PythonRobotics, known ids", lambda: module.PythonRobotics(world, path, known_ids=True), False),
+            ("PythonRobotics, joint", lambda: module.Joint(world, path), True),
+        ):
+            state = lambda make=make: _python_robotics(make(), world)
+            rows.append(compared(name, state, _corrected(world, joined), "textbook, one correction"))
     if peers.mrpt:
         rows.append(_mrpt(peers, new))
     return rows
@@ -90,15 +110,15 @@ def relative(a, b):
     return float(np.abs(a - b).max() / np.abs(b).max())
 
 
-def _corrected(world):
-    oracle, step = Oracle(world, joint=False), world.steps[0]
-    for seen in zip(step.ids, step.y, strict=True):
-        oracle.correct([seen])
+def _corrected(world, joint):
+    oracle, step = Oracle(world, joint), world.steps[0]
+    seen = list(zip(step.ids, step.y, strict=True))
+    for some in [seen] if joint else [[one] for one in seen]:
+        oracle.correct(some)
     return oracle.x, oracle.P
 
 
-def _python_robotics(peers, world):
-    peer = peers.modules["python_robotics"].PythonRobotics(world, peers.python_robotics, known_ids=True)
+def _python_robotics(peer, world):
     peer.correct(world.steps[0])
     return peer.state()
 

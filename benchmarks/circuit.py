@@ -22,10 +22,15 @@ def makers(peers):
     found = {name: drive(make) for name, make in STEPS.items()}
     found["textbook numpy, joint"] = drive(lambda world: Oracle(world, joint=True))
     if "filterpy_peer" in peers:
+        joint = peers.filterpy_peer.FilterPyJoint
         found["filterpy"] = drive(lambda world: peers.filterpy_peer.FilterPy(world))
+        found["filterpy, joint"] = drive(lambda world: joint(world))
+        found["filterpy, joint, motion by hand"] = drive(lambda world: joint(world, by_hand=True))
     if "gtsam_peer" in peers:
         found["GTSAM iSAM2"] = drive(lambda world: peers.gtsam_peer.Isam2(world))
+        found["GTSAM iSAM2, partial check"] = drive(lambda world: peers.gtsam_peer.Isam2(world, partial=True))
         found["GTSAM batch"] = drive(lambda world: peers.gtsam_peer.Batch(world))
+        found["GTSAM batch, Gauss-Newton"] = drive(lambda world: peers.gtsam_peer.GaussNewton(world))
     if peers.mrpt:
         for name, *how in (*MRPT, (UNTOLD, "davison", False)):
             found[name] = lambda world, how=how: mrpt(peers, world, *how)

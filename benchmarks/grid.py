@@ -28,16 +28,27 @@ def variants(world, peers):
         add("peer", "filterpy", lambda: peers.filterpy_peer.FilterPy(world))
         if world.n_lmks <= 100:
             add("peer", "filterpy, blocks given", lambda: peers.filterpy_peer.FilterPyGiven(world, given))
+        add("peer", "filterpy, joint", lambda: peers.filterpy_peer.FilterPyJoint(world))
+        add("peer", "filterpy, joint, motion by hand", lambda: peers.filterpy_peer.FilterPyJoint(world, by_hand=True))
+        given_joint = lambda: peers.filterpy_peer.FilterPyJointGiven(world, given)
+        add("peer", "filterpy, joint, motion by hand, blocks given", given_joint)
     if "python_robotics" in peers:
-        make = peers.modules["python_robotics"].PythonRobotics
+        module = peers.modules["python_robotics"]
+        make = module.PythonRobotics
         add("peer", "PythonRobotics", lambda: make(world, peers.python_robotics, known_ids=False))
         add("peer", "PythonRobotics, known ids", lambda: make(world, peers.python_robotics, known_ids=True))
+        add("peer", "PythonRobotics, joint", lambda: module.Joint(world, peers.python_robotics))
     if "robotics_toolbox" in peers and world.m == 1:
-        add("peer", "Robotics Toolbox", lambda: peers.robotics_toolbox.RoboticsToolbox(world))
+        make = peers.robotics_toolbox.RoboticsToolbox
+        add("peer", "Robotics Toolbox", lambda: make(world))
+        add("peer", "Robotics Toolbox, joseph=False", lambda: make(world, joseph=False))
     if "stone_soup" in peers:
         add("peer", "Stone Soup updater", lambda: peers.stone_soup.StoneSoup(world))
+        add("peer", "Stone Soup updater, tuned", lambda: peers.stone_soup.Tuned(world))
     if "compiled" in peers:
         add("peer", "numba loops", lambda: peers.compiled.Compiled(world))
+        if world.m > 1:
+            add("peer", "numba loops, joint", lambda: peers.compiled.CompiledJoint(world))
     return found
 
 

@@ -8,18 +8,17 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ekfslam_tutorial.ekf import Map, update
 from ekfslam_tutorial.geometry import Frame3, e2q
 from ekfslam_tutorial.models import retro_project
 from ekfslam_tutorial.models.landmarks import IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity
 from ekfslam_tutorial.models.sensors import PinHole
-from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks, place, project_lmks
+from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, place, project_lmks
 
 from .agreement import compared
 from .clock import Variant, compare
 from .machine import bandwidth_variant, gemm_variant, gflops, gigabytes, limit_us, triangle_bytes
-from .ours import COMPILED, warm
+from .ours import COMPILED, FAST, PLAIN, warm
 
 LMKS, UPDATES, FRAMES = 100, 20, 20
 AHEAD = np.concatenate([np.zeros(3), e2q(np.radians([-90, 0, -90]))[0]])  # a camera that looks ahead
@@ -28,9 +27,9 @@ AHEAD = np.concatenate([np.zeros(3), e2q(np.radians([-90, 0, -90]))[0]])  # a ca
 class Scene:
     """A camera at the origin, landmarks in front of it, and frames of noisy measurements of all of them."""
 
-    def __init__(self, joint=False, seed=1, compiled=False):
+    def __init__(self, joint=False, house=FAST, seed=1, **how):
         rng = np.random.default_rng(seed)
-        self.map, kind = Map(compiled=compiled), IdpPnt()
+        self.house, self.map, kind = house, house.new_map(**how), IdpPnt()
         camera = PinHole(image_size=(640, 480), k=(320, 240, 320, 320), pixel_std=1.0)
         self.rob, self.sen = Rob(1, ConstantVelocity(), sensors=[1]), Sen(1, 1, camera, Frame3)
         self.opt = Options(lmk_type=kind, n_updates=UPDATES, joint=joint)
@@ -57,7 +56,7 @@ class Scene:
     def step(self, k):
         """One frame."""
         raw = self.raws[k % FRAMES]
-        correct_known_lmks(self.map, self.rob, self.sen, self.lmks, self.obs, raw, self.opt)
+        self.house.correct_known_lmks(self.map, self.rob, self.sen, self.lmks, self.obs, raw, self.opt)
 
     def blocks(self):
         """Of the first landmarks: ranges (K, 6), z (K, 2), H_r (K, 2, 7), H_l (K, 2, 6), and R."""
@@ -79,10 +78,10 @@ class Filter:
     def step(self, k):
         """All 20."""
         if self.joint:
-            update(self.map, ((self.rob, self.H_r), (self.rows, self.H_l)), self.z, self.R)
+            FAST.update(self.map, ((self.rob, self.H_r), (self.rows, self.H_l)), self.z, self.R)
             return
         for r, z, H_r, H_l in zip(self.ranges, self.z, self.H_r, self.H_l, strict=True):
-            update(self.map, ((self.rob, H_r), (r, H_l)), z, self.R)
+            FAST.update(self.map, ((self.rob, H_r), (r, H_l)), z, self.R)
 
     def state(self):
         """Mean and covariance."""
@@ -121,6 +120,8 @@ MAKERS = {
     "whole frame, joint": ("step", lambda: Scene(joint=True)),
     "whole frame, sequential, compiled": ("step", warm(lambda: Scene(joint=False, compiled=True))),
     "whole frame, joint, compiled": ("step", warm(lambda: Scene(joint=True, compiled=True))),
+    "whole frame, sequential, plain": ("step", lambda: Scene(joint=False, house=PLAIN)),
+    "whole frame, joint, plain": ("step", lambda: Scene(joint=True, house=PLAIN)),
     "filter, sequential": ("filter", lambda: Filter(joint=False)),
     "filter, joint": ("filter", lambda: Filter(joint=True)),
     "textbook numpy, sequential": ("peer", lambda: Textbook(joint=False)),

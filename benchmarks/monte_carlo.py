@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from ekfslam_tutorial.ekf import Map
-
 from .clock import Variant, compare
 from .given import given
-from .ours import Filter
+from .ours import FAST, Filter
 from .world import R, U, lap
 
 LMKS, SEEN = 10, 1
@@ -16,13 +14,11 @@ class Batched:
     """Many runs at once, blocks given: the same world, each run with measurements of its own."""
 
     def __init__(self, world, runs, seed=1):
-        from ekfslam_tutorial.ekf.batch import Batch
-
         rng = np.random.default_rng(seed)
         n = len(world.x0)
         L = np.linalg.cholesky(world.P0)
         x = world.x0 + rng.normal(size=(runs, n)) @ L.T
-        self.batch = Batch(x, np.tile(world.P0, (runs, 1, 1)))
+        self.batch = FAST.Batch(x, np.tile(world.P0, (runs, 1, 1)))
         self.given = given(world)
         self.rob, self.runs = slice(0, 3), runs
         self.z = [g.z[0] + rng.normal(size=(runs, 2)) * np.sqrt(np.diag(R)) for g in self.given]
@@ -53,7 +49,7 @@ class CompiledRuns:
 def run(sizes, peers, budget):
     """Rows: variant, runs, steps_per_s (steps of runs in a second of CPU, median), times of one step of all runs."""
     world = lap(LMKS, SEEN)
-    variants = [Variant("one run at a time", lambda: Filter(world, Map()).step, info={"runs": 1})]
+    variants = [Variant("one run at a time", lambda: Filter(world, FAST.new_map()).step, info={"runs": 1})]
     for runs in sizes:
         make = lambda runs=runs: Batched(world, runs).step
         variants.append(Variant(f"batched, {runs} runs", make, info={"runs": runs}))

@@ -5,16 +5,41 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ekfslam_tutorial import ekf
-from ekfslam_tutorial.ekf import Map, predict, update
+from ekfslam_tutorial import ekf, slam
+from ekfslam_tutorial.ekf.batch import Batch
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import RangeBearing
-from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, place
+from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, place
 
 from .given import given
 from .world import R, U
+
+
+def new_map(*, compiled=False, compressed=False):
+    """A map of the quick steps."""
+    return (ekf.CompressedMap if compressed else ekf.Map)(compiled=compiled)
+
+
+# What is measured: the quick steps, and the readable ones. Their names stand here and nowhere else in this folder.
+FAST = SimpleNamespace(
+    new_map=new_map,
+    move=slam.move,
+    correct_known_lmks=slam.correct_known_lmks,
+    init_new_lmks=slam.init_new_lmks,
+    predict=ekf.predict,
+    update=ekf.update,
+    Batch=Batch,
+)
+PLAIN = SimpleNamespace(
+    new_map=ekf.Map,
+    move=slam.move,
+    correct_known_lmks=slam.correct_known_lmks,
+    init_new_lmks=slam.init_new_lmks,
+    predict=ekf.predict,
+    update=ekf.update,
+)
 
 
 def filled(map, world):
@@ -31,17 +56,17 @@ def filled(map, world):
 class Filter:
     """Predict and correct with given blocks, one observation after another."""
 
-    def __init__(self, world, map):
-        self.map = map
-        self.rob, self.lmks = filled(map, world)
+    def __init__(self, world, map, house=FAST):
+        self.house, self.map = house, map
+        self.rob, self.lmks = filled(self.map, world)
         self.given = given(world)
 
     def step(self, k):
         """One step."""
         g = self.given[k % len(self.given)]
-        predict(self.map, self.rob, g.x, g.X_x, g.X_u, U)
+        self.house.predict(self.map, self.rob, g.x, g.X_x, g.X_u, U)
         for i, H_r, H_l, z in zip(g.ids, g.H_r, g.H_l, g.z, strict=True):
-            update(self.map, ((self.rob, H_r), (self.lmks[i], H_l)), z, R)
+            self.house.update(self.map, ((self.rob, H_r), (self.lmks[i], H_l)), z, R)
 
     def state(self):
         """Mean and covariance."""
@@ -49,7 +74,7 @@ class Filter:
 
 
 class JointFilter(Filter):
-    """All observations of a step in one correction."""
+    """All observations of a step in one correction: a stack, as only the quick `update` takes it."""
 
     def __init__(self, world, map):
         super().__init__(world, map)
@@ -59,15 +84,15 @@ class JointFilter(Filter):
         """One step."""
         k %= len(self.given)
         g = self.given[k]
-        predict(self.map, self.rob, g.x, g.X_x, g.X_u, U)
-        update(self.map, ((self.rob, g.H_r), (self.rows[k], g.H_l)), g.z, R)
+        self.house.predict(self.map, self.rob, g.x, g.X_x, g.X_u, U)
+        self.house.update(self.map, ((self.rob, g.H_r), (self.rows[k], g.H_l)), g.z, R)
 
 
 class Step:
-    """A whole step through `slam/`: move, correct what is in the map, start what is not."""
+    """A whole step: move, correct what is in the map, start what is not."""
 
-    def __init__(self, world, map, joint):
-        self.map, self.world = map, world
+    def __init__(self, world, map, joint, house=FAST):
+        self.house, self.map, self.world = house, map, world
         self.rob = Rob(1, Odometry2(), U=U, sensors=[1])
         self.sen = Sen(1, 1, RangeBearing(*np.sqrt(np.diag(R)), max_range=world.max_range), Frame2)
         self.lmks, self.obs = {}, {}
@@ -83,21 +108,16 @@ class Step:
     def step(self, k):
         """One step."""
         k %= len(self.raw)
-        raw = self.raw[k]
+        raw, house = self.raw[k], self.house
         self.rob.u = self.world.steps[k].u
-        move(self.map, self.rob, 1.0)
-        _, new = correct_known_lmks(self.map, self.rob, self.sen, self.lmks, self.obs, raw, self.opt)
-        init_new_lmks(self.map, self.rob, self.sen, self.lmks, raw, new, self.opt)
+        house.move(self.map, self.rob, 1.0)
+        _, new = house.correct_known_lmks(self.map, self.rob, self.sen, self.lmks, self.obs, raw, self.opt)
+        house.init_new_lmks(self.map, self.rob, self.sen, self.lmks, raw, new, self.opt)
 
     def state(self):
         """Mean and covariance, the landmarks in the order of their ids."""
         order = np.r_[0:3, np.concatenate([np.arange(*self.lmks[i].r.indices(10**9)) for i in sorted(self.lmks)])]
         return np.array(self.map.x)[order], np.array(self.map.P)[np.ix_(order, order)]
-
-
-def compressed(**how):
-    """A map that keeps the landmarks at hand apart from the rest."""
-    return ekf.CompressedMap(**how)
 
 
 def warm(make):
@@ -112,19 +132,25 @@ def warm(make):
     return made
 
 
+new = FAST.new_map
 FILTERS = {
-    "filter, sequential": lambda world: Filter(world, Map()),
-    "filter, joint": lambda world: JointFilter(world, Map()),
-    "filter, joint, compressed": lambda world: JointFilter(world, compressed()),
+    "filter, sequential": lambda world: Filter(world, new()),
+    "filter, joint": lambda world: JointFilter(world, new()),
+    "filter, joint, compressed": lambda world: JointFilter(world, new(compressed=True)),
+    "filter, sequential, plain": lambda world: Filter(world, PLAIN.new_map(), PLAIN),
 }
 STEPS = {
-    "step, sequential": lambda world: Step(world, Map(), joint=False),
-    "step, joint": lambda world: Step(world, Map(), joint=True),
-    "step, joint, compressed": lambda world: Step(world, compressed(), joint=True),
+    "step, sequential": lambda world: Step(world, new(), joint=False),
+    "step, joint": lambda world: Step(world, new(), joint=True),
+    "step, joint, compressed": lambda world: Step(world, new(compressed=True), joint=True),
+    "step, sequential, plain": lambda world: Step(world, PLAIN.new_map(), False, PLAIN),
+    "step, joint, plain": lambda world: Step(world, PLAIN.new_map(), True, PLAIN),
 }
 COMPILED = find_spec("numba") is not None  # if it is not, the report names it among what is missing
 if COMPILED:
-    FILTERS["filter, sequential, compiled"] = warm(lambda world: Filter(world, Map(compiled=True)))
-    FILTERS["filter, joint, compiled"] = warm(lambda world: JointFilter(world, Map(compiled=True)))
-    STEPS["step, joint, compiled"] = warm(lambda world: Step(world, Map(compiled=True), joint=True))
-    STEPS["step, joint, compressed, compiled"] = warm(lambda world: Step(world, compressed(compiled=True), joint=True))
+    FILTERS["filter, sequential, compiled"] = warm(lambda world: Filter(world, new(compiled=True)))
+    FILTERS["filter, joint, compiled"] = warm(lambda world: JointFilter(world, new(compiled=True)))
+    STEPS["step, joint, compiled"] = warm(lambda world: Step(world, new(compiled=True), joint=True))
+    STEPS["step, joint, compressed, compiled"] = warm(
+        lambda world: Step(world, new(compiled=True, compressed=True), joint=True)
+    )

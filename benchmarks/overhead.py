@@ -8,11 +8,8 @@ import sys
 
 import numpy as np
 
-from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation, predict
-from ekfslam_tutorial.slam import correct_known_lmks, init_new_lmks, move
-
 from .clock import Variant, compare
-from .ours import COMPILED, JointFilter, Step
+from .ours import COMPILED, FAST, JointFilter, Step
 from .world import R, U, lap
 
 LMKS = 10
@@ -23,35 +20,30 @@ def pieces(m):
     world = lap(LMKS, m)
 
     def compiled(work):
-        return lambda: work(ready(Step(world, Map(compiled=True), joint=True)))
+        return lambda: work(ready(Step(world, FAST.new_map(compiled=True), joint=True)))
 
     def plain(work):
-        return lambda: work(ready(Step(world, Map(), joint=True)))
+        return lambda: work(ready(Step(world, FAST.new_map(), joint=True)))
 
     def model():
-        s = ready(Step(world, Map(), joint=True))
+        s = ready(Step(world, FAST.new_map(), joint=True))
         x = s.rob.state(s.map)
         return lambda k: s.rob.motion.move(x, s.rob.u, 1.0)
 
     def predicted():
-        f = JointFilter(world, Map())
+        f = JointFilter(world, FAST.new_map())
         g = f.given[0]
-        return lambda k: predict(f.map, f.rob, g.x, g.X_x, g.X_u, U)
+        return lambda k: FAST.predict(f.map, f.rob, g.x, g.X_x, g.X_u, U)
 
     def equations():
-        f = JointFilter(world, Map())
+        f = JointFilter(world, FAST.new_map())
         g, blocks = f.given[0], ((f.rob, f.given[0].H_r), (f.rows[0], f.given[0].H_l))
-
-        def run(k):
-            PHt = cross(f.map, blocks)
-            correct(f.map, PHt, innovation(g.z, covariance(PHt, blocks), R))
-
-        return run
+        return lambda k: FAST.update(f.map, blocks, g.z, R)
 
     def started():
-        s = ready(Step(world, Map(), joint=True))
+        s = ready(Step(world, FAST.new_map(), joint=True))
         new = list(range(m))
-        return lambda k: init_new_lmks(s.map, s.rob, s.sen, s.lmks, s.raw[0], new, s.opt)
+        return lambda k: FAST.init_new_lmks(s.map, s.rob, s.sen, s.lmks, s.raw[0], new, s.opt)
 
     def product():
         A = np.eye(3)
@@ -63,7 +55,7 @@ def pieces(m):
         "of it: motion model with Jacobians": model,
         "of it: predict": predicted,
         "2. correct_known_lmks": plain(WORK["2. correct_known_lmks"]),
-        "of it: cross, covariance, innovation, correct": equations,
+        "of it: update": equations,
         "3. init_new_lmks, nothing to start": started,
         **({f"{name}, compiled": compiled(work) for name, work in WORK.items()} if COMPILED else {}),
         "for comparison: one product of two 3 x 3 matrices": product,
@@ -72,9 +64,9 @@ def pieces(m):
 
 WORK = {
     "whole step": lambda s: s.step,
-    "1. move": lambda s: lambda k: move(s.map, s.rob, 1.0),
+    "1. move": lambda s: lambda k: FAST.move(s.map, s.rob, 1.0),
     "2. correct_known_lmks": lambda s: (
-        lambda k: correct_known_lmks(s.map, s.rob, s.sen, s.lmks, s.obs, s.raw[0], s.opt)
+        lambda k: FAST.correct_known_lmks(s.map, s.rob, s.sen, s.lmks, s.obs, s.raw[0], s.opt)
     ),
 }
 

@@ -6,6 +6,7 @@ matplotlib.use("agg")
 import matplotlib.pyplot as plt
 
 from .results import Results
+from .ways import TOTALS, WAYS, quickest, quickest_total
 
 BLUE, SKY, GREEN, ORANGE, RED, PURPLE, YELLOW, GREY = (
     "#0072B2",
@@ -25,17 +26,21 @@ STYLES = {
     "step, joint, compiled": ("this package: whole step, compiled", RED, "-", "p"),
     "step, joint, compressed": ("this package: whole step, compressed", GREEN, ":", "D"),
     "step, sequential": ("this package: whole step, one by one", SKY, ":", "s"),
-    "filterpy": ("filterpy", RED, "--", "^"),
-    "PythonRobotics, known ids": ("PythonRobotics, known ids", ORANGE, "--", "v"),
-    "Robotics Toolbox": ("Robotics Toolbox, its simulator included", PURPLE, "--", "P"),
-    "Stone Soup updater": ("Stone Soup, updater", PURPLE, "--", "X"),
-    "numba loops": ("numba, plain loops", GREY, "--", "*"),
+    "step, joint, plain": ("this package: whole step, the readable core", YELLOW, "-", "s"),
+    "filterpy": ("filterpy, one by one", RED, ":", "^"),
+    "filterpy better": ("filterpy, its better way", RED, "--", "^"),
+    "PythonRobotics, known ids": ("PythonRobotics, known ids, one by one", ORANGE, ":", "v"),
+    "PythonRobotics better": ("PythonRobotics, its better way", ORANGE, "--", "v"),
+    "Robotics Toolbox better": ("Robotics Toolbox, its better way, simulator included", PURPLE, "--", "P"),
+    "Stone Soup better": ("Stone Soup, its better way", PURPLE, "--", "X"),
+    "numba loops better": ("numba, plain loops", GREY, "--", "*"),
     "textbook numpy, joint": ("textbook numpy, joint", GREY, "--", "x"),
-    "GTSAM iSAM2": ("GTSAM iSAM2 (smoothing)", ORANGE, "--", "<"),
-    "GTSAM batch": ("GTSAM batch (once, at the end)", GREY, "--", ">"),
+    "GTSAM iSAM2 better": ("GTSAM iSAM2 (smoothing)", ORANGE, "--", "<"),
+    "GTSAM batch better": ("GTSAM batch (once, at the end)", GREY, "--", ">"),
     "MRPT, one by one": ("MRPT (C++), one by one", PURPLE, "--", "h"),
     "MRPT, joint": ("MRPT (C++), joint", PURPLE, ":", "H"),
 }
+BETTER = " better"  # the ending of a name that stands for all ways of a peer: the quickest of them
 
 
 def draw(results, path):
@@ -67,7 +72,11 @@ def draw(results, path):
 def _grid(ax, results, m):
     for name, (label, colour, line, marker) in STYLES.items():
         which = "mean" if "compressed" in name else "median"
-        points = [(n, results.us(n, m, name, which)) for n in results.sizes("grid")]
+        us = lambda n, name=name, which=which: results.us(n, m, name, which)
+        if name.endswith(BETTER):
+            peer = name.removesuffix(BETTER)
+            us = lambda n, peer=peer: quickest(results, n, m, peer)[0] if peer in WAYS else None
+        points = [(n, us(n)) for n in results.sizes("grid")]
         _line(ax, [(n, us) for n, us in points if us], label, colour, line, marker)
     limit = [(n, results.limit(n, m)) for n in results.sizes("grid") if results.limit(n, m)]
     if limit:
@@ -83,7 +92,11 @@ def _grid(ax, results, m):
 
 def _circuit(ax, results):
     for name, (label, colour, line, marker) in STYLES.items():
-        points = [(n, results.total(n, name)) for n in results.sizes("circuit")]
+        total = lambda n, name=name: results.total(n, name)
+        if name.endswith(BETTER):
+            peer = name.removesuffix(BETTER)
+            total = lambda n, peer=peer: quickest_total(results, n, peer) if peer in TOTALS else None
+        points = [(n, total(n)) for n in results.sizes("circuit")]
         _line(ax, [(n, s) for n, s in points if s], label, colour, line, marker)
     _log(ax)
     ax.set_ylabel("CPU time of the whole circuit, seconds")

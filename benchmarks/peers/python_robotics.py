@@ -1,11 +1,13 @@
 """PythonRobotics' SLAM/EKFSLAM/ekf_slam.py, from a checkout: it is no package, and its code is not part of this one.
 
-`as is` searches the landmark of each measurement among all; `known ids` is told it, as a user would change it. Only its
+`as is` searches the landmark of each measurement among all; `known ids` is told it, as a user would change it. It has
+no joint correction; `joint` is one by a user who stacks what its own functions give for each measurement. Only its
 correction can be compared with the oracle: its motion is another one, and (in the version that was measured) predicts
 the robot's own block of P and leaves the cross-covariances as they are.
 """
 
 import importlib.util
+import math
 
 import numpy as np
 
@@ -58,3 +60,32 @@ class PythonRobotics:
     def state(self):
         """Mean and covariance."""
         return self.x[:, 0].copy(), self.P.copy()
+
+
+class Joint(PythonRobotics):
+    """Its prediction, innovations and Jacobians; all measurements of a step in one correction."""
+
+    def __init__(self, world, path):
+        super().__init__(world, path, known_ids=True)
+        self.module.ekf_slam = self.ekf_slam
+        self.noise = np.kron(np.eye(world.m), self.module.Cx[:2, :2])
+
+    def ekf_slam(self, x, P, u, z):
+        """As its function of this name, with one correction."""
+        its = self.module
+        G, Fx = its.jacob_motion(x[:3], u)
+        x[:3] = its.motion_model(x[:3], u)
+        P[:3, :3] = G.T @ P[:3, :3] @ G + Fx.T @ its.Cx @ Fx
+        y, H = np.zeros((2 * len(z), 1)), np.zeros((2 * len(z), len(x)))
+        for k, i in enumerate(self.queue):
+            delta = its.get_landmark_position_from_state(x, i) - x[:2]
+            q, rows = (delta.T @ delta)[0, 0], slice(2 * k, 2 * k + 2)
+            bearing = its.pi_2_pi(math.atan2(delta[1, 0], delta[0, 0]) - x[2, 0])
+            y[rows, 0] = z[k, 0] - math.sqrt(q), its.pi_2_pi(z[k, 1] - bearing)
+            H[rows] = its.jacob_h(q, delta, x, i + 1)
+        HP = H @ P
+        K = (P @ H.T) @ np.linalg.inv(HP @ H.T + self.noise)
+        x = x + K @ y
+        P = P - K @ HP
+        x[2] = its.pi_2_pi(x[2])
+        return x, P

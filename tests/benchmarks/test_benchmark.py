@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from benchmarks import __main__ as bench
-from benchmarks import agreement, clock, grid, machine, world
+from benchmarks import agreement, clock, grid, machine, ways, world
 from benchmarks.oracle import Oracle
 from benchmarks.peers import registry
-from benchmarks.report import write
+from benchmarks.report import number, write
 from benchmarks.results import Results
 from benchmarks.targets import targets
 
@@ -42,6 +42,36 @@ def test_every_variant_agrees_with_the_oracle(smoke):
     assert [row for row in rows if not row.get("ok")] == []
     compressed = [row["deviation"] for row in rows if row["variant"] == "filter, joint, compressed"]
     assert compressed and max(compressed) <= 1e-12  # it is exact: only rounding errors are left
+
+
+def test_each_peer_stands_in_its_better_way(smoke):
+    results = Results.load(smoke / "results.json")
+    rows, here = results.rows("fair"), set(results.variants("grid"))
+    assert {"filterpy", "numba loops", "textbook numpy"} <= {row["peer"] for row in rows}
+    assert set(ways.WAYS["filterpy"]) <= here and set(ways.TOTALS["filterpy"]) <= set(results.variants("circuit"))
+    for row in rows:
+        n, m, kind = row["n_lmks"], row["m"], row["kind"]
+        us = {way: results.us(n, m, way) for way in ways.WAYS[row["peer"]] if results.us(n, m, way)}
+        assert row["way"] == min(us, key=us.get)
+        best = {"compiled": ways.ours(results, n, m, kind), "numpy": ways.ours(results, n, m, kind, compiled=False)}
+        for key, ours in best.items():
+            assert row[key] == pytest.approx(us[row["way"]] / ours, rel=1e-3)
+    (row,) = results.rows("fair", kind="step", m=10, peer="filterpy")
+    report = (smoke / "RESULTS.md").read_text(encoding="utf-8")
+    assert report.index("## Times faster than each peer in its better way") < report.index("## Asked for, and measured")
+    assert f"| step, m = 10: filterpy | {number(row['numpy'])}; {number(row['compiled'])} |" in report
+
+
+def test_the_quickest_way_of_a_peer_counts():
+    slow, quick = ({"cpu_us": {"median": us}} for us in (346.0, 90.0))
+    cell = {"n_lmks": 10, "m": 10}
+    grid = [cell | {"variant": "filterpy"} | slow, cell | {"variant": "filterpy, joint"} | quick]
+    results = Results({"grid": [*grid, cell | {"variant": "step, joint"} | slow]})
+    assert ways.quickest(results, 10, 10, "filterpy") == (90.0, "filterpy, joint")
+    assert ways.quickest(results, 10, 10, "Stone Soup") == (None, None)
+    asked = {t.what: t for t in targets(results)}
+    assert asked["step, N = 10, m = 10: faster than filterpy, one by one"].value == 1.0
+    assert asked["step, N = 10, m = 10: faster than filterpy in its better way"].met is False  # 90 us are less than 346
 
 
 def test_a_missing_peer_is_named(smoke):
@@ -118,5 +148,7 @@ def test_the_stored_report_is_the_one_of_the_stored_numbers(tmp_path):
     results = Results.load(HERE / "results.json")
     write(results, tmp_path / "RESULTS.md")
     assert (tmp_path / "RESULTS.md").read_text(encoding="utf-8") == (HERE / "RESULTS.md").read_text(encoding="utf-8")
+    for stored, row in zip(results.rows("fair"), ways.fair(results), strict=True):
+        assert stored == row | {key: pytest.approx(row[key], rel=1e-3) for key in ("compiled", "numpy")}
     assert [t.what for t in targets(results)] == [row["what"] for row in results.rows("targets")]
     assert results.data["plan"] == "full" and results.data["complete"] is True
