@@ -6,7 +6,6 @@ May not: import anything of this package but `geometry` itself.
 
 from .alignment import align
 from .angles import wrap
-from .arrays import identity
 from .frames import Frame2, Frame3
 from .jacobians import check_jacobians, numerical_jacobian
 from .quaternions import (
@@ -44,7 +43,6 @@ __all__ = [
     "e2R",
     "e2q",
     "hat",
-    "identity",
     "numerical_jacobian",
     "pi2pc",
     "q2Pi",

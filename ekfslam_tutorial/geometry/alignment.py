@@ -32,6 +32,10 @@ def align(points, targets):
     ValueError
         When the shapes differ, a number is not finite, or the points do not fix a rotation: in the plane two different
         points are needed, in space three that are not on a line.
+
+    See Also
+    --------
+    Frame2.minus, Frame3.minus : The difference of two poses.
     """
     a, b = np.asarray(points, float), np.asarray(targets, float)
     if a.ndim != 2 or a.shape != b.shape or a.shape[1] not in (2, 3):

@@ -16,6 +16,10 @@ def wrap(angle):
     ndarray or float
         The same directions in (-pi, pi], radians.
 
+    See Also
+    --------
+    Frame2.normalized : The same for the heading of a frame.
+
     Examples
     --------
     >>> float(wrap(3 * np.pi))

@@ -5,39 +5,24 @@ is built on them works in 2D and in 3D. A frame never changes: a new pose is a n
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import pi
 from typing import Any, ClassVar
 
 import numpy as np
 
 from .angles import wrap
-from .arrays import blank, cos_sin, floats, identity, leading, matrix, numbers, vector, zeros
-from .lazy import lazy
-from .quaternions import CONJUGATE, q2Q, q2qc, q2R_q, q2v, q_prod, unit
+from .quaternions import q2Q, q2qc, q2R, q2R_q, q2v, q_prod, unit
 
-QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # p' QUARTER: p turned by -90 degrees
-
-
-def _mul(A, v):
-    """Matrix times vectors, shape (..., d): a single product where there is a single matrix."""
-    return v.dot(A.T) if A.ndim == 2 else (A @ v[..., None])[..., 0]
-
-
-def _weigh(w, a, matrix=False):
-    """Weights of shape (..., 1) times vectors or matrices; the weight 1, of points, costs nothing."""
-    if isinstance(w, float):
-        return a if w == 1.0 else w * a
-    return (np.asarray(w)[..., None] if matrix else w) * a
-
-
-def _contract(v, Ro):
-    """Sum over the rows of R_o of R_o times v, shape (..., 3, 4)."""
-    J = v.dot(Ro) if Ro.ndim == 2 else (v[..., None, :] @ Ro)[..., 0, :]
-    return J.reshape(*J.shape[:-1], 3, 4)
+ONE = np.eye(1)  # derivative of a heading by a heading
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a turn to the left: R = cos I + sin QUARTER, and R_o = R QUARTER
 
 
 class _Frame:
-    """What frames of both dimensions share: it needs `R`, and the derivatives of R' d and R p by the orientation."""
+    """What frames of both dimensions share: a state x = [t; o] of position and orientation, and the transforms.
+
+    `Frame2` and `Frame3` add the rotation matrix R(o), its derivative, the product and the inverse of orientations.
+    """
 
     x: np.ndarray
     size: ClassVar[int]
@@ -45,21 +30,26 @@ class _Frame:
     fields: ClassVar[str]
     R: Any
     R_o: Any
-    _back_o: Any
-    _forth_o: Any
+    _product: Any
+    _inverse: Any
 
     def __post_init__(self):
-        x = floats(self.x)
+        x = 1.0 * np.asanyarray(self.x)  # floats, and the frame's own
         if x.ndim == 0 or x.shape[-1] != self.size:
             raise ValueError(f"{type(self).__name__} needs {self.size} numbers {self.fields}, got shape {x.shape}")
         object.__setattr__(self, "x", x)
 
-    @lazy
+    @property
     def t(self):
         """Position, shape (..., dim), metres."""
         return self.x[..., : self.dim]
 
-    @lazy
+    @property
+    def o(self):
+        """Orientation, shape (..., size - dim): the heading, or the quaternion."""
+        return self.x[..., self.dim :]
+
+    @cached_property
     def Rt(self):
         """Transposed rotation matrix, shape (..., dim, dim)."""
         return np.swapaxes(self.R, -1, -2)
@@ -80,13 +70,16 @@ class _Frame:
         PF_f : ndarray, shape (..., dim, size)
             Derivative with respect to the frame's state vector.
         PF_p : ndarray, shape (..., dim, dim)
+
+        See Also
+        --------
+        from_frame : The inverse.
         """
-        d = p - _weigh(w, self.t)
-        pf = _mul(self.Rt, d)
-        PF_f = blank(d, *d.shape, self.size)
-        PF_f[..., : self.dim] = _weigh(w, self._minus_Rt, matrix=True)
-        PF_f[..., self.dim :] = self._back_o(d, pf)
-        return pf, PF_f, self.Rt
+        w = np.asanyarray(w)
+        d = p - w * self.t
+        pf = (self.Rt @ d[..., None])[..., 0]
+        PF_o = np.einsum("...jik,...j->...ik", self.R_o, d)
+        return pf, _side_by_side(pf, -w[..., None] * self.Rt, PF_o), self.Rt
 
     def from_frame(self, pf, w=1.0):
         """Express points of this frame in its parent: p = R p_F + t.
@@ -104,19 +97,66 @@ class _Frame:
         P_f : ndarray, shape (..., dim, size)
             Derivative with respect to the frame's state vector.
         P_pf : ndarray, shape (..., dim, dim)
-        """
-        d = _mul(self.R, pf)
-        P_f = blank(d, *d.shape, self.size)
-        P_f[..., : self.dim] = _weigh(w, identity(self.dim), matrix=True)
-        P_f[..., self.dim :] = self._forth_o(pf, d)
-        return d + _weigh(w, self.t), P_f, self.R
 
-    @lazy
-    def _minus_Rt(self):
-        return -self.Rt
+        See Also
+        --------
+        to_frame : The inverse.
+        compose : The same for frames.
+        """
+        w = np.asanyarray(w)
+        p = (self.R @ pf[..., None])[..., 0] + w * self.t
+        P_o = np.einsum("...ijk,...j->...ik", self.R_o, pf)
+        return p, _side_by_side(p, w[..., None] * np.eye(self.dim), P_o), self.R
+
+    def compose(self, G):
+        """Frame G, given in this frame, expressed in this frame's parent.
+
+        Returns
+        -------
+        FG : Frame2 or Frame3
+        FG_f, FG_g : ndarray, shape (..., size, size)
+
+        See Also
+        --------
+        inverse : F.compose(F.inverse()[0]) is the origin.
+        from_frame : The same for points.
+        minus : The difference of two frames.
+        """
+        t, T_f, T_t = self.from_frame(G.t)
+        o, O_f, O_g = self._product(self.o, G.o)
+        FG = type(self)(np.concatenate([t, o], -1))
+        return FG, _one_above_the_other(FG.x, T_f, O_f), _one_above_the_other(FG.x, T_t, O_g)
+
+    def inverse(self):
+        """The parent's frame expressed in this one. Returns I, I_f (..., size, size).
+
+        See Also
+        --------
+        compose : F.compose(F.inverse()[0]) is the origin.
+        """
+        t, T_f, _ = self.to_frame(np.zeros(self.dim))
+        o, O_o = self._inverse(self.o)
+        I = type(self)(np.concatenate([t, o], -1))
+        return I, _one_above_the_other(I.x, T_f, O_o)
 
     def __eq__(self, other):
         return type(self) is type(other) and np.array_equal(self.x, other.x)
+
+
+def _side_by_side(p, P_t, P_o):
+    """Jacobian [P_t P_o] of points p, from those by position and orientation of a frame."""
+    d = P_t.shape[-1]
+    P_f = np.empty_like(p, shape=(*p.shape, d + P_o.shape[-1]))
+    P_f[..., :d], P_f[..., d:] = P_t, P_o
+    return P_f
+
+
+def _one_above_the_other(x, T, O):
+    """Jacobian [T 0; 0 O] of x = [t; o], from those of position and orientation; T may reach over all columns."""
+    d = T.shape[-2]
+    J = np.zeros_like(x, shape=(*x.shape, d + O.shape[-1]))
+    J[..., :d, : T.shape[-1]], J[..., d:, d:] = T, O
+    return J
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +167,10 @@ class Frame2(_Frame):
     ----------
     x : array_like, shape (..., 3)
         [x, y, theta]: position in metres and heading in radians, counter-clockwise from the parent's x axis.
+
+    See Also
+    --------
+    Frame3 : The same in space.
     """
 
     x: np.ndarray
@@ -135,70 +179,44 @@ class Frame2(_Frame):
     dof: ClassVar[int] = 3
     fields: ClassVar[str] = "[x, y, theta]"
 
-    @lazy
+    @property
     def theta(self):
         """Heading, radians."""
         return self.x[..., 2]
 
-    @lazy
-    def _cos_sin(self):
-        return cos_sin(numbers(self.x)[2])
-
-    @lazy
+    @cached_property
     def R(self):
         """Rotation matrix, shape (..., 2, 2)."""
-        c, s = self._cos_sin
-        return matrix(self.x.shape[:-1], [c, -s], [s, c])
+        o = self.o[..., None]
+        return np.cos(o) * np.eye(2) + np.sin(o) * QUARTER
 
-    @lazy
+    @cached_property
     def R_o(self):
         """Derivative of R by the heading, shape (..., 2, 2, 1)."""
-        c, s = self._cos_sin
-        return matrix(self.x.shape[:-1], [-s, -c], [c, -s])[..., None]
+        return (self.R @ QUARTER)[..., None]
 
-    def _back_o(self, d, pf):
-        """Derivative of pf = R' d by the heading: the quarter turn of pf to the right."""
-        return pf.dot(QUARTER)[..., None]
+    @staticmethod
+    def _product(a, b):
+        return a + b, ONE, ONE
 
-    def _forth_o(self, pf, d):
-        """Derivative of d = R pf by the heading: the quarter turn of d to the left."""
-        return d.dot(QUARTER.T)[..., None]
-
-    def compose(self, G):
-        """Frame G, given in this frame, expressed in this frame's parent.
-
-        Returns
-        -------
-        FG : Frame2
-        FG_f, FG_g : ndarray, shape (..., 3, 3)
-        """
-        (x, y, a), (gx, gy, b), (c, s) = numbers(self.x), numbers(G.x), self._cos_sin
-        lead = leading(self.x, G.x)
-        dx, dy = c * gx - s * gy, s * gx + c * gy
-        FG_f = matrix(lead, [1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0])
-        FG_g = matrix(lead, [c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0])
-        return Frame2(vector(lead, x + dx, y + dy, a + b)), FG_f, FG_g
-
-    def inverse(self):
-        """The parent's frame expressed in this one. Returns I, I_f (..., 3, 3)."""
-        t, T_f, _ = self.to_frame(np.zeros(2))
-        I_f = -_eye_like(T_f, 3)
-        I_f[..., :2, :] = T_f
-        return Frame2(np.concatenate([t, np.expand_dims(-self.theta, -1)], -1)), I_f
+    @staticmethod
+    def _inverse(a):
+        return -a, -ONE
 
     @property
     def is_normal(self):
-        """Whether `normalized` would leave everything as it is: the heading is in (-pi, pi]."""
-        if self.x.ndim == 1:
-            return -pi < self.x.item(2) < pi
-        return bool((np.abs(self.theta) < pi).all())
+        """Return True if `normalized` would leave everything as it is: the heading is in (-pi, pi)."""
+        return bool(np.all(np.abs(self.theta) < pi))
 
     def normalized(self):
-        """The same frame with its heading in (-pi, pi]; itself, if it is. Returns N, N_f (..., 3, 3)."""
-        if self.is_normal:
-            return self, _eye_like(self.x[..., None], 3)
-        x = np.concatenate([self.t, wrap(self.x[..., 2:])], -1)
-        return Frame2(x), _eye_like(x[..., None], 3)
+        """The same frame with its heading in (-pi, pi]; itself, if it is. Returns N, N_f (..., 3, 3).
+
+        See Also
+        --------
+        wrap : The same for an angle.
+        """
+        N = self if self.is_normal else Frame2(np.concatenate([self.t, wrap(self.o)], -1))
+        return N, _one_above_the_other(N.x, np.eye(2), ONE)
 
     def minus(self, G):
         """Difference of poses, for errors: [t - t_G; wrapped heading difference].
@@ -208,10 +226,13 @@ class Frame2(_Frame):
         e : ndarray, shape (..., 3)
         E_f : ndarray, shape (..., 3, 3)
             Derivative with respect to this frame; the covariance of `e` is E_f P E_f'.
+
+        See Also
+        --------
+        compose : The product of two frames.
         """
-        e = self.x - G.x
-        e = np.concatenate([e[..., :2], wrap(e[..., 2:])], -1)
-        return e, _eye_like(e[..., None], 3)
+        e = np.concatenate([self.t - G.t, wrap(self.o - G.o)], -1)
+        return e, _one_above_the_other(e, np.eye(2), ONE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,6 +243,10 @@ class Frame3(_Frame):
     ----------
     x : array_like, shape (..., 7)
         [t; q]: position in metres and orientation quaternion [a b c d], Hamilton, local to global.
+
+    See Also
+    --------
+    Frame2 : The same in the plane.
     """
 
     x: np.ndarray
@@ -230,17 +255,17 @@ class Frame3(_Frame):
     dof: ClassVar[int] = 6
     fields: ClassVar[str] = "[t(3), q(4)]"
 
-    @lazy
+    @property
     def q(self):
         """Orientation quaternion, shape (..., 4)."""
-        return self.x[..., 3:]
+        return self.o
 
-    @lazy
+    @cached_property
     def R(self):
         """Rotation matrix R = q2R(q), shape (..., 3, 3)."""
-        return 0.5 * (self.R_o.dot(self.q) if self.x.ndim == 1 else _mul(self.R_o, self.q[..., None, :]))
+        return q2R(self.q)[0]
 
-    @lazy
+    @cached_property
     def R_o(self):
         """Derivative of R by the quaternion, shape (..., 3, 3, 4)."""
         return q2R_q(self.q)
@@ -250,48 +275,8 @@ class Frame3(_Frame):
         """The same as `R_o`, by the manual's name."""
         return self.R_o
 
-    @lazy
-    def _Ro_rows(self):
-        """R_o[i, j, k] as a matrix of rows i: v' R_o is one matrix product."""
-        return self.R_o.reshape(*self.R_o.shape[:-2], -1)
-
-    @lazy
-    def _Ro_columns(self):
-        """R_o[i, j, k] as a matrix of rows j."""
-        return np.swapaxes(self.R_o, -3, -2).reshape(*self.R_o.shape[:-2], -1)
-
-    def _back_o(self, d, pf):
-        """Derivative of pf = R' d by the quaternion."""
-        return _contract(d, self._Ro_rows)
-
-    def _forth_o(self, pf, d):
-        """Derivative of d = R pf by the quaternion."""
-        return _contract(pf, self._Ro_columns)
-
-    def compose(self, G):
-        """Frame G, given in this frame, expressed in this frame's parent.
-
-        Returns
-        -------
-        FG : Frame3
-        FG_f, FG_g : ndarray, shape (..., 7, 7)
-        """
-        t, T_f, T_g = self.from_frame(G.t)
-        q, Q_q, Q_gq = q_prod(self.q, G.q)
-        FG_f, FG_g = zeros(t, *t.shape[:-1], 7, 7), zeros(t, *t.shape[:-1], 7, 7)
-        FG_f[..., :3, :], FG_f[..., 3:, 3:] = T_f, Q_q
-        FG_g[..., :3, :3], FG_g[..., 3:, 3:] = T_g, Q_gq
-        x = blank(t, *t.shape[:-1], 7)
-        x[..., :3], x[..., 3:] = t, q
-        return Frame3(x), FG_f, FG_g
-
-    def inverse(self):
-        """The parent's frame expressed in this one. Returns I, I_f (..., 7, 7)."""
-        t, T_f, _ = self.to_frame(np.zeros(3))
-        qc, _ = q2qc(self.q)
-        I_f = np.zeros((*t.shape[:-1], 7, 7))
-        I_f[..., :3, :], I_f[..., 3:, 3:] = T_f, CONJUGATE
-        return Frame3(np.concatenate([t, qc], -1)), I_f
+    _product = staticmethod(q_prod)
+    _inverse = staticmethod(q2qc)
 
     is_normal: ClassVar[bool] = False  # a covariance must always pass through the projector of `normalized`
 
@@ -300,12 +285,14 @@ class Frame3(_Frame):
 
         The Jacobian of the quaternion is the projector on the tangent plane of the unit sphere: a covariance that
         passes through it has no part left along q, which no measurement could ever remove.
+
+        See Also
+        --------
+        unit : The same for a vector.
         """
         q, Q_q = unit(self.q)
-        x, N_f = np.empty_like(self.x), _eye_like(Q_q, 7)
-        x[..., :3], x[..., 3:] = self.t, q
-        N_f[..., 3:, 3:] = Q_q
-        return Frame3(x), N_f
+        N = Frame3(np.concatenate([self.t, q], -1))
+        return N, _one_above_the_other(N.x, np.eye(3), Q_q)
 
     def minus(self, G):
         """Difference of poses in the tangent space, for errors: [t - t_G; v], v the rotation vector of q_G* q.
@@ -316,19 +303,15 @@ class Frame3(_Frame):
             Metres, and radians in the frame G; the rotation is the shorter one.
         E_f : ndarray, shape (..., 6, 7)
             Derivative with respect to this frame; the covariance of `e` is E_f P E_f', of full rank 6.
+
+        See Also
+        --------
+        compose : The product of two frames.
+        q2v : The rotation vector of a quaternion.
         """
         Q = q2Q(q2qc(G.q)[0])
-        dq = _mul(Q, self.q)
+        dq = np.einsum("...ij,...j->...i", Q, self.q)
         sign = np.where(dq[..., :1] < 0, -1.0, 1.0)
         v, V_dq = q2v(sign * dq)
-        E_f = np.zeros((*v.shape[:-1], 6, 7))
-        E_f[..., :3, :3] = identity(3)
-        E_f[..., 3:, 3:] = sign[..., None] * V_dq @ Q
-        return np.concatenate([self.t - G.t, v], -1), E_f
-
-
-def _eye_like(J, n):
-    """A stack of n x n identities, one for each leading index of J, that may be written to."""
-    E = zeros(J, *J.shape[:-2], n, n)
-    E[...] = identity(n)
-    return E
+        e = np.concatenate([self.t - G.t, v], -1)
+        return e, _one_above_the_other(e, np.eye(3), sign[..., None] * V_dq @ Q)

@@ -35,6 +35,10 @@ def numerical_jacobian(f, x, step=STEP):
     ndarray, shape (*shape of f(x), n)
         `J[..., j] = (f(x + h e_j) - f(x - h e_j)) / 2 h`, with an error of order h^2.
 
+    See Also
+    --------
+    check_jacobians : Compares those of a model with these.
+
     Examples
     --------
     >>> numerical_jacobian(lambda x: x**2, np.array([1.0, 3.0])).round(6)
@@ -71,6 +75,10 @@ def check_jacobians(f, *args, rtol=1e-6, atol=1e-6, step=STEP):
     ------
     AssertionError
         Naming the argument, the entry, and the two values that differ most.
+
+    See Also
+    --------
+    numerical_jacobian : What they are compared with.
 
     Examples
     --------

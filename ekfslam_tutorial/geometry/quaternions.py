@@ -11,15 +11,13 @@ EKF needs them. Jacobians of a matrix have the shape (3, 3, n).
 
 import numpy as np
 
-from .arrays import floats, identity
-
 # R(q) is quadratic in q, so its derivative is linear: R_q = T q, and by Euler's theorem on homogeneous
 # functions R = R_q q / 2.  T[i, j, k, l] = d^2 R_ij / dq_k dq_l.
 _HAT = np.zeros((3, 3, 3))  # hat(v) = _HAT v
 _HAT[2, 1, 0] = _HAT[0, 2, 1] = _HAT[1, 0, 2] = 1
 _HAT[1, 2, 0] = _HAT[2, 0, 1] = _HAT[0, 1, 2] = -1
 
-_I3 = identity(3)
+_I3 = np.eye(3)
 _T = np.zeros((3, 3, 4, 4))
 _T[:, :, 0, 0] = 2 * _I3  # a^2 I
 _T[:, :, 0, 1:] = 2 * _HAT  # 2 a hat(v)
@@ -35,23 +33,18 @@ _H[0, 1:, 1:] = -_I3
 _H[1:, 0, 1:] = _H[1:, 1:, 0] = _I3
 _H[1:, 1:, 1:] = _HAT.transpose(0, 2, 1)
 
-# The same as matrices of rows l, j and k: a vector times a matrix is the quickest of all products.
-_T_rows = np.ascontiguousarray(_T.reshape(-1, 4).T)
-_H_left = _H.transpose(1, 0, 2).reshape(4, -1)
-_H_right = _H.transpose(2, 0, 1).reshape(4, -1)
-
 CONJUGATE = np.diag([1.0, -1.0, -1.0, -1.0])
 SMALL = 1e-4  # radians: below it sin and atan are replaced by series whose next term is under 1e-17
 
 
 def hat(v):
-    """Cross-product matrix: hat(v) w = v x w, shape (..., 3, 3). Solà (2017), eq. 7."""
+    """Cross-product matrix: hat(v) w = v x w, shape (..., 3, 3). Solà (2017), eq. 7.
+
+    See Also
+    --------
+    w2omega : The same for the product of quaternions.
+    """
     return np.einsum("ijk,...k->...ij", _HAT, v)
-
-
-def _of_size(flat, *shape):
-    """The last axis in this shape."""
-    return flat.reshape(*flat.shape[:-1], *shape)
 
 
 def unit(v):
@@ -66,24 +59,39 @@ def unit(v):
     u : ndarray, shape (..., n)
     U_v : ndarray, shape (..., n, n)
         The exact derivative: the projector on the plane normal to v, over the norm.
+
+    See Also
+    --------
+    Frame3.normalized : The same for the quaternion of a frame.
     """
-    v = floats(v)
-    n = floats(np.sqrt(v.dot(v) if v.ndim == 1 else (v * v).sum(-1)))[..., None]
+    n = np.linalg.norm(v, axis=-1, keepdims=True)
     u = v / n
-    return u, (identity(v.shape[-1]) - u[..., :, None] * u[..., None, :]) / n[..., None]
+    return u, (np.eye(u.shape[-1]) - u[..., :, None] * u[..., None, :]) / n[..., None]
 
 
 # --- the product -----------------------------------------------------------------------------------------------------
 
 
 def q2Q(q):
-    """Left-product matrix: q1 q2 = Q(q1) q2, shape (..., 4, 4). Solà (2017), eq. 18."""
-    return _of_size(np.dot(q, _H_left), 4, 4)
+    """Left-product matrix: q1 q2 = Q(q1) q2, shape (..., 4, 4). Solà (2017), eq. 18.
+
+    See Also
+    --------
+    q2Qn : The other factor.
+    q_prod : The product itself.
+    """
+    return np.einsum("ijk,...j->...ik", _H, q)
 
 
 def q2Qn(q):
-    """Right-product matrix: q1 q2 = Qn(q2) q1, shape (..., 4, 4). Solà (2017), eq. 18."""
-    return _of_size(np.dot(q, _H_right), 4, 4)
+    """Right-product matrix: q1 q2 = Qn(q2) q1, shape (..., 4, 4). Solà (2017), eq. 18.
+
+    See Also
+    --------
+    q2Q : The other factor.
+    q_prod : The product itself.
+    """
+    return np.einsum("ijk,...k->...ij", _H, q)
 
 
 def q_prod(q1, q2):
@@ -94,25 +102,48 @@ def q_prod(q1, q2):
     q : ndarray, shape (..., 4)
         q1 q2, not commutative. Solà (2017), eq. 12.
     Q_q1, Q_q2 : ndarray, shape (..., 4, 4)
+
+    See Also
+    --------
+    q2Q, q2Qn : Its matrices.
+    q2qc : The inverse.
+    Frame3.compose : The same for frames.
     """
     Q_q1, Q_q2 = q2Qn(q2), q2Q(q1)
-    q = Q_q2.dot(q2) if Q_q2.ndim == np.ndim(q2) + 1 == 2 else np.einsum("...ij,...j->...i", Q_q2, q2)
-    return q, Q_q1, Q_q2
+    return np.einsum("...ij,...j->...i", Q_q2, q2), Q_q1, Q_q2
 
 
 def q2qc(q):
-    """Conjugate quaternion: the inverse rotation, for a unit quaternion. Returns qc, QC_q."""
-    q = floats(q)
-    return q * np.diag(CONJUGATE), np.broadcast_to(CONJUGATE, (*q.shape[:-1], 4, 4))
+    """Conjugate quaternion: the inverse rotation, for a unit quaternion. Returns qc, QC_q.
+
+    See Also
+    --------
+    q_prod : The product of q and its conjugate is the identity.
+    pi2pc : Its PI matrix.
+    """
+    qc = q * np.diag(CONJUGATE)
+    return qc, np.broadcast_to(CONJUGATE, (*qc.shape, 4))
 
 
 def q2Pi(q):
-    """PI matrix: q_dot = 1/2 Pi(q) w for an angular rate w in the local frame, shape (..., 4, 3). Manual, fig. 18."""
+    """PI matrix: q_dot = 1/2 Pi(q) w for an angular rate w in the local frame, shape (..., 4, 3). Manual, fig. 18.
+
+    See Also
+    --------
+    pi2pc : That of the conjugate.
+    w2omega : The same product as a matrix of w.
+    """
     return q2Q(q)[..., :, 1:]
 
 
 def pi2pc(Pi):
-    """Conjugate PI matrix Pc = Pi(qc), from Pi = Pi(q), shape (..., 4, 3). Manual, fig. 18."""
+    """Conjugate PI matrix Pc = Pi(qc), from Pi = Pi(q), shape (..., 4, 3). Manual, fig. 18.
+
+    See Also
+    --------
+    q2Pi : The PI matrix itself.
+    q2qc : The conjugate quaternion.
+    """
     Pi = np.asarray(Pi, float)
     vector = Pi[..., 1:, :]
     Pc = -Pi
@@ -121,7 +152,12 @@ def pi2pc(Pi):
 
 
 def w2omega(w):
-    """Matrix Omega(w) with q_dot = 1/2 Omega(w) q for an angular rate w in the local frame, shape (..., 4, 4)."""
+    """Matrix Omega(w) with q_dot = 1/2 Omega(w) q for an angular rate w in the local frame, shape (..., 4, 4).
+
+    See Also
+    --------
+    q2Pi : The same product as a matrix of q.
+    """
     return np.einsum("ijk,...k->...ij", _H[:, :, 1:], w)
 
 
@@ -129,8 +165,13 @@ def w2omega(w):
 
 
 def q2R_q(q):
-    """Derivative of the rotation matrix: R_q[..., i, j, k] = d R_ij / d q_k, shape (..., 3, 3, 4)."""
-    return _of_size(np.dot(q, _T_rows), 3, 3, 4)
+    """Derivative of the rotation matrix: R_q[..., i, j, k] = d R_ij / d q_k, shape (..., 3, 3, 4).
+
+    See Also
+    --------
+    q2R : The matrix itself.
+    """
+    return np.einsum("ijkl,...l->...ijk", _T, q)
 
 
 def q2R(q):
@@ -145,6 +186,12 @@ def q2R(q):
     R : ndarray, shape (..., 3, 3)
         p_global = R p_local. R is |q|^2 times a rotation; a rotation for |q| = 1. Solà (2017), eq. 115.
     R_q : ndarray, shape (..., 3, 3, 4)
+
+    See Also
+    --------
+    R2q : The inverse.
+    q2R_q : The derivative alone.
+    e2R : From Euler angles.
     """
     R_q = q2R_q(q)
     return 0.5 * np.einsum("...ijk,...k->...ij", R_q, q), R_q
@@ -163,13 +210,17 @@ def R2q(R):
         Unit quaternion, its largest component positive.
     Q_R : ndarray, shape (..., 4, 3, 3)
         Derivative of that branch's formula with respect to the nine entries.
+
+    See Also
+    --------
+    q2R : The inverse.
     """
     R = np.asarray(R, float)
     diagonal = np.diagonal(R, axis1=-2, axis2=-1)
     trace = diagonal.sum(-1)
     # 4 q q' - |q|^2 ... is linear in R: row k of the matrix M below is 4 q_k q, for a unit quaternion.
     M_R = _four_qq_R()
-    M = np.einsum("klij,...ij->...kl", M_R, R) + identity(4)
+    M = np.einsum("klij,...ij->...kl", M_R, R) + np.eye(4)
     k = np.argmax(np.concatenate([trace[..., None], diagonal], axis=-1), axis=-1)
 
     m = np.take_along_axis(M, k[..., None, None], axis=-2)[..., 0, :]  # 4 q_k q
@@ -197,7 +248,13 @@ def _four_qq_R():
 
 
 def e2q(e):
-    """Euler angles [roll pitch yaw] to quaternion: q = q_z(yaw) q_y(pitch) q_x(roll). Returns q, Q_e (..., 4, 3)."""
+    """Euler angles [roll pitch yaw] to quaternion: q = q_z(yaw) q_y(pitch) q_x(roll). Returns q, Q_e (..., 4, 3).
+
+    See Also
+    --------
+    q2e : The inverse.
+    e2R : To the rotation matrix.
+    """
     e = np.asarray(e, float)
     c, s, zero = np.cos(e / 2), np.sin(e / 2), np.zeros(e.shape[:-1])
     qx, qy, qz = (np.stack([c[..., i], *(s[..., i] if j == i else zero for j in range(3))], -1) for i in range(3))
@@ -224,6 +281,10 @@ def q2e(q):
     E_q : ndarray, shape (..., 3, 4)
         Infinite at pitch = +-pi/2, where roll and yaw are one and the same rotation ("gimbal lock"). The angles still
         give the rotation back: near there the yaw is taken from what is left of R once the roll is undone.
+
+    See Also
+    --------
+    e2q : The inverse.
     """
     R, R_q = q2R(q)
     r11, r21, r31, r32, r33 = (R[..., i, j] for i, j in ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2)))
@@ -244,7 +305,13 @@ def q2e(q):
 
 
 def e2R(e):
-    """Euler angles [roll pitch yaw] to rotation matrix R = Rz Ry Rx. Returns R, R_e (..., 3, 3, 3)."""
+    """Euler angles [roll pitch yaw] to rotation matrix R = Rz Ry Rx. Returns R, R_e (..., 3, 3, 3).
+
+    See Also
+    --------
+    e2q : To the quaternion.
+    q2R : From the quaternion.
+    """
     q, Q_e = e2q(e)
     R, R_q = q2R(q)
     return R, np.einsum("...ijk,...kl->...ijl", R_q, Q_e)
@@ -257,9 +324,13 @@ def v2au(v):
     """Rotation vector to angle and axis: v = a u, a >= 0, |u| = 1. Returns a, u, A_v (..., 3), U_v (..., 3, 3).
 
     The axis of a zero rotation is not defined; it is [1 0 0] with a zero derivative here.
+
+    See Also
+    --------
+    au2v : The inverse.
+    v2q : To the quaternion.
     """
-    v = floats(v)
-    a = np.sqrt((v * v).sum(-1))
+    a = np.linalg.norm(v, axis=-1)
     zero = a == 0
     safe = np.where(zero[..., None], [1.0, 0.0, 0.0], v)
     u, U_v = unit(safe)
@@ -267,14 +338,26 @@ def v2au(v):
 
 
 def au2v(a, u):
-    """Angle and axis to rotation vector: v = a u. Returns v, V_a (..., 3), V_u (..., 3, 3)."""
-    a, u = np.asarray(a, float), floats(u)
+    """Angle and axis to rotation vector: v = a u. Returns v, V_a (..., 3), V_u (..., 3, 3).
+
+    See Also
+    --------
+    v2au : The inverse.
+    au2q : To the quaternion.
+    """
+    a, u = np.asarray(a), np.asarray(u)
     return a[..., None] * u, u, a[..., None, None] * np.broadcast_to(_I3, (*u.shape, 3))
 
 
 def au2q(a, u):
-    """Angle and axis to quaternion: q = [cos a/2, u sin a/2]. Returns q, Q_a (..., 4), Q_u (..., 4, 3)."""
-    a, u = np.asarray(a, float)[..., None], floats(u)
+    """Angle and axis to quaternion: q = [cos a/2, u sin a/2]. Returns q, Q_a (..., 4), Q_u (..., 4, 3).
+
+    See Also
+    --------
+    q2au : The inverse.
+    v2q : From the rotation vector.
+    """
+    a, u = np.asarray(a)[..., None], np.asarray(u)
     c, s = np.cos(a / 2), np.sin(a / 2)
     Q_u = np.concatenate([np.zeros((*u.shape[:-1], 1, 3)), s[..., None] * _I3], -2)
     return np.concatenate([c, s * u], -1), np.concatenate([-s, c * u], -1) / 2, Q_u
@@ -284,9 +367,13 @@ def q2au(q):
     """Quaternion to angle and axis. Returns a, u, A_q (..., 4), U_q (..., 3, 4).
 
     The angle is 2 atan2(|[b c d]|, a), in [0, 2 pi]: q and -q give angles that add up to 2 pi.
+
+    See Also
+    --------
+    au2q : The inverse.
+    q2v : To the rotation vector.
     """
-    q = floats(q)
-    w, v = q[..., :1], q[..., 1:]
+    w, v = np.split(q, [1], axis=-1)
     n, u, N_v, U_v = v2au(v)
     n = n[..., None]
     A_q = 2 * np.concatenate([-n, w * N_v], -1) / (n * n + w * w)
@@ -305,9 +392,14 @@ def v2q(v):
     -------
     q : ndarray, shape (..., 4)
     Q_v : ndarray, shape (..., 4, 3)
+
+    See Also
+    --------
+    q2v : The inverse.
+    au2q : From axis and angle.
     """
-    v = floats(v)
-    a2 = (v * v).sum(-1)[..., None]
+    v = np.asanyarray(v)
+    a2 = np.sum(v * v, axis=-1, keepdims=True)
     a = np.sqrt(a2)
     small = a < SMALL
     safe = np.where(small, 1.0, a)
@@ -332,10 +424,14 @@ def q2v(q):
     v : ndarray, shape (..., 3)
         Radians. For the shortest rotation give the one of q and -q whose first component is not negative.
     V_q : ndarray, shape (..., 3, 4)
+
+    See Also
+    --------
+    v2q : The inverse.
+    q2au : To axis and angle.
     """
-    q = floats(q)
-    w, v = q[..., :1], q[..., 1:]
-    n2 = (v * v).sum(-1)[..., None]
+    w, v = np.split(q, [1], axis=-1)
+    n2 = np.sum(v * v, axis=-1, keepdims=True)
     n = np.sqrt(n2)
     small = (n < SMALL * np.abs(w)) & (w > 0)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -8,6 +8,7 @@ from . import landmarks, motion, sensors
 from .contracts import check_landmark, check_motion, check_pair, check_sensor
 from .observation import (
     check_fit,
+    expect,
     observe,
     observe_parameters,
     retro_project,
@@ -21,6 +22,7 @@ __all__ = [
     "check_motion",
     "check_pair",
     "check_sensor",
+    "expect",
     "landmarks",
     "motion",
     "observe",

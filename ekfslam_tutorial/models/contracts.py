@@ -1,10 +1,7 @@
-"""What a model must be able to do, and the tests that say whether it can.
+"""The tests that say whether a model can do what `protocols.py` asks of it.
 
-The protocols are structural: a class that has these methods is a model, whatever it inherits from. The `check_...`
-functions are public: they are the tests of the package's own models and of those that a student writes.
+They are public: they are the tests of the package's own models and of those that a student writes.
 """
-
-from typing import Any, Protocol
 
 import numpy as np
 
@@ -12,77 +9,6 @@ from ..geometry import Frame2, Frame3, check_jacobians
 from .observation import observe, retro_project
 
 SEEDS = range(8)
-
-
-class MotionModel(Protocol):
-    """How a robot moves: see `models.motion`."""
-
-    frame: Any  # Frame2 or Frame3; the first frame.size numbers of the state are the robot's frame
-    size: int  # length of the state
-    control_fields: Any  # {"dx": 2, "da_deg": 1}: the parts of the control and their lengths
-    state_fields: Any  # the parts of the state after the frame
-
-    def move(self, x, u, dt) -> tuple:
-        """x2, X_x, X_u."""
-        ...
-
-
-class SensorModel(Protocol):
-    """What a sensor measures: see `models.sensors`.
-
-    It may have a `max_range`, m: `visible` is false for all that is further away, and large maps are searched by it.
-    """
-
-    bearing_only: Any  # True: measures a direction; a landmark's birth needs a prior
-
-    @property
-    def R(self) -> Any:
-        """Measurement noise covariance."""
-        ...
-
-    def project(self, p) -> tuple:
-        """Point, or ray, in the sensor frame to measurement: y, Y_p."""
-        ...
-
-    def retro(self, y) -> tuple:
-        """Measurement to ray, or point, in the sensor frame: v, V_y. Invariant: project(retro(y)[0])[0] == y.
-
-        May be missing: such a sensor corrects with landmarks that others have started.
-        """
-        ...
-
-    def residual(self, y, e) -> Any:
-        """y - e, angles wrapped."""
-        ...
-
-    def visible(self, y, p) -> Any:
-        """Whether each point can be seen."""
-        ...
-
-
-class LmkType(Protocol):
-    """How a map stores a landmark: see `models.landmarks`. `from_ray` or `from_point` may be missing."""
-
-    @property
-    def size(self) -> int:
-        """Length of the state."""
-        ...
-
-    def to_frame(self, F, l) -> tuple:
-        """l_F, LF_f, LF_l."""
-        ...
-
-    def from_frame(self, F, l) -> tuple:
-        """l, L_f, L_lf. Invariant: to_frame(F, from_frame(F, l)[0])[0] == l."""
-        ...
-
-    def point(self, l) -> tuple:
-        """Euclidean point: p, P_l."""
-        ...
-
-    def ray(self, l) -> tuple:
-        """Point up to a positive scale: v, V_l."""
-        ...
 
 
 def _instance(model):
@@ -117,6 +43,10 @@ def check_motion(model, dt=0.1):
     ------
     AssertionError
         With the first property that does not hold.
+
+    See Also
+    --------
+    check_jacobians : The test of the derivatives alone.
     """
     _instance(model)
     n_u = sum(model.control_fields.values())
@@ -148,6 +78,10 @@ def check_sensor(model, dim=None):
     ------
     AssertionError
         With the first property that does not hold.
+
+    See Also
+    --------
+    check_pair : Together with a landmark type.
     """
     _instance(model)
     dim = _dim(model) if dim is None else dim
@@ -191,6 +125,10 @@ def check_landmark(lmk, dim=None):
     ------
     AssertionError
         With the first property that does not hold.
+
+    See Also
+    --------
+    check_pair : Together with a sensor.
     """
     _instance(lmk)
     F = Frame2 if (_dim(lmk) if dim is None else dim) == 2 else Frame3
@@ -226,6 +164,10 @@ def check_pair(sensor, lmk, dim=None):
         With the first property that does not hold.
     TypeError
         If the sensor cannot start a landmark of this type.
+
+    See Also
+    --------
+    check_sensor, check_landmark : Each by itself.
     """
     F = Frame2 if (_dim(lmk) if dim is None else dim) == 2 else Frame3
     n = np.array([0.3]) if sensor.bearing_only else np.zeros(0)

@@ -4,15 +4,17 @@ Direct model (manual, section 5.1): landmark -> sensor frame in the world -> mea
 Inverse model (manual, section 5.2): measurement and prior -> sensor frame in the world -> landmark.
 """
 
-from math import inf
-
 import numpy as np
-
-from ..geometry.arrays import product
 
 
 def to_sensor(Rf, Sf, sensor, lmk, l):
     """Landmarks seen from a sensor: points in the sensor frame, or rays towards them.
+
+    For a bearing-only sensor, a landmark with an inverse distance w goes through the frame F as its ray m = w p:
+
+        v = R' (m - w t)
+
+    Its direction is not written as angles in between: an inverse-depth point on a camera's axis is no special case.
 
     Parameters
     ----------
@@ -30,98 +32,46 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
         Point in the sensor frame in metres; for a bearing-only sensor a point up to a positive scale.
     V_r, V_s, V_l : ndarray, shape (..., d, size)
         With respect to the robot frame, the sensor frame and the landmark.
+
+    See Also
+    --------
+    observe : To the end of the chain, the measurement.
     """
     F, F_r, F_s = Rf.compose(Sf)
-    v, V_f, V_l = seen_from(F, sensor, lmk, l)
-    return v, product(V_f, F_r), product(V_f, F_s), V_l
-
-
-def seen_from(F, sensor, lmk, l):
-    """Landmarks seen from a sensor whose frame in the world is F.
-
-    For a bearing-only sensor, a landmark with an inverse distance w goes through the frame as its ray m = w p:
-
-        v = R' (m - w t)
-
-    Its direction is not written as angles in between: an inverse-depth point on a camera's axis is no special case.
-
-    Parameters
-    ----------
-    F : Frame2 or Frame3
-    sensor, lmk, l
-        As in `to_sensor`.
-
-    Returns
-    -------
-    v : ndarray, shape (..., d)
-    V_f, V_l : ndarray, shape (..., d, size)
-    """
     if sensor.bearing_only and hasattr(lmk, "homogeneous"):
         m, w, M_l, W_l = lmk.homogeneous(l)
         v, V_f, V_m = F.to_frame(m, w)
-        return v, V_f, product(V_m, M_l) - V_m.dot(F.t)[..., None] * W_l
-    ls, LS_f, LS_l = lmk.to_frame(F, l)
-    v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
-    return v, product(V_ls, LS_f), product(V_ls, LS_l)
+        V_w = -F.Rt @ F.t[..., None]
+        V_l = V_m @ M_l + V_w @ W_l
+    else:
+        ls, LS_f, LS_l = lmk.to_frame(F, l)
+        v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
+        V_f, V_l = V_ls @ LS_f, V_ls @ LS_l
+    return v, V_f @ F_r, V_f @ F_s, V_l
 
 
 def expect(Rf, Sf, sensor, lmk, l):
-    """Direct observation model of a stack of landmarks, with all that a filter asks for.
+    """Direct observation model, and what `sensor.visible` asks for: the expected measurement e = h(Rf, Sf, l).
 
-    Parameters are those of `to_sensor`, l of shape (K, lmk.size).
-
-    Returns
-    -------
-    e : ndarray, shape (K, m)
-        Expected measurements.
-    v : ndarray, shape (K, d)
-        Points in the sensor frame, or rays.
-    E_r, E_s, E_l : ndarray, shape (K, m, size)
-        Derivatives of e; E_l of shape (m, size) where it is the same for all.
-    """
-    F, F_r, F_s = Rf.compose(Sf)
-    v, V_f, V_l = seen_from(F, sensor, lmk, l)
-    e, E_v = sensor.project(v)
-    E_f = product(E_v, V_f)
-    E_l = product(E_v, V_l)
-    return e, v, product(E_f, F_r), product(E_f, F_s), np.broadcast_to(E_l, (*e.shape, E_l.shape[-1]))
-
-
-def sight(F, sensor, lmk, l):
-    """The expected measurements of many landmarks, without derivatives: to find those in view.
-
-    Parameters are those of `seen_from`.
+    Parameters are those of `to_sensor`.
 
     Returns
     -------
     e : ndarray, shape (..., m)
-        Expected measurements.
+        Expected measurement.
     v : ndarray, shape (..., d)
-        Points in the sensor frame, or rays.
+        Point in the sensor frame, or ray.
+    E_r, E_s, E_l : ndarray, shape (..., m, size)
+        With respect to the robot frame, the sensor frame and the landmark.
+
+    See Also
+    --------
+    observe : The same without v.
     """
-    if sensor.bearing_only and hasattr(lmk, "homogeneous"):
-        m, w, *_ = lmk.homogeneous(l)
-        v = F.to_frame(m, w)[0]
-    else:
-        ls = lmk.to_frame(F, l)[0]
-        v = lmk.ray(ls)[0] if sensor.bearing_only else lmk.point(ls)[0]
-    return sensor.project(v)[0], v
-
-
-def may_be_seen(F, sensor, lmk, l):
-    """Which of many landmarks can be visible: those within the sensor's range; without a range, those in view.
-
-    Parameters are those of `seen_from`.
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
-    """
-    reach = getattr(sensor, "max_range", inf)
-    if reach == inf:
-        return sensor.visible(*sight(F, sensor, lmk, l))
-    d = lmk.point(l)[0] - F.t
-    return np.einsum("...i,...i->...", d, d) <= (1 + 1e-9) * reach**2  # rounding must not leave out any
+    v, V_r, V_s, V_l = to_sensor(Rf, Sf, sensor, lmk, l)
+    e, E_v = sensor.project(v)
+    E_v = np.broadcast_to(E_v, (*e.shape, v.shape[-1]))  # of a linear sensor it may be the same for all
+    return e, v, E_v @ V_r, E_v @ V_s, E_v @ V_l
 
 
 def observe(Rf, Sf, sensor, lmk, l):
@@ -135,10 +85,14 @@ def observe(Rf, Sf, sensor, lmk, l):
         Expected measurement.
     E_r, E_s, E_l : ndarray, shape (..., m, size)
         With respect to the robot frame, the sensor frame and the landmark.
+
+    See Also
+    --------
+    retro_project : The inverse model.
+    observe_parameters : With respect to the sensor's parameters.
     """
-    v, V_r, V_s, V_l = to_sensor(Rf, Sf, sensor, lmk, l)
-    e, E_v = sensor.project(v)
-    return e, E_v @ V_r, E_v @ V_s, E_v @ V_l
+    e, _, E_r, E_s, E_l = expect(Rf, Sf, sensor, lmk, l)
+    return e, E_r, E_s, E_l
 
 
 def retro_project(Rf, Sf, sensor, lmk, y, n):
@@ -163,6 +117,12 @@ def retro_project(Rf, Sf, sensor, lmk, y, n):
     ------
     TypeError
         If the landmark type cannot be started from what the sensor measures.
+
+    See Also
+    --------
+    observe : The inverse, the direct model.
+    retro_project_parameters : With respect to the sensor's parameters.
+    check_fit : Which sensor can start which landmark.
     """
     check_fit(sensor, lmk, "from_ray" if sensor.bearing_only else "from_point")
     v, V_y = sensor.retro(y)
@@ -170,8 +130,8 @@ def retro_project(Rf, Sf, sensor, lmk, y, n):
     F, F_r, F_s = Rf.compose(Sf)
     l, L_f, L_ls = lmk.from_frame(F, ls)
 
-    LS_y = product(LS_v, V_y)
-    return l, product(L_f, F_r), product(L_f, F_s), product(L_ls, LS_y), product(L_ls, LS_n)
+    LS_y = LS_v @ V_y
+    return l, L_f @ F_r, L_f @ F_s, L_ls @ LS_y, L_ls @ LS_n
 
 
 def observe_parameters(Rf, Sf, sensor, lmk, l):
@@ -184,6 +144,11 @@ def observe_parameters(Rf, Sf, sensor, lmk, l):
     e : ndarray, shape (..., m)
     E_k, E_d : ndarray, shape (..., m, ·)
         With respect to the intrinsic parameters and the distortion.
+
+    See Also
+    --------
+    observe : With respect to frames and landmark.
+    retro_project_parameters : The inverse model.
     """
     v, *_ = to_sensor(Rf, Sf, sensor, lmk, l)
     return sensor.project_parameters(v)
@@ -200,6 +165,11 @@ def retro_project_parameters(Rf, Sf, sensor, lmk, y, n):
     L_k, L_c : ndarray, shape (..., lmk.size, ·)
         With respect to the intrinsic parameters and the correction vector (the distortion, if the sensor inverts it
         exactly).
+
+    See Also
+    --------
+    retro_project : With respect to frames, measurement and prior.
+    observe_parameters : The direct model.
     """
     v, V_k, V_c = sensor.retro_parameters(y)
     ls, LS_v, _ = lmk.from_ray(v, n) if sensor.bearing_only else lmk.from_point(v)
@@ -223,6 +193,10 @@ def check_fit(sensor, lmk, needed=None):
     ------
     TypeError
         Naming both.
+
+    See Also
+    --------
+    check_pair : Tests both models of a sensor and a landmark type.
     """
     sensor_name, lmk_name = type(sensor).__name__, type(lmk).__name__
     dims = getattr(sensor, "dim", None), getattr(lmk, "dim", None)

@@ -14,7 +14,7 @@ from ekfslam_tutorial.geometry import Frame3
 from ekfslam_tutorial.models import retro_project, to_sensor
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, IdpPnt
 from ekfslam_tutorial.models.landmarks.idp_pnt import POLE
-from ekfslam_tutorial.models.sensors import PinHole, PinHoleDepth
+from ekfslam_tutorial.models.sensors import PinHole, PinHoleDepth, lens
 from ekfslam_tutorial.models.sensors import omni_cam as omni
 from ekfslam_tutorial.models.sensors import pin_hole as pin
 
@@ -220,9 +220,9 @@ def started_with_depth(_, Rf, Sf, k, c, v):
 
 
 CAMERA = {
-    "invDistortion": lambda _, d, n, k: [pin.inv_distortion(vec(d), int(n), k)],
-    "distort": lambda _, u, d: pin.distort(u, vec(d)),
-    "undistort": lambda _, u, c: pin.undistort(u, vec(c)),
+    "invDistortion": lambda _, d, n, k: [lens.inv_distortion(vec(d), int(n), k)],
+    "distort": lambda _, u, d: lens.distort(u, vec(d)),
+    "undistort": lambda _, u, c: lens.undistort(u, vec(c)),
     "pixellise": lambda _, u, k: pin.pixellise(u, k),
     "depixellise": lambda _, u, k: pin.depixellise(u, k),
     "persp_project": lambda _, p: pin.project(p),

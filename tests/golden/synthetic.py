@@ -9,7 +9,7 @@ import json
 import numpy as np
 
 from ekfslam_tutorial.geometry import Frame3, e2q
-from ekfslam_tutorial.models.sensors.pin_hole import inv_distortion
+from ekfslam_tutorial.models.sensors.lens import inv_distortion
 from ekfslam_tutorial.simulation import SimLmk, SimRob, SimSen, draw, sim_motion, sim_observation, worlds
 from ekfslam_tutorial.slam import correct_known_lmks, init_new_lmks, move
 

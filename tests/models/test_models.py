@@ -7,7 +7,8 @@ from ekfslam_tutorial.geometry import Frame2, Frame3, numerical_jacobian, wrap
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry2, Odometry3, Unicycle
 from ekfslam_tutorial.models.sensors import BearingOnly2, OmniCam, PinHole, PinHoleDepth, RangeBearing
-from ekfslam_tutorial.models.sensors.pin_hole import distort, inv_distortion, pin_hole, undistort
+from ekfslam_tutorial.models.sensors.lens import distort, inv_distortion, undistort
+from ekfslam_tutorial.models.sensors.pin_hole import pin_hole
 
 from .examples import OMNI_D, OMNI_K, K
 

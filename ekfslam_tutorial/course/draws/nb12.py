@@ -7,7 +7,8 @@ from matplotlib.patches import Rectangle
 from ...geometry import Frame3, e2q
 from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, nan_separated, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
-from ...models.sensors.pin_hole import distort, inv_distortion, inv_pin_hole, pin_hole
+from ...models.sensors.lens import distort, inv_distortion
+from ...models.sensors.pin_hole import inv_pin_hole, pin_hole
 from ..controls import Choice, Float, Int
 from ..widgets import explorable
 from .nb12_runs import NAMES, SIZE, TRUE, K, calibrate, corner, fold_of, in_lens, model_error, wall, ways_back

@@ -6,7 +6,8 @@ import numpy as np
 
 from ...geometry import e2R
 from ...models.sensors import PinHole
-from ...models.sensors.pin_hole import distort, exact_undistort, inv_distortion, pin_hole, undistort
+from ...models.sensors.lens import distort, exact_undistort, inv_distortion, undistort
+from ...models.sensors.pin_hole import pin_hole
 
 SIZE = np.array([640.0, 480.0])  # of the image, px
 K = np.array([320.0, 240.0, 320.0, 320.0])  # u0, v0, au, av, px

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...models.sensors.pin_hole import radial
+from ...models.sensors.lens import radial
 from .. import expect
 from ..exercise import Exercise
 

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.optimize import fsolve
 
-from ...models.sensors.pin_hole import exact_undistort
-from ...models.sensors.pin_hole import radial as package_distort
+from ...models.sensors.lens import exact_undistort
+from ...models.sensors.lens import radial as package_distort
 from .. import expect
 from ..exercise import Exercise
 from .nb12_distort import distort

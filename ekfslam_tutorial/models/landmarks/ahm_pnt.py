@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry import identity, unit
-from ...geometry.arrays import zeros
+from ...geometry import unit
 from .projective import ahead, anchored, anchored_point, anchored_ray, check_dim, linearity, scalar, weight
 
 
@@ -20,6 +19,11 @@ class AhmPnt:
     ----------
     dim : int
         2 in the plane (5 numbers), 3 in space (7 numbers).
+
+    See Also
+    --------
+    HmgPnt : Without an anchor.
+    IdpPnt : With two angles instead of the direction's vector.
     """
 
     dim: int = 3
@@ -37,46 +41,83 @@ class AhmPnt:
         return l[..., :d], l[..., d:-1], l[..., -1:]
 
     def to_frame(self, F, l):
-        """Anchor as a point, m as a direction. Returns l_F, LF_f, LF_l."""
+        """Anchor as a point, m as a direction. Returns l_F, LF_f, LF_l.
+
+        See Also
+        --------
+        from_frame : The inverse.
+        """
         t, m, rho = self._split(l)
         t, T_f, T_t = F.to_frame(t)
         m, M_f, M_m = F.to_frame(m, 0.0)
         return anchored(t, m, rho, T_f, T_t, M_f, M_m)
 
     def from_frame(self, F, l):
-        """Anchor as a point, m as a direction. Returns l, L_f, L_lf."""
+        """Anchor as a point, m as a direction. Returns l, L_f, L_lf.
+
+        See Also
+        --------
+        to_frame : The inverse.
+        """
         t, m, rho = self._split(l)
         t, T_f, T_t = F.from_frame(t)
         m, M_f, M_m = F.from_frame(m, 0.0)
         return anchored(t, m, rho, T_f, T_t, M_f, M_m)
 
     def point(self, l):
-        """p = x0 + m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity."""
+        """p = x0 + m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity.
+
+        See Also
+        --------
+        from_point : The inverse.
+        ray : Also at infinity.
+        """
         t, m, rho = self._split(l)
-        return anchored_point(t, m, rho, identity(self.dim))
+        return anchored_point(t, m, rho, np.eye(self.dim))
 
     def ray(self, l):
-        """v = x0 rho + m, turned round where rho < 0. Returns v, V_l."""
+        """v = x0 rho + m, turned round where rho < 0. Returns v, V_l.
+
+        See Also
+        --------
+        from_ray : The inverse.
+        homogeneous : With its weight.
+        """
         t, m, rho = self._split(l)
-        return anchored_ray(t, m, rho, identity(self.dim))
+        return anchored_ray(t, m, rho, np.eye(self.dim))
 
     def homogeneous(self, l):
-        """The ray and its weight |rho|: p = v / |rho|. Returns v, w, V_l, W_l."""
+        """The ray and its weight |rho|: p = v / |rho|. Returns v, w, V_l, W_l.
+
+        See Also
+        --------
+        ray : Without its weight.
+        """
         v, V_l = self.ray(l)
         w, W_l = weight(l[..., -1:], self.size)
         return v, w, V_l, W_l
 
     def from_ray(self, v, n):
-        """l = [0; v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n."""
+        """l = [0; v / |v|; n], n the prior inverse distance. Returns l, L_v, L_n.
+
+        See Also
+        --------
+        ray : The inverse.
+        """
         m, M_v = unit(v)
-        d = self.dim
-        L_v = zeros(m, *m.shape[:-1], self.size, d)
-        L_v[..., d:-1, :] = M_v
-        return np.concatenate([np.zeros_like(m), m, scalar(n, m)], -1), L_v, identity(self.size)[:, -1:]
+        l = np.concatenate([np.zeros_like(m), m, scalar(n, m)], -1)
+        L_v = np.zeros_like(l, shape=(*l.shape, self.dim))
+        L_v[..., self.dim : -1, :] = M_v
+        return l, L_v, np.eye(self.size)[:, -1:]
 
     def from_point(self, p):
-        """l = [0; p / |p|; 1 / |p|]. Returns l, L_p, L_n (no columns)."""
-        l, L_v, L_n = self.from_ray(p, 1 / np.sqrt((p * p).sum(-1))[..., None])
+        """l = [0; p / |p|; 1 / |p|]. Returns l, L_p, L_n (no columns).
+
+        See Also
+        --------
+        point : The inverse.
+        """
+        l, L_v, L_n = self.from_ray(p, 1 / np.linalg.norm(p, axis=-1, keepdims=True))
         RHO_p = -(l[..., -1:] ** 2)[..., None] * l[..., None, self.dim : -1]
         return l, L_v + L_n @ RHO_p, np.zeros((self.size, 0))
 

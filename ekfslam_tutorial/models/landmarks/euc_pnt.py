@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...geometry import identity
 from .projective import check_dim
 
 
@@ -16,6 +15,10 @@ class EucPnt:
     ----------
     dim : int
         2 in the plane, 3 in space.
+
+    See Also
+    --------
+    HmgPnt, AhmPnt, IdpPnt : What a single ray can start.
 
     Notes
     -----
@@ -34,21 +37,41 @@ class EucPnt:
         return self.dim
 
     def to_frame(self, F, l):
-        """The point in frame F. Returns l_F, LF_f, LF_l."""
+        """The point in frame F. Returns l_F, LF_f, LF_l.
+
+        See Also
+        --------
+        from_frame : The inverse.
+        """
         return F.to_frame(l)
 
     def from_frame(self, F, l):
-        """The point of frame F in its parent. Returns l, L_f, L_lf."""
+        """The point of frame F in its parent. Returns l, L_f, L_lf.
+
+        See Also
+        --------
+        to_frame : The inverse.
+        """
         return F.from_frame(l)
 
     def point(self, l):
-        """Euclidean point. Returns p, P_l."""
-        return l, identity(self.dim)
+        """Euclidean point. Returns p, P_l.
+
+        See Also
+        --------
+        from_point : The inverse.
+        """
+        return l, np.eye(self.dim)
 
     def ray(self, l):
         """The point itself: every point is on its own ray. Returns v, V_l."""
-        return l, identity(self.dim)
+        return l, np.eye(self.dim)
 
     def from_point(self, p):
-        """Landmark at a point. Returns l, L_p, L_n (no columns: nothing is left to guess)."""
-        return p, identity(self.dim), np.zeros((self.dim, 0))
+        """Landmark at a point. Returns l, L_p, L_n (no columns: nothing is left to guess).
+
+        See Also
+        --------
+        point : The inverse.
+        """
+        return p, np.eye(self.dim), np.zeros((self.dim, 0))

@@ -5,7 +5,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...geometry.arrays import blank, cos_sin, matrix, numbers, vector, zeros
 from .projective import ahead, anchored, anchored_point, anchored_ray, linearity, scalar, weight
 
 POLE = 1e-8  # radians: how near to the z axis a direction may come, see `vec2py`
@@ -23,11 +22,17 @@ def py2vec(py):
     -------
     m : ndarray, shape (..., 3)
     M_py : ndarray, shape (..., 3, 2)
+
+    See Also
+    --------
+    vec2py : The inverse.
     """
-    (pitch, yaw), lead = numbers(py), py.shape[:-1]
-    (cp, sp), (cy, sy) = cos_sin(pitch), cos_sin(yaw)
-    m = vector(lead, cp * cy, cp * sy, sp)
-    return m, matrix(lead, [-sp * cy, -cp * sy], [-sp * sy, cp * cy], [cp, 0.0])
+    c, s = np.cos(py), np.sin(py)
+    cp, sp, cy, sy = c[..., 0], s[..., 0], c[..., 1], s[..., 1]
+    m = np.stack([cp * cy, cp * sy, sp], -1)
+    M_pitch = np.stack([-sp * cy, -sp * sy, cp], -1)
+    M_yaw = np.stack([-cp * sy, cp * cy, np.zeros_like(cp)], -1)
+    return m, np.stack([M_pitch, M_yaw], -1)
 
 
 def vec2py(v):
@@ -39,6 +44,10 @@ def vec2py(v):
         [atan2(z, hypot(x, y)), atan2(y, x)], radians.
     PY_v : ndarray, shape (..., 2, 3)
 
+    See Also
+    --------
+    py2vec : The inverse.
+
     Notes
     -----
     On the z axis the yaw has no meaning. A camera looks along its z axis, so a direction can come to lie there on
@@ -49,12 +58,10 @@ def vec2py(v):
     x = np.where(x * x + y * y < (POLE * z) ** 2, POLE * np.abs(z), x)
     r2 = x * x + y * y
     r, n2 = np.sqrt(r2), r2 + z * z
-    py, PY_v = blank(v, *v.shape[:-1], 2), blank(v, *v.shape[:-1], 2, 3)
-    py[..., 0], py[..., 1] = np.arctan2(z, r), np.arctan2(y, x)
     k = z / (r * n2)
-    PY_v[..., 0, 0], PY_v[..., 0, 1], PY_v[..., 0, 2] = -x * k, -y * k, r / n2
-    PY_v[..., 1, 0], PY_v[..., 1, 1], PY_v[..., 1, 2] = -y / r2, x / r2, 0
-    return py, PY_v
+    pitch_v = np.stack([-x * k, -y * k, r / n2], -1)
+    yaw_v = np.stack([-y / r2, x / r2, np.zeros_like(r2)], -1)
+    return np.stack([np.arctan2(z, r), np.arctan2(y, x)], -1), np.stack([pitch_v, yaw_v], -2)
 
 
 @dataclass(frozen=True)
@@ -63,17 +70,32 @@ class IdpPnt:
 
     Civera, Davison, Montiel, "Inverse depth parametrization for monocular SLAM", IEEE T-RO 24(5), 2008; pitch is
     positive upwards here, as in the manual.
+
+    See Also
+    --------
+    AhmPnt : With a vector instead of the two angles.
+    EucPnt : What it can become once its distance is known.
     """
 
     dim: ClassVar[int] = 3
     size: ClassVar[int] = 6
 
     def to_frame(self, F, l):
-        """Anchor as a point, direction through its vector. Returns l_F, LF_f, LF_l."""
+        """Anchor as a point, direction through its vector. Returns l_F, LF_f, LF_l.
+
+        See Also
+        --------
+        from_frame : The inverse.
+        """
         return self._change(F.to_frame, l)
 
     def from_frame(self, F, l):
-        """Anchor as a point, direction through its vector. Returns l, L_f, L_lf."""
+        """Anchor as a point, direction through its vector. Returns l, L_f, L_lf.
+
+        See Also
+        --------
+        to_frame : The inverse.
+        """
         return self._change(F.from_frame, l)
 
     @staticmethod
@@ -85,31 +107,59 @@ class IdpPnt:
         return anchored(t, py, l[..., 5:], T_f, T_t, PY_m2 @ M2_f, PY_m2 @ M2_m @ M_py)
 
     def point(self, l):
-        """p = x0 + m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity."""
+        """p = x0 + m / rho. Returns p, P_l. Not finite at rho = 0: the point is at infinity.
+
+        See Also
+        --------
+        from_point : The inverse.
+        ray : Also at infinity.
+        """
         m, M_py = py2vec(l[..., 3:5])
         return anchored_point(l[..., :3], m, l[..., 5:], M_py)
 
     def ray(self, l):
-        """v = x0 rho + m, turned round where rho < 0. Returns v, V_l."""
+        """v = x0 rho + m, turned round where rho < 0. Returns v, V_l.
+
+        See Also
+        --------
+        from_ray : The inverse.
+        homogeneous : With its weight.
+        """
         m, M_py = py2vec(l[..., 3:5])
         return anchored_ray(l[..., :3], m, l[..., 5:], M_py)
 
     def homogeneous(self, l):
-        """The ray and its weight |rho|: p = v / |rho|. Returns v, w, V_l, W_l."""
+        """The ray and its weight |rho|: p = v / |rho|. Returns v, w, V_l, W_l.
+
+        See Also
+        --------
+        ray : Without its weight.
+        """
         v, V_l = self.ray(l)
         w, W_l = weight(l[..., -1:], 6)
         return v, w, V_l, W_l
 
     def from_ray(self, v, n):
-        """l = [0; pitch, yaw of v; n], n the prior inverse distance. Returns l, L_v, L_n."""
+        """l = [0; pitch, yaw of v; n], n the prior inverse distance. Returns l, L_v, L_n.
+
+        See Also
+        --------
+        ray : The inverse.
+        """
         py, PY_v = vec2py(v)
-        L_v = zeros(v, *v.shape[:-1], 6, 3)
+        l = np.concatenate([np.zeros_like(v), py, scalar(n, v)], -1)
+        L_v = np.zeros_like(l, shape=(*l.shape, 3))
         L_v[..., 3:5, :] = PY_v
-        return np.concatenate([np.zeros_like(v), py, scalar(n, v)], -1), L_v, np.eye(6)[:, 5:]
+        return l, L_v, np.eye(6)[:, 5:]
 
     def from_point(self, p):
-        """l = [0; pitch, yaw of p; 1 / |p|]. Returns l, L_p, L_n (no columns)."""
-        rho = 1 / np.sqrt((p * p).sum(-1))[..., None]
+        """l = [0; pitch, yaw of p; 1 / |p|]. Returns l, L_p, L_n (no columns).
+
+        See Also
+        --------
+        point : The inverse.
+        """
+        rho = 1 / np.linalg.norm(p, axis=-1, keepdims=True)
         l, L_v, L_n = self.from_ray(p, rho)
         RHO_p = -(rho**3)[..., None] * p[..., None, :]
         return l, L_v + L_n @ RHO_p, np.zeros((6, 0))

@@ -2,9 +2,6 @@
 
 import numpy as np
 
-from ...geometry import identity
-from ...geometry.arrays import blank, zeros
-
 
 def check_dim(lmk):
     """Refuse a landmark that is neither in the plane nor in space.
@@ -22,7 +19,7 @@ def along(rho):
 
     An inverse distance that a correction has turned negative puts the point behind; zero is infinity, ahead.
     """
-    return 1.0 - 2.0 * (rho < 0)
+    return np.where(rho < 0, -1.0, 1.0)
 
 
 def scalar(n, v):
@@ -32,53 +29,52 @@ def scalar(n, v):
 
 def homogeneous(m, rho, M_f, M_m, M_rho):
     """State [m; rho] and its Jacobians by the frame and by the state, from those of m; rho stays what it was."""
-    lead, d = M_f.shape[:-2], m.shape[-1]
-    l = np.concatenate([m, np.broadcast_to(rho, (*m.shape[:-1], 1))], -1)
-    L_f, L_l = zeros(l, *lead, d + 1, M_f.shape[-1]), zeros(l, *lead, d + 1, d + 1)
+    d = m.shape[-1]
+    l = np.concatenate([m, scalar(rho, m)], -1)
+    L_f = np.zeros_like(l, shape=(*l.shape, M_f.shape[-1]))
     L_f[..., :d, :] = M_f
+    L_l = np.zeros_like(l, shape=(*l.shape, d + 1))
     L_l[..., :d, :d], L_l[..., :d, d:], L_l[..., d, d] = M_m, M_rho, 1
     return l, L_f, L_l
 
 
 def anchored(t, m, rho, T_f, T_t, M_f, M_m):
     """State [t; m; rho] of anchor, direction and inverse distance, with its Jacobians by the frame and the state."""
-    lead, d, k = T_f.shape[:-2], t.shape[-1], m.shape[-1]
     l = np.concatenate([t, m, rho], -1)
-    L_f, L_l = zeros(l, *lead, d + k + 1, T_f.shape[-1]), zeros(l, *lead, d + k + 1, d + k + 1)
-    L_f[..., :d, :], L_f[..., d : d + k, :] = T_f, M_f
-    L_l[..., :d, :d], L_l[..., d : d + k, d : d + k], L_l[..., -1, -1] = T_t, M_m, 1
+    anchor, direction = slice(0, t.shape[-1]), slice(t.shape[-1], -1)
+    L_f = np.zeros_like(l, shape=(*l.shape, T_f.shape[-1]))
+    L_f[..., anchor, :], L_f[..., direction, :] = T_f, M_f
+    L_l = np.zeros_like(l, shape=(*l.shape, l.shape[-1]))
+    L_l[..., anchor, anchor], L_l[..., direction, direction], L_l[..., -1, -1] = T_t, M_m, 1
     return l, L_f, L_l
 
 
 def anchored_point(t, m, rho, M_u):
     """Point p = t + m / rho of a landmark whose direction has the Jacobian M_u. Returns p, P_l."""
-    d, k = M_u.shape[-2:]
     with np.errstate(divide="ignore", invalid="ignore"):
         p = t + m / rho
-        P_l = blank(t, *t.shape[:-1], d, d + k + 1)
-        P_l[..., :d] = identity(d)
-        P_l[..., d:-1] = M_u / rho[..., None]
-        P_l[..., -1] = -m / rho**2
-    return p, P_l
+        return p, _columns(p, np.eye(p.shape[-1]), M_u / rho[..., None], (-m / rho**2)[..., None])
 
 
 def anchored_ray(t, m, rho, M_u):
     """Ray v = t rho + m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l."""
-    d, k = M_u.shape[-2:]
-    V_l = blank(t, *t.shape[:-1], d, d + k + 1)
-    V_l[..., :d] = rho[..., None] * identity(d)
-    V_l[..., d:-1] = M_u
-    V_l[..., -1] = t
     s = along(rho)
-    return s * (t * rho + m), s[..., None] * V_l
+    v = s * (t * rho + m)
+    return v, s[..., None] * _columns(v, rho[..., None] * np.eye(v.shape[-1]), M_u, t[..., None])
+
+
+def _columns(p, P_t, P_u, P_rho):
+    """The Jacobian of p by a state [t; m; rho]: its blocks side by side, each for all points or the same for all."""
+    return np.concatenate([np.broadcast_to(P, (*p.shape, P.shape[-1])) for P in (P_t, P_u, P_rho)], -1)
 
 
 def weight(rho, size):
     """Weight w = |rho| of a ray v: p = v / w. Returns w, W_l for a state of this size that ends in rho."""
     s = along(rho)
-    W_l = zeros(rho, *rho.shape, size)
+    w = s * rho
+    W_l = np.zeros_like(w, shape=(*w.shape, size))
     W_l[..., -1] = s
-    return s * rho, W_l
+    return w, W_l
 
 
 def ahead(l, min_rho):

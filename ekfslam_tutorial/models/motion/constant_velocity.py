@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import Frame3, q_prod, v2q
-from ...geometry.arrays import floats, zeros
 
 
 @dataclass(frozen=True)
@@ -15,6 +14,10 @@ class ConstantVelocity:
 
     t2 = t + v dt,  q2 = q * v2q(w dt),  v2 = v + dv,  w2 = w + dw:
     v in the world, w in the robot frame, as in the manual. A robot without odometry: a hand-held camera.
+
+    See Also
+    --------
+    Odometry3 : With odometry.
     """
 
     frame: ClassVar = Frame3
@@ -37,16 +40,17 @@ class ConstantVelocity:
         X_x : ndarray, shape (..., 13, 13)
         X_u : ndarray, shape (..., 13, 6)
         """
-        x, u = floats(x), floats(u)
+        x, u = np.asanyarray(x), np.asanyarray(u)
         t, q, v, w = x[..., :3], x[..., 3:7], x[..., 7:10], x[..., 10:]
         dq, DQ_dv = v2q(w * dt)
         q2, Q_q, Q_dq = q_prod(q, dq)
 
-        X_x = zeros(x, *x.shape[:-1], 13, 13)
+        x2 = np.concatenate([t + v * dt, q2, v + u[..., :3], w + u[..., 3:]], -1)
+        X_x = np.zeros_like(x2, shape=(*x2.shape, 13))
         X_x[...] = np.eye(13)
         X_x[..., :3, 7:10] = dt * np.eye(3)
         X_x[..., 3:7, 3:7] = Q_q
         X_x[..., 3:7, 10:] = Q_dq @ DQ_dv * dt
-        X_u = zeros(x, *x.shape[:-1], 13, 6)
+        X_u = np.zeros_like(x2, shape=(*x2.shape, 6))
         X_u[..., 7:, :] = np.eye(6)
-        return np.concatenate([t + v * dt, q2, v + u[..., :3], w + u[..., 3:]], -1), X_x, X_u
+        return x2, X_x, X_u

@@ -11,6 +11,11 @@ class Odometry2:
     """Robot state [x, y, theta]; control u = [dx, dy, dtheta], a step in the robot frame (m, m, rad).
 
     The new pose is the composition of the old one with the step: the 2D twin of `Odometry3`.
+
+    See Also
+    --------
+    Odometry3 : The same in space.
+    Unicycle : Driven by speed and turn rate.
     """
 
     frame: ClassVar = Frame2

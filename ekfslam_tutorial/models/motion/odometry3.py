@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import Frame3, v2q
-from ...geometry.arrays import floats
 
 
 @dataclass(frozen=True)
@@ -14,6 +13,11 @@ class Odometry3:
     """Robot state [t; q]; control u = [dx; dv], a step and a rotation vector in the robot frame (m, rad).
 
     t2 = t + R(q) dx and q2 = q * v2q(dv): the composition of the frame with the step.
+
+    See Also
+    --------
+    Odometry2 : The same in the plane.
+    ConstantVelocity : Without odometry.
     """
 
     frame: ClassVar = Frame3
@@ -37,7 +41,7 @@ class Odometry3:
         X_x : ndarray, shape (..., 7, 7)
         X_u : ndarray, shape (..., 7, 6)
         """
-        u = floats(u)
+        u = np.asanyarray(u)
         q, Q_v = v2q(u[..., 3:])
         F, X_x, X_s = Frame3(x).compose(Frame3(np.concatenate([u[..., :3], q], -1)))
         X_u = np.concatenate([X_s[..., :3], X_s[..., 3:] @ Q_v], -1)

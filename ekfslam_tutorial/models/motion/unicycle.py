@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import Frame2
-from ...geometry.arrays import blank, floats, zeros
 
 SMALL = 1e-4  # radians: below it sin(a)/a and its like are replaced by series, next term under 1e-17
 
@@ -26,13 +25,17 @@ def arc(u, dt):
     step : ndarray, shape (..., 3)
         [dx, dy, dtheta], m and rad.
     S_u : ndarray, shape (..., 3, 2)
-    """
-    u = floats(u)
-    v, a = u[..., 0], u[..., 1] * dt
-    s, c, s_a, c_a = _curve_of_one(a) if type(a) is np.float64 else _curve(a)
 
-    step, S_u = blank(u, *a.shape, 3), zeros(u, *a.shape, 3, 2)
-    step[..., 0], step[..., 1], step[..., 2] = v * dt * s, v * dt * c, a
+    See Also
+    --------
+    Unicycle.move : The step from any pose.
+    """
+    u = np.asanyarray(u)
+    v, a = u[..., 0], u[..., 1] * dt
+    s, c, s_a, c_a = _curve(a)
+
+    step = np.stack([v * dt * s, v * dt * c, a], -1)
+    S_u = np.zeros_like(step, shape=(*step.shape, 2))
     S_u[..., 0, 0], S_u[..., 0, 1] = dt * s, dt * v * dt * s_a
     S_u[..., 1, 0], S_u[..., 1, 1] = dt * c, dt * v * dt * c_a
     S_u[..., 2, 1] = dt
@@ -50,15 +53,6 @@ def _curve(a):
     return s, c, s_a, c_a
 
 
-def _curve_of_one(a):
-    """The same for a single angle, without arrays: five times as fast."""
-    if abs(a) < SMALL:
-        return 1 - a**2 / 6, a / 2 - a**3 / 24, -a / 3, 0.5 - a**2 / 8
-    sin, cos = np.sin(a), np.cos(a)
-    s, c = sin / a, (1 - cos) / a
-    return s, c, (cos - s) / a, (sin - c) / a
-
-
 @dataclass(frozen=True)
 class Unicycle:
     """Robot state [x, y, theta]; control u = [v, w], forward speed (m/s) and turn rate (rad/s), constant over dt.
@@ -67,6 +61,11 @@ class Unicycle:
     it is smooth through w = 0: with a = w dt,
 
         x2 = x + R(theta) v dt [sin(a)/a, (1 - cos a)/a],   theta2 = theta + a.
+
+    See Also
+    --------
+    Vehicle : Steered by its front wheels.
+    Odometry2 : Driven by measured steps.
     """
 
     frame: ClassVar = Frame2

@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import Frame2
-from ...geometry.arrays import blank, floats, zeros
 from .unicycle import arc
 
 
@@ -34,6 +33,10 @@ class Vehicle:
         The place of the state's frame from the middle of the rear axle, m (a, b).
     track : float
         How far left of the middle the wheel is whose speed is measured, m (H).
+
+    See Also
+    --------
+    Unicycle : Driven by speed and turn rate.
     """
 
     wheelbase: float = 2.83
@@ -71,7 +74,7 @@ class Vehicle:
         X_x : ndarray, shape (..., 3, 3)
         X_u : ndarray, shape (..., 3, 3)
         """
-        u = floats(u)
+        u = np.asanyarray(u)
         axle, A_u = self.axle(u[..., :2])
         step, S_a = arc(axle, dt)
         here, H_s, H_slip = self._at_mount(step, u[..., 2])
@@ -91,14 +94,18 @@ class Vehicle:
         a : ndarray, shape (..., 2)
             [v_c, w], m/s and rad/s.
         A_u : ndarray, shape (..., 2, 2)
+
+        See Also
+        --------
+        arc : The step that follows.
         """
-        u = floats(u)
+        u = np.asanyarray(u)
         v, tan = u[..., 0], np.tan(u[..., 1])
         T_s = 1 + tan**2
         k = 1 / (1 - tan * self.track / self.wheelbase)
         K_s = k**2 * T_s * self.track / self.wheelbase
-        a, A_u = blank(u, *u.shape), blank(u, *u.shape, 2)
-        a[..., 0], a[..., 1] = k * v, k * v * tan / self.wheelbase
+        a = np.stack([k * v, k * v * tan / self.wheelbase], -1)
+        A_u = np.zeros_like(a, shape=(*a.shape, 2))
         A_u[..., 0, 0], A_u[..., 0, 1] = k, K_s * v
         A_u[..., 1, 0], A_u[..., 1, 1] = k * tan / self.wheelbase, (K_s * tan + k * T_s) * v / self.wheelbase
         return a, A_u
@@ -112,13 +119,14 @@ class Vehicle:
         H_s : ndarray, shape (..., 3, 3)
         H_slip : ndarray, shape (..., 3, 1)
         """
-        dx, dy, c, s = step[..., 0], step[..., 1], np.cos(slip), np.sin(slip)
-        C, S = np.cos(step[..., 2]), np.sin(step[..., 2])
+        dx, dy, turn = step[..., 0], step[..., 1], step[..., 2]
+        c, s, C, S = np.cos(slip), np.sin(slip), np.cos(turn), np.sin(turn)
         x, y = C * self.ahead - S * self.left, S * self.ahead + C * self.left  # the mount after the turn
-        here, H_s, H_slip = step.copy(), zeros(step, *step.shape, 3), zeros(step, *step.shape, 1)
-        here[..., 0], here[..., 1] = c * dx - s * dy + x - self.ahead, s * dx + c * dy + y - self.left
+
+        here = np.stack([c * dx - s * dy + x - self.ahead, s * dx + c * dy + y - self.left, turn], -1)
+        H_s = np.zeros_like(here, shape=(*here.shape, 3))
         H_s[..., 0, 0], H_s[..., 0, 1], H_s[..., 0, 2] = c, -s, -y
         H_s[..., 1, 0], H_s[..., 1, 1], H_s[..., 1, 2] = s, c, x
         H_s[..., 2, 2] = 1.0
-        H_slip[..., 0, 0], H_slip[..., 1, 0] = -s * dx - c * dy, c * dx - s * dy
-        return here, H_s, H_slip
+        H_slip = np.stack([-s * dx - c * dy, c * dx - s * dy, np.zeros_like(x)], -1)
+        return here, H_s, H_slip[..., None]

@@ -7,8 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import wrap
-from ...geometry.arrays import floats
-from .checks import angle, positive
+from .parameters import check_angle, check_positive
 from .range_bearing import polar
 
 
@@ -24,6 +23,11 @@ class BearingOnly2:
         No point further away than this is seen, m. Rays have no length: it counts for Euclidean points only.
     fov : float
         Width of the field of view, centred on the x axis, rad.
+
+    See Also
+    --------
+    RangeBearing : With the range.
+    PinHole : In space.
     """
 
     bearing_std: float
@@ -36,9 +40,9 @@ class BearingOnly2:
     angles: ClassVar = ("bearing_std", "fov")  # parameters in radians; users may write them in degrees, as NAME_deg
 
     def __post_init__(self):
-        positive(self, "bearing_std", "max_range", "fov", infinite=("max_range",))
-        angle(self, "bearing_std", np.pi)
-        angle(self, "fov", 2 * np.pi)
+        check_positive(self, "bearing_std", "max_range", "fov", infinite=("max_range",))
+        check_angle(self, "bearing_std", np.pi)
+        check_angle(self, "fov", 2 * np.pi)
 
     @cached_property
     def R(self):
@@ -46,12 +50,22 @@ class BearingOnly2:
         return np.array([[self.bearing_std**2]])
 
     def project(self, p):
-        """Point or ray in the sensor frame to [bearing]. Returns y, Y_p."""
-        y, Y_p = polar(floats(p))
+        """Point or ray in the sensor frame to [bearing]. Returns y, Y_p.
+
+        See Also
+        --------
+        retro : The inverse, but for the length.
+        """
+        y, Y_p = polar(p)
         return y[..., 1:], Y_p[..., 1:, :]
 
     def retro(self, y):
-        """[bearing] to the unit ray [cos beta, sin beta]. Returns v, V_y."""
+        """[bearing] to the unit ray [cos beta, sin beta]. Returns v, V_y.
+
+        See Also
+        --------
+        project : The inverse.
+        """
         c, s = np.cos(y), np.sin(y)
         return np.concatenate([c, s], -1), np.concatenate([-s, c], -1)[..., None]
 
@@ -60,5 +74,5 @@ class BearingOnly2:
         return wrap(np.subtract(y, e))
 
     def visible(self, y, p):
-        """Whether points are in range and in the field of view."""
+        """Return True for each point in range and in the field of view."""
         return (np.abs(wrap(y[..., 0])) <= self.fov / 2) & (np.hypot(p[..., 0], p[..., 1]) <= self.max_range)

@@ -6,8 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...geometry.arrays import floats
-from .checks import positive
+from .parameters import check_positive
 from .pin_hole import PinHole
 
 
@@ -21,6 +20,10 @@ class PinHoleDepth(PinHole):
         As in `PinHole`.
     depth_std : float
         Standard deviation of the depth, m.
+
+    See Also
+    --------
+    PinHole : Without the depth.
     """
 
     depth_std: float = field(default=0.1, kw_only=True)
@@ -30,7 +33,7 @@ class PinHoleDepth(PinHole):
 
     def __post_init__(self):
         super().__post_init__()
-        positive(self, "depth_std")
+        check_positive(self, "depth_std")
 
     @cached_property
     def R(self):
@@ -38,15 +41,24 @@ class PinHoleDepth(PinHole):
         return np.diag([self.pixel_std**2, self.pixel_std**2, self.depth_std**2])
 
     def project(self, p):
-        """Point in the camera frame to [u, v, z]. Returns y, Y_p."""
+        """Point in the camera frame to [u, v, z]. Returns y, Y_p.
+
+        See Also
+        --------
+        retro : The inverse.
+        """
         u, U_p = super().project(p)
-        z = floats(p)[..., 2:]
+        z = p[..., 2:]
         Z_p = np.broadcast_to([0.0, 0.0, 1.0], (*z.shape, 3))
         return np.concatenate([u, z], -1), np.concatenate([U_p, Z_p], -2)
 
     def retro(self, y):
-        """[u, v, depth] to a point in the camera frame: depth times the ray. Returns v, V_y."""
-        y = floats(y)
+        """[u, v, depth] to a point in the camera frame: depth times the ray. Returns v, V_y.
+
+        See Also
+        --------
+        project : The inverse.
+        """
         ray, RAY_u = super().retro(y[..., :2])
         s = y[..., 2:]
         return s * ray, np.concatenate([s[..., None] * RAY_u, ray[..., None]], -1)
@@ -54,12 +66,11 @@ class PinHoleDepth(PinHole):
     def project_parameters(self, p):
         """Derivatives of `project` by k and d; the depth does not depend on them. Returns y, Y_k, Y_d."""
         u, U_k, U_d = super().project_parameters(p)
-        y = np.concatenate([u, floats(p)[..., 2:]], -1)
+        y = np.concatenate([u, p[..., 2:]], -1)
         return y, *(np.concatenate([U, np.zeros((*U.shape[:-2], 1, U.shape[-1]))], -2) for U in (U_k, U_d))
 
     def retro_parameters(self, y):
         """Derivatives of `retro` by k and c (or d, see `PinHole`). Returns v, V_k, V_c."""
-        y = floats(y)
         ray, RAY_k, RAY_c = super().retro_parameters(y[..., :2])
         s = y[..., 2:]
         return s * ray, s[..., None] * RAY_k, s[..., None] * RAY_c

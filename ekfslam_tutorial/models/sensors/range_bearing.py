@@ -7,8 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import wrap
-from ...geometry.arrays import blank, cos_sin, floats, matrix, numbers, vector
-from .checks import angle, positive
+from .parameters import check_angle, check_positive
 
 
 def polar(p):
@@ -20,13 +19,18 @@ def polar(p):
         Metres and radians.
     Y_p : ndarray, shape (..., 2, 2)
         Not finite at the sensor itself, where the bearing has no meaning.
+
+    See Also
+    --------
+    RangeBearing.retro : The inverse.
     """
+    p = np.asanyarray(p)
     x, y = p[..., 0], p[..., 1]
     r = np.hypot(x, y)
+    e = np.stack([r, np.arctan2(y, x)], -1)
+    E_p = np.zeros_like(e, shape=(*e.shape, 2))
     with np.errstate(divide="ignore", invalid="ignore"):
         c, s = x / r, y / r
-        e, E_p = blank(p, *r.shape, 2), blank(p, *r.shape, 2, 2)
-        e[..., 0], e[..., 1] = r, np.arctan2(y, x)
         E_p[..., 0, 0], E_p[..., 0, 1] = c, s
         E_p[..., 1, 0], E_p[..., 1, 1] = -s / r, c / r
     return e, E_p
@@ -44,6 +48,11 @@ class RangeBearing:
         No point further away than this is seen, m.
     fov : float
         Width of the field of view, centred on the x axis, rad.
+
+    See Also
+    --------
+    BearingOnly2 : Without the range.
+    PinHoleDepth : In space.
     """
 
     range_std: float
@@ -57,9 +66,9 @@ class RangeBearing:
     angles: ClassVar = ("bearing_std", "fov")  # parameters in radians; users may write them in degrees, as NAME_deg
 
     def __post_init__(self):
-        positive(self, "range_std", "bearing_std", "max_range", "fov", infinite=("max_range",))
-        angle(self, "bearing_std", np.pi)
-        angle(self, "fov", 2 * np.pi)
+        check_positive(self, "range_std", "bearing_std", "max_range", "fov", infinite=("max_range",))
+        check_angle(self, "bearing_std", np.pi)
+        check_angle(self, "fov", 2 * np.pi)
 
     @cached_property
     def R(self):
@@ -67,15 +76,28 @@ class RangeBearing:
         return np.diag([self.range_std**2, self.bearing_std**2])
 
     def project(self, p):
-        """Point in the sensor frame to [range, bearing]. Returns y, Y_p."""
-        return polar(floats(p))
+        """Point in the sensor frame to [range, bearing]. Returns y, Y_p.
+
+        See Also
+        --------
+        retro : The inverse.
+        """
+        return polar(p)
 
     def retro(self, y):
-        """[range, bearing] to a point in the sensor frame: r [cos beta, sin beta]. Returns v, V_y."""
-        y = floats(y)
-        (r, b), lead = numbers(y), y.shape[:-1]
-        c, s = cos_sin(b)
-        return vector(lead, r * c, r * s), matrix(lead, [c, -r * s], [s, r * c])
+        """[range, bearing] to a point in the sensor frame: r [cos beta, sin beta]. Returns v, V_y.
+
+        See Also
+        --------
+        project : The inverse.
+        """
+        y = np.asanyarray(y)
+        r, c, s = y[..., 0], np.cos(y[..., 1]), np.sin(y[..., 1])
+        v = np.stack([r * c, r * s], -1)
+        V_y = np.zeros_like(v, shape=(*v.shape, 2))
+        V_y[..., 0, 0], V_y[..., 0, 1] = c, -r * s
+        V_y[..., 1, 0], V_y[..., 1, 1] = s, r * c
+        return v, V_y
 
     def residual(self, y, e):
         """Innovation y - e with the bearing wrapped into (-pi, pi]."""
@@ -84,7 +106,7 @@ class RangeBearing:
         return z
 
     def visible(self, y, p):
-        """Whether points are in range and in the field of view."""
+        """Return True for each point in range and in the field of view."""
         r = y[..., 0]
         in_range = (r > 0) & (r <= self.max_range)
         return in_range if self.fov >= 2 * np.pi else in_range & (np.abs(wrap(y[..., 1])) <= self.fov / 2)

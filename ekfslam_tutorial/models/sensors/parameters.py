@@ -1,9 +1,9 @@
-"""Refusing parameters that make no sensor, early and in one sentence."""
+"""Parameters that make no sensor are refused, early and in one sentence."""
 
 import numpy as np
 
 
-def number(model, name):
+def _as_float(model, name):
     """A field as a float, NaN if it is none."""
     try:
         return float(getattr(model, name))
@@ -11,7 +11,7 @@ def number(model, name):
         return np.nan
 
 
-def positive(model, *names, infinite=()):
+def check_positive(model, *names, infinite=()):
     """Refuse fields that are not positive numbers; those named in `infinite` may be infinite.
 
     Raises
@@ -19,26 +19,26 @@ def positive(model, *names, infinite=()):
     ValueError
     """
     for name in names:
-        value = number(model, name)
+        value = _as_float(model, name)
         if not value > 0 or (value == np.inf and name not in infinite):
             raise ValueError(f"{type(model).__name__}: {name} must be a positive number, got {getattr(model, name)!r}")
 
 
-def angle(model, name, limit):
+def check_angle(model, name, limit):
     """Refuse an angle above the limit: it was meant in degrees.
 
     Raises
     ------
     ValueError
     """
-    value = number(model, name)
+    value = _as_float(model, name)
     if value > limit + 1e-9:
         raise ValueError(
             f"{type(model).__name__}: {name} is in radians and at most {limit:.4g}, got {value:.6g}; degrees?"
         )
 
 
-def vector(model, name, size=None):
+def finite_numbers(model, name, size=None):
     """A field as an array of finite numbers.
 
     Raises

@@ -1,0 +1,78 @@
+"""What a model must be able to do.
+
+The protocols are structural: a class that has these methods is a model, whatever it inherits from. `contracts.py` has
+the tests that say whether it can.
+"""
+
+from typing import Any, Protocol
+
+
+class MotionModel(Protocol):
+    """How a robot moves: see `models.motion`."""
+
+    frame: Any  # Frame2 or Frame3; the first frame.size numbers of the state are the robot's frame
+    size: int  # length of the state
+    control_fields: Any  # {"dx": 2, "da_deg": 1}: the parts of the control and their lengths
+    state_fields: Any  # the parts of the state after the frame
+
+    def move(self, x, u, dt) -> tuple:
+        """x2, X_x, X_u."""
+        ...
+
+
+class SensorModel(Protocol):
+    """What a sensor measures: see `models.sensors`.
+
+    It may have a `max_range`, m: `visible` is false for all that is further away, and large maps are searched by it.
+    """
+
+    bearing_only: Any  # True: measures a direction; a landmark's birth needs a prior
+
+    @property
+    def R(self) -> Any:
+        """Measurement noise covariance."""
+        ...
+
+    def project(self, p) -> tuple:
+        """Point, or ray, in the sensor frame to measurement: y, Y_p."""
+        ...
+
+    def retro(self, y) -> tuple:
+        """Measurement to ray, or point, in the sensor frame: v, V_y. Invariant: project(retro(y)[0])[0] == y.
+
+        May be missing: such a sensor corrects with landmarks that others have started.
+        """
+        ...
+
+    def residual(self, y, e) -> Any:
+        """y - e, angles wrapped."""
+        ...
+
+    def visible(self, y, p) -> Any:
+        """Return True for each point that can be seen."""
+        ...
+
+
+class LmkType(Protocol):
+    """How a map stores a landmark: see `models.landmarks`. `from_ray` or `from_point` may be missing."""
+
+    @property
+    def size(self) -> int:
+        """Length of the state."""
+        ...
+
+    def to_frame(self, F, l) -> tuple:
+        """l_F, LF_f, LF_l."""
+        ...
+
+    def from_frame(self, F, l) -> tuple:
+        """l, L_f, L_lf. Invariant: to_frame(F, from_frame(F, l)[0])[0] == l."""
+        ...
+
+    def point(self, l) -> tuple:
+        """Euclidean point: p, P_l."""
+        ...
+
+    def ray(self, l) -> tuple:
+        """Point up to a positive scale: v, V_l."""
+        ...
