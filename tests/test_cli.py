@@ -24,7 +24,7 @@ from ekfslam_tutorial.cli import run as run_command
 from ekfslam_tutorial.cli.files import file_name, find_scenario, replacing, scenarios, shipped
 from ekfslam_tutorial.cli.templates import motion as new_motion
 from ekfslam_tutorial.cli.templates import sensor as new_sensor
-from ekfslam_tutorial.geometry.symbols import Symbol, Tape
+from ekfslam_tutorial.fast.symbols import Symbol, Tape
 from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -70,13 +70,23 @@ class Symbol:
 
     @_with_arrays
     def __add__(self, other):
-        return self if _is(other, 0) else self.tape.note("{} + {}", self, other)
+        if _is(other, 0):
+            return self
+        a, b = _negated(self), _negated(other)
+        if a is not None:
+            return other - a if b is None else -(a + b)
+        return self.tape.note("{} + {}", self, other) if b is None else self - b
 
     __radd__ = __add__
 
     @_with_arrays
     def __sub__(self, other):
-        return self if _is(other, 0) else self.tape.note("{} - {}", self, other)
+        if _is(other, 0):
+            return self
+        a, b = _negated(self), _negated(other)
+        if b is not None:
+            return self + b
+        return self.tape.note("{} - {}", self, other) if a is None else -(a + other)
 
     @_with_arrays
     def __rsub__(self, other):
@@ -86,7 +96,12 @@ class Symbol:
     def __mul__(self, other):
         if _is(other, 0):
             return 0.0
-        return self if _is(other, 1) else -self if _is(other, -1) else self.tape.note("{} * {}", self, other)
+        if _is(other, 1) or _is(other, -1):
+            return self if other > 0 else -self
+        a, b = _negated(self), _negated(other)
+        if a is not None:
+            return -(a * other)
+        return self.tape.note("{} * {}", self, other) if b is None else -(self * b)
 
     __rmul__ = __mul__
 
@@ -105,7 +120,8 @@ class Symbol:
         return math.prod([self] * int(n - 1), start=self)
 
     def __neg__(self):
-        return self.tape.note("-{}", self)
+        a = _negated(self)
+        return self.tape.note("-{}", self) if a is None else a
 
     def __abs__(self):
         return self.tape.note("abs({})", self)
@@ -141,6 +157,12 @@ class Symbol:
 def _is(x, number):
     """Return True if x is this number, and no symbol."""
     return not isinstance(x, Symbol) and x == number
+
+
+def _negated(x):
+    """The symbol a, if x is -a: a sign is written once for all terms, so that equal ones are found."""
+    template, args = x.tape.operations[x.at] if isinstance(x, Symbol) else ("", ())
+    return args[0] if template == "-{}" else None
 
 
 def _infix(sign):

@@ -8,7 +8,7 @@ What a motion model must have:
     control_fields  the parts of the control u and how many numbers each has; `_deg` marks an angle
     state_fields    what the state has beyond the frame: velocities, for example
 
-With `floats` and `zeros` for numpy's own, and `np.where` for `if`, it can be compiled, too (`compiled = true`).
+Write plain numpy, with `np.where` for a decision by a value: the fast engine compiles what it can, numpy does the rest.
 A user gives each control field and its standard deviation in the scenario: here `d`, `d_std`, `da_deg`, `da_std_deg`.
 """
 
@@ -18,7 +18,6 @@ from typing import ClassVar
 import numpy as np
 
 from ekfslam_tutorial.geometry import Frame2
-from ekfslam_tutorial.geometry.arrays import floats, zeros
 
 
 @dataclass(frozen=True)
@@ -49,13 +48,12 @@ class NewMotion:
         X_x : ndarray, shape (..., 3, 3)
         X_u : ndarray, shape (..., 3, 2)
         """
-        x, u = floats(x), floats(u)
         c, s, d = np.cos(x[..., 2]), np.sin(x[..., 2]), u[..., 0]
-
         x2 = x + np.stack([d * c, d * s, u[..., 1]], -1)
-        X_x = zeros(x, *x.shape[:-1], 3, 3)
+
+        X_x = np.zeros_like(x2, shape=(*x2.shape, 3))  # filled below: an array like x2, a matrix for each state
         X_x[...] = np.eye(3)
         X_x[..., 0, 2], X_x[..., 1, 2] = -d * s, d * c
-        X_u = zeros(x, *x.shape[:-1], 3, 2)
+        X_u = np.zeros_like(x2, shape=(*x2.shape, 2))
         X_u[..., 0, 0], X_u[..., 1, 0], X_u[..., 2, 1] = c, s, 1
         return x2, X_x, X_u

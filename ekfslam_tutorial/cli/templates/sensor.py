@@ -9,8 +9,8 @@ What a sensor must have, and the equation of each part:
     R                       covariance of the measurement noise
     bearing_only            True if a measurement leaves the distance open: then `retro` gives a ray of any length
 
-Points come as rows (..., d), so one call serves many landmarks: index with [..., 0], never with [0]. With `floats` for
-`np.asarray`, and `np.where` for `if`, it can be compiled, too (`compiled = true`).
+Points come as rows (..., d), so one call serves many landmarks: index with [..., 0], never with [0]. Write plain numpy,
+with `np.where` for a decision by a value: the fast engine compiles what it can, numpy does the rest.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,6 @@ from typing import ClassVar
 import numpy as np
 
 from ekfslam_tutorial.geometry import wrap
-from ekfslam_tutorial.geometry.arrays import floats
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,6 @@ class NewSensor:
         y : ndarray, shape (..., m)
         Y_p : ndarray, shape (..., m, 2)
         """
-        p = floats(p)
         x, y = p[..., 0], p[..., 1]
         r = np.hypot(x, y)
         Y_p = np.stack([np.stack([x / r, y / r], -1), np.stack([-y / r**2, x / r**2], -1)], -2)
@@ -78,7 +76,6 @@ class NewSensor:
         v : ndarray, shape (..., 2)
         V_y : ndarray, shape (..., 2, m)
         """
-        y = floats(y)
         r, c, s = y[..., 0], np.cos(y[..., 1]), np.sin(y[..., 1])
         V_y = np.stack([np.stack([c, -r * s], -1), np.stack([s, r * c], -1)], -2)
         return np.stack([r * c, r * s], -1), V_y
@@ -90,5 +87,5 @@ class NewSensor:
         return z
 
     def visible(self, y, p):
-        """Whether each point p, measured as y, can be seen."""
+        """Return True for each point p, measured as y, that can be seen."""
         return (y[..., 0] <= self.max_range) & (y[..., 0] > 0)
