@@ -86,15 +86,15 @@ def by_type(lmks):
 
 def _project(map, rob, sen, lmks):
     """Expected observations of landmarks of one type."""
-    Rf, Sf, kind = rob.frame(map), sen.frame(map), lmks[0].type
+    Rf, Sf, obs = rob.frame(map), sen.frame(map), []
+    r = frame_range(rob, Rf)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        e, v, *E_ = expect(Rf, Sf, sen.model, kind, states(map, lmks))
+        e, v, *E_ = expect(Rf, Sf, sen.model, lmks[0].type, states(map, lmks))
         if rob.first is not None:
             E_ = first_jacobians(rob, sen, Sf, lmks)
         visible = sen.model.visible(e, v)
-        obs = []
         for k, (lmk, E_r, E_s, E_l) in enumerate(zip(lmks, *E_, strict=True)):
-            blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
+            blocks = (r, E_r), (sen.r, E_s), (lmk.r, E_l)
             E = covariance(cross(map, blocks), blocks)
             obs.append(Obs(sen.id, lmk.id, e[k], E, v[k], blocks, bool(visible[k] and np.isfinite(E).all())))
     return obs
