@@ -117,6 +117,7 @@ def measure(results, plan, name, only):
         with tqdm(total=total, unit="part", disable=None) as bar:
             with part(bar, "peers"):
                 peers = find()
+                data["versions"] |= peers.versions
                 data["missing"] = [{"name": name, "reason": reason} for name, reason in peers.missing.items()]
             with part(bar, "calibration"):
                 data["calibration"] = machine.calibrate(plan.budget, plan.sizes_mb)

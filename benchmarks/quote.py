@@ -13,7 +13,7 @@ from .ways import SIZES, ours, quickest, quickest_total
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ("README.md", "docs/performance.md")
-PART = re.compile(r"(<!-- speed: (\w+), .* -->\n).*?(<!-- end of speed -->)", re.DOTALL)
+PART = re.compile(r"(<!-- speed: (\w+), [^\n]* -->\n).*?(<!-- end of speed -->)", re.DOTALL)
 
 
 def figure(value):

@@ -46,8 +46,8 @@ class Isam2:
     ----------
     world : World
     partial : bool
-        Its option `enablePartialRelinearizationCheck`: not the whole tree is looked through for what has moved. Of its
-        options this is the only one that makes it quicker here.
+        Its option `enablePartialRelinearizationCheck`: not the whole tree is looked through for what has moved. That is
+        quicker in some sizes. Its other options were not, and its thresholds would change the estimate.
     """
 
     def __init__(self, world, partial=False):

@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,11 +15,13 @@ PYTHON_ROBOTICS = "SLAM/EKFSLAM/ekf_slam.py"
 class Peers:
     """Modules of this folder that could be imported, by name; and what is missing: name to reason.
 
-    `python_robotics` and `mrpt` are paths: of the file ekf_slam.py, and of the program that was built.
+    `versions` is of those that are no packages. `python_robotics` and `mrpt` are paths: of the file ekf_slam.py, and of
+    the program that was built.
     """
 
     modules: dict = field(default_factory=dict)
     missing: dict = field(default_factory=dict)
+    versions: dict = field(default_factory=dict)
     python_robotics: Path | None = None
     mrpt: Path | None = None
 
@@ -65,9 +68,18 @@ def _find_python_robotics(peers):
         peers.modules["python_robotics"] = importlib.import_module(".python_robotics", __package__)
         peers.python_robotics = path
         peers.python_robotics_load = peers.modules["python_robotics"].load(path)
+        peers.versions["PythonRobotics"] = commit(folder)
     except Exception as error:
         peers.modules.pop("python_robotics", None)
         peers.missing["PythonRobotics"] = f"{type(error).__name__}: {error}"
+
+
+def commit(folder):
+    """The commit of a checkout, in short."""
+    if not (folder / ".git").exists():
+        return "(no checkout, version unknown)"
+    run = subprocess.run(["git", "-C", folder, "rev-parse", "--short", "HEAD"], capture_output=True, text=True)
+    return run.stdout.strip() or "(version unknown)"
 
 
 def _find_mrpt(peers):

@@ -80,6 +80,12 @@ def test_a_missing_peer_is_named(smoke):
     assert "not measured" in report  # the targets that needed it
 
 
+def test_a_peer_without_a_checkout_has_no_version(tmp_path):
+    """Nor is it the commit of this repository, in which the folder may be."""
+    assert registry.commit(tmp_path) == "(no checkout, version unknown)"
+    assert registry.commit(HERE) == "(no checkout, version unknown)"
+
+
 def test_the_check_finds_a_wrong_filter():
     a = agreement.run(Oracle(world.lap(10, 3), joint=True), 5)
     wrong = a[0], a[1] * (1 + 1e-8)
