@@ -7,8 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from .. import slam
-from . import crutch as fast
+from .. import fast, slam
 
 ENGINES = "plain", "fast"
 OF_THE_FAST = "compressed", "compiled"
@@ -47,7 +46,7 @@ def engine(options):
     Engine
     """
     if options.engine == "plain":
-        return Engine("plain", fast.new_map, slam.move, slam.correct_known_lmks, slam.init_new_lmks)
+        return Engine("plain", slam.new_map, slam.move, slam.correct_known_lmks, slam.init_new_lmks)
     chosen = {name: getattr(options, name) for name in OF_THE_FAST}
     name = ", ".join(["fast", *(name for name, on in chosen.items() if on)])
     new_map = partial(fast.new_map, **chosen)
