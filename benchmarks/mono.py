@@ -8,13 +8,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ekfslam_tutorial.ekf import Map, update
+from ekfslam_tutorial.fast import FastMap as Map
+from ekfslam_tutorial.fast import correct_known_lmks, update
 from ekfslam_tutorial.geometry import Frame3, e2q
 from ekfslam_tutorial.models import retro_project
 from ekfslam_tutorial.models.landmarks import IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity
 from ekfslam_tutorial.models.sensors import PinHole
-from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks, place, project_lmks
+from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, place, project_lmks
 
 from .agreement import compared
 from .clock import Variant, compare

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ekfslam_tutorial.ekf import Map
+from ekfslam_tutorial.fast import FastMap as Map
 
 from .clock import Variant, compare
 from .given import given
@@ -16,7 +16,7 @@ class Batched:
     """Many runs at once, blocks given: the same world, each run with measurements of its own."""
 
     def __init__(self, world, runs, seed=1):
-        from ekfslam_tutorial.ekf.batch import Batch
+        from ekfslam_tutorial.fast import Batch
 
         rng = np.random.default_rng(seed)
         n = len(world.x0)

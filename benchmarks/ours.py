@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ekfslam_tutorial import ekf
-from ekfslam_tutorial.ekf import Map, predict, update
+from ekfslam_tutorial.fast import CompressedMap, correct_known_lmks, init_new_lmks, move, predict, update
+from ekfslam_tutorial.fast import FastMap as Map
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import RangeBearing
-from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, place
+from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, place
 
 from .given import given
 from .world import R, U
@@ -96,8 +96,8 @@ class Step:
 
 
 def compressed(**how):
-    """A map that keeps the landmarks at hand apart from the rest."""
-    return ekf.CompressedMap(**how)
+    """A map that keeps the landmarks in view apart from the rest."""
+    return CompressedMap(**how)
 
 
 def warm(make):

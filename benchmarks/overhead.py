@@ -8,8 +8,17 @@ import sys
 
 import numpy as np
 
-from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation, predict
-from ekfslam_tutorial.slam import correct_known_lmks, init_new_lmks, move
+from ekfslam_tutorial.fast import FastMap as Map
+from ekfslam_tutorial.fast import (
+    correct,
+    correct_known_lmks,
+    covariance,
+    cross,
+    init_new_lmks,
+    innovation,
+    move,
+    predict,
+)
 
 from .clock import Variant, compare
 from .ours import COMPILED, JointFilter, Step
