@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ekfslam_tutorial import ekf, slam
-from ekfslam_tutorial.ekf.batch import Batch
+from ekfslam_tutorial import ekf, fast, slam
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
@@ -17,23 +16,10 @@ from .given import given
 from .world import R, U
 
 
-def new_map(*, compiled=False, compressed=False):
-    """A map of the quick steps."""
-    return (ekf.CompressedMap if compressed else ekf.Map)(compiled=compiled)
-
-
 # What is measured: the quick steps, and the readable ones. Their names stand here and nowhere else in this folder.
-FAST = SimpleNamespace(
-    new_map=new_map,
-    move=slam.move,
-    correct_known_lmks=slam.correct_known_lmks,
-    init_new_lmks=slam.init_new_lmks,
-    predict=ekf.predict,
-    update=ekf.update,
-    Batch=Batch,
-)
+FAST = fast
 PLAIN = SimpleNamespace(
-    new_map=ekf.Map,
+    new_map=slam.new_map,
     move=slam.move,
     correct_known_lmks=slam.correct_known_lmks,
     init_new_lmks=slam.init_new_lmks,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..ekf.batch import Batch
+from ..fast import Batch
 from ..geometry import Frame2, wrap
 from ..models.landmarks import EucPnt
 from ..models.motion import Odometry2, Unicycle, Vehicle

@@ -123,7 +123,7 @@ def compiled():
     if cure:
         return "compiled", f"numba {version}", cure
     try:
-        from ..compiled.program import cache_folder
+        from ..fast.compiled.program import cache_folder
     except ImportError as error:  # numba and numpy do not fit, or one of them is damaged
         return "compiled", f"numba {version} cannot be imported: {error}", extra
     folder = cache_folder()  # a temporary one if the user's cannot be written

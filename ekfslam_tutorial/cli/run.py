@@ -90,7 +90,7 @@ def main(options):
 
 def not_compiled():
     """A sentence for what the run has computed without compiling."""
-    from ..compiled import left_out  # numba takes its time: not for every command
+    from ..fast.compiled import left_out  # numba takes its time: not for every command
 
     return [f"not compiled, computed by numpy: {', '.join(left_out())}"] if left_out() else []
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ...ekf import CompressedMap, Map, predict, update
+from ...analysis.fast_filter import CompressedMap, FastMap, predict, update
 from ...geometry import Frame2
 from ...models import observe
 from ...models.landmarks import EucPnt
@@ -92,7 +92,7 @@ class Blocks:
 class Joint:
     """The package: all m landmarks in one correction, of one triangle of P."""
 
-    Map = Map
+    Map = FastMap
 
     def __init__(self, world):
         self.world, self.map = world, self.Map()
@@ -112,7 +112,7 @@ class Joint:
 
 
 class Compressed(Joint):
-    """The package's compressed filter: only what is at hand is corrected at once, the rest now and then."""
+    """The package's compressed filter: only what is active is corrected at once, the rest now and then."""
 
     Map = CompressedMap
 

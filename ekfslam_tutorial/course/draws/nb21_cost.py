@@ -9,8 +9,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, eye_array
 from scipy.sparse.linalg import splu
 
-from ... import ekf
-from ...ekf import CompressedMap, Map
+from ...analysis.fast_filter import CompressedMap, FastMap, update
 from .nb21_runs import logs
 
 
@@ -58,11 +57,11 @@ def price(landmarks=400, seen=8, frames=20):
     def one_by_one(map):
         """One correction after the other."""
         for r, h, l in zip(at, H_r, H_l, strict=True):
-            ekf.update(map, [(robot, h), (r, l)], np.zeros(2), S)
+            update(map, [(robot, h), (r, l)], np.zeros(2), S)
 
     def at_once(map):
         """One correction with all."""
-        ekf.update(map, [(robot, H_r), (rows, H_l)], np.zeros((seen, 2)), S)
+        update(map, [(robot, H_r), (rows, H_l)], np.zeros((seen, 2)), S)
 
     def times(kind, work):
         """Seconds of each frame."""
@@ -79,7 +78,7 @@ def price(landmarks=400, seen=8, frames=20):
 
     compressed, flush = times(CompressedMap, one_by_one)
     return {
-        "one landmark after the other": min(times(Map, one_by_one)[0]),
-        "all of a frame at once": min(times(Map, at_once)[0]),
+        "one landmark after the other": min(times(FastMap, one_by_one)[0]),
+        "all of a frame at once": min(times(FastMap, at_once)[0]),
         "compressed, with its flush": float(np.mean(compressed[1:])) + flush / frames,
     }

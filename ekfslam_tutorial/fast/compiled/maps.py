@@ -1,22 +1,21 @@
-"""Compiled pieces of the maps: what `ekf/stochastic_map.py` and `ekf/compressed.py` ask of their storage."""
+"""Compiled pieces of the maps: what `fast_map.py` and `compressed_map.py` ask of their storage."""
 
 from math import sqrt
 
 import numpy as np
 
-from ..ekf.stochastic_map import LINE, WIDTH
-from ..ekf.triangle import BLOCK
-from ..ekf.virtual import EXPLAINED, FLOOR, STILL, TINY, TRIALS
-from .filter import MANY_ROWS, machine_code
-from .filter import indices as integers
-from .kernels import compiled, downdate, put, rows_of, whole, zeros
+from ..storage import LINE, WIDTH
+from ..triangle import BLOCK
+from ..virtual import EXPLAINED, FLOOR, STILL, TINY, TRIALS
+from .filter import MANY_ROWS, integers, machine_code
+from .kernels import aligned, compiled, downdate, put, rows_of, whole
 from .tile import subtract_rows
 
 # --- a map -----------------------------------------------------------------------------------------------------------
 
 
 def rows(map, indices):
-    """`Map.rows` of any states: shape (k, n). None if some are not in the map."""
+    """`FastMap.rows` of any states: shape (k, n). None if some are not in the map."""
     (_, P, n, lower), indices = map.storage, np.array(indices, np.int64)
     out = np.empty((len(indices), n))
     return out if _rows(P, n, lower, indices, out) else None
@@ -32,7 +31,7 @@ def _rows(P, n, lower, indices, out):
 
 
 def between(map, i, j):
-    """`Map.between`: shape (len(i), len(j))."""
+    """`FastMap.between`: shape (len(i), len(j))."""
     _, P, _, lower = map.storage
     out = np.empty((len(i), len(j)))
     _between(P, lower, i, j, out)
@@ -63,7 +62,7 @@ def _mirror(P, n):
 
 
 def overwrite(map, indices, P_im):
-    """`Map.overwrite`: rows P_im, shape (k, n), given by their k indices, and the columns."""
+    """`FastMap.overwrite`: rows P_im, shape (k, n), given by their k indices, and the columns."""
     _, P, _, lower = map.storage
     _overwrite(P, lower, np.array(indices, np.int64), np.ascontiguousarray(P_im, float))
 
@@ -80,11 +79,11 @@ def _overwrite(P, lower, indices, P_im):
 
 
 def subtract(map, Wt):
-    """`Map.subtract` of W', shape (m, n). Whether it could be done."""
+    """`FastMap.subtract` of W', shape (m, n). Whether it could be done."""
     if len(Wt) > MANY_ROWS:
         return False
     m, n = Wt.shape
-    W, lower = zeros(m, whole(n) + LINE), map.keep_one_triangle()
+    W, lower = aligned(m, whole(n) + LINE), map.keep_one_triangle()
     W[:, :n] = Wt
     downdate(map.storage[1], W, n, lower)
     return True
@@ -92,74 +91,74 @@ def subtract(map, Wt):
 
 # --- a compressed map ------------------------------------------------------------------------------------------------
 
-HERE = "b1(i8[::1], i8[::1], i8, i8[:, ::1], i8[::1], i8[:, ::1])"
+SPOTS = "b1(i8[::1], i8[::1], i8, i8[:, ::1], i8[::1], i8[:, ::1])"
 FOLLOW = "void(f8[::1], f8[::1], i8[::1])"
 SETTLE = "void(f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1])"
 
 
-def here(at, used_at, now, rows, some):
-    """Where the states of these rows are at hand, (K, k); some of them are used now. None if some are far.
+def spots(spot_of, last_use, now, indices, some):
+    """Return where these states, (K, k), stand in the small map; some are used now. None if one of those is far.
 
     Parameters
     ----------
-    at, used_at : ndarray of int
-        Of each state of the map: where it is at hand, -1 if it is far; when it was used last.
+    spot_of, last_use : ndarray of int
+        Of each state of the map: where it stands in the small map, -1 if it is far; when it was used last.
     now : int
-    rows : ndarray of int, shape (K, k)
+    indices : ndarray of int, shape (K, k)
     some : list of int, or ndarray
     """
-    rows, out, run = integers(rows), np.empty(rows.shape, np.int64), machine_code(_here, HERE)
-    return out if run(at, used_at, now, rows, integers(some), out) else None
+    indices, out, run = integers(indices), np.empty(indices.shape, np.int64), machine_code(_spots, SPOTS)
+    return out if run(spot_of, last_use, now, indices, integers(some), out) else None
 
 
 @compiled
-def _here(at, used_at, now, rows, some, out):
-    K, k = rows.shape
+def _spots(spot_of, last_use, now, indices, some, out):
+    K, k = indices.shape
     for i in some:
         for c in range(k):
-            if at[rows[i, c]] < 0:
+            if spot_of[indices[i, c]] < 0:
                 return False
-            used_at[rows[i, c]] = now
+            last_use[indices[i, c]] = now
     for i in range(K):
         for c in range(k):
-            out[i, c] = at[rows[i, c]]
+            out[i, c] = spot_of[indices[i, c]]
     return True
 
 
-def follow(x, x_near, of):
-    """`CompressedMap._follow`: what x_near (n_near,) says goes to the means x (n,) of the states at hand.
+def follow(x, moved, state_at):
+    """`CompressedMap._follow`: what `moved` (n_small,) says goes to the means x (n,) of the active states.
 
-    `of` says which state of the map stands where in the near map, -1 for the virtual ones.
+    `state_at` says which state of the map stands where in the small one, -1 for the virtual ones.
     """
-    machine_code(_follow, FOLLOW)(x, x_near, of)
+    machine_code(_follow, FOLLOW)(x, moved, state_at)
 
 
 @compiled
-def _follow(x, x_near, of):
-    for k in range(len(x_near)):
-        if of[k] >= 0:
-            x[of[k]] += x_near[k]
-            x_near[k] = 0.0
+def _follow(x, moved, state_at):
+    for k in range(len(moved)):
+        if state_at[k] >= 0:
+            x[state_at[k]] += moved[k]
+            moved[k] = 0.0
 
 
-def settle(x, x_near, virtual, v, of):
+def settle(x, moved, virtual, v, state_at):
     """The means x of the far states follow the virtual ones, b = b_0 + G v, `VirtualStates.times`; these are zero then.
 
     Parameters
     ----------
-    x, x_near, of
+    x, moved, of
         As in `follow`.
     virtual : VirtualStates
     v : ndarray of int, shape (size,)
-        Where the virtual states are at hand.
+        Where the virtual states stand in the small map.
     """
     Lt, P = virtual.factors
-    machine_code(_settle, SETTLE)(x, x_near, Lt, P, v, of)
+    machine_code(_settle, SETTLE)(x, moved, Lt, P, v, state_at)
 
 
 @compiled
-def _settle(x, x_near, Lt, P, v, of):
-    size, n, w = len(v), len(x), x_near[v]
+def _settle(x, moved, Lt, P, v, state_at):
+    size, n, w = len(v), len(x), moved[v]
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
             w[i] -= Lt[i, j] * w[j]
@@ -167,12 +166,12 @@ def _settle(x, x_near, Lt, P, v, of):
     minus_dx, w = np.zeros((1, whole(n))), w.reshape(1, size)
     for j in range(0, n, WIDTH):
         subtract_rows(minus_dx, 0, j, w, P, size, 1.0)
-    for k in range(len(x_near)):
-        if of[k] >= 0:
-            minus_dx[0, of[k]] = 0.0
+    for k in range(len(moved)):
+        if state_at[k] >= 0:
+            minus_dx[0, state_at[k]] = 0.0
     for j in range(n):
         x[j] -= minus_dx[0, j]
-    x_near[:] = 0.0
+    moved[:] = 0.0
 
 
 def explained(virtual, i, P_ii):
@@ -263,13 +262,13 @@ def _cholesky(P, Ct, order):
     return k
 
 
-def joined(near, v, G_i, P_ii):
-    """`CompressedMap._joined` of G_i (k, size + k) and P_ii (k, k). Returns the range in the near map."""
+def joined(small, v, G_i, P_ii):
+    """`CompressedMap._joined` of G_i (k, size + k) and P_ii (k, k). Returns the range in the small map."""
     m = len(G_i) + G_i.shape[1] - len(v)
-    here = near.free(m)
-    _, P, n, lower = near.storage
-    _join(P, n, lower, v, G_i, P_ii, here.start)
-    return near.occupy(here, 0.0)
+    spot = small.free(m)
+    _, P, n, lower = small.storage
+    _join(P, n, lower, v, G_i, P_ii, spot.start)
+    return small.occupy(spot, 0.0)
 
 
 @compiled

@@ -12,8 +12,8 @@ from llvmlite.binding import get_host_cpu_features
 from numba import extending, types
 from numba.core import cgutils
 
-from ..ekf.stochastic_map import LINE as ROWS  # storage is whole lines of the cache, so tiles never leave it
-from ..ekf.stochastic_map import WIDTH
+from ..storage import LINE as ROWS  # storage is whole lines of the cache, so tiles never leave it
+from ..storage import WIDTH
 
 COLUMNS = 8 if get_host_cpu_features().get("avx512f") else 4  # for which there are registers
 

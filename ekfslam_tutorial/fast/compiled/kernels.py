@@ -1,4 +1,4 @@
-"""The filter's equations in loops, on the storage of a map: what `ekf/filter.py` says, one number at a time.
+"""The filter's equations in loops, on the storage of a map: what `fast/filter.py` says, one number at a time.
 
 Inner loops begin at 0, or are slices: only then does the compiler let several numbers be computed at once.
 
@@ -8,7 +8,7 @@ triangle of it is true. A range that is not in the map begins at -1; its Jacobia
 Shapes: rows of P (k, n); a Jacobian J of K landmarks (K, m, n_r + n_s + n_l), for robot, sensor and landmark, of which
 those `found` count, M = m len(found) numbers in all; [H P, Z, z] (M, ·), Z from column `first` on; z and R as measured.
 
-The file is compiled; read `ekf/filter.py`. The tests hold the two against each other.
+The file is compiled; read `fast/filter.py`. The tests hold the two against each other.
 """
 
 from math import isfinite, sqrt
@@ -16,8 +16,8 @@ from math import isfinite, sqrt
 import numpy as np
 from numba import njit
 
-from ..ekf import stochastic_map
-from ..ekf.stochastic_map import LINE, WIDTH
+from .. import storage
+from ..storage import LINE, WIDTH
 from .tile import COLUMNS, subtract_rows, subtract_tile
 
 CACHED = 2048  # numbers that stay in the fastest cache, and leave room for others
@@ -32,7 +32,7 @@ def compiled(function):
         return njit(**HOW)(function)
 
 
-whole, zeros = compiled(stochastic_map.whole), compiled(stochastic_map.zeros)
+whole, aligned = compiled(storage.whole), compiled(storage.aligned)
 
 
 @compiled
@@ -44,7 +44,7 @@ def copy(numbers, out):
 
 @compiled
 def rows_of(P, n, lower, start, k, out):
-    """Rows of P, `Map.rows`: k of them from start on; the upper triangle is taken from the lower one."""
+    """Rows of P, `FastMap.rows`: k of them from start on; the upper triangle is taken from the lower one."""
     for a in range(k):
         i = start + a
         begin = i if lower else 0
@@ -55,7 +55,7 @@ def rows_of(P, n, lower, start, k, out):
 
 @compiled
 def put(P, n, lower, start, P_rm, P_rr):
-    """Rows and columns of P, `Map.put`."""
+    """Rows and columns of P, `FastMap.replace`."""
     k = len(P_rr)
     for a in range(k):
         i, begin = start + a, start if lower else 0
@@ -116,11 +116,11 @@ def predict(P, n, lower, start, x, X_x, X_u, U):
 
 
 @compiled
-def within(rows, n):
+def within(indices, n):
     """Whether all these indices are of a map of n states."""
-    for i in range(rows.shape[0]):
-        for c in range(rows.shape[1]):
-            if not 0 <= rows[i, c] < n:
+    for i in range(indices.shape[0]):
+        for c in range(indices.shape[1]):
+            if not 0 <= indices[i, c] < n:
                 return False
     return True
 
@@ -143,12 +143,12 @@ def columns_of(r, s, n_r, n_s, n_l, known):
 
 
 @compiled
-def covariance_of(P, lower, J, cols, at, rows, k, n_before, E):
+def covariance_of(P, lower, J, cols, at, indices, k, n_before, E):
     """E = H P H' of landmark k alone, `covariance`: the blocks of P are read where they stand."""
     m, q = len(E), len(cols)
     for c in range(q):
         if cols[c] >= n_before:
-            at[c] = rows[k, cols[c] - n_before]
+            at[c] = indices[k, cols[c] - n_before]
     for a in range(m):
         for b in range(a + 1):
             E[a, b] = 0.0
@@ -166,19 +166,19 @@ def covariance_of(P, lower, J, cols, at, rows, k, n_before, E):
 
 
 @compiled
-def covariances(P, lower, r, s, rows, n_r, n_s, J, found, E):
+def covariances(P, lower, r, s, indices, n_r, n_s, J, found, E):
     """`covariance_of` of each of those found."""
     n_l = J.shape[2] - n_r - n_s
-    cols, at = columns_of(r, s, n_r, n_s, n_l, rows.shape[1] == 0)
+    cols, at = columns_of(r, s, n_r, n_s, n_l, indices.shape[1] == 0)
     for k in found:
-        covariance_of(P, lower, J, cols, at, rows, k, n_r + n_s, E[k])
+        covariance_of(P, lower, J, cols, at, indices, k, n_r + n_s, E[k])
 
 
 @compiled
-def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
+def products(P, n, lower, r, s, indices, n_r, n_s, J, found, A, first):
     """To A is added H P, and from column `first` on H P H', of the stack of those found: `cross` and `covariance`."""
     K, m, n_before = len(found), J.shape[1], n_r + n_s
-    cols, at = columns_of(r, s, n_r, n_s, rows.shape[1], rows.shape[1] == 0)
+    cols, at = columns_of(r, s, n_r, n_s, indices.shape[1], indices.shape[1] == 0)
     q, Z = len(cols), A[:, first:]
     minus_H, P_at, HP_at = np.empty((K * m, q)), np.zeros((q, first)), np.zeros((q, Z.shape[1]))
     for c in range(q):
@@ -188,7 +188,7 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
         k = found[i]
         for c in range(q):
             if cols[c] >= n_before:
-                rows_of(P, n, lower, rows[k, cols[c] - n_before], 1, P_at[c:])
+                rows_of(P, n, lower, indices[k, cols[c] - n_before], 1, P_at[c:])
             for a in range(m):
                 minus_H[i * m + a, c] = -J[k, a, cols[c]]
         for a in range(m):
@@ -198,7 +198,7 @@ def products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first):
         k = found[i]
         for c in range(q):
             if cols[c] >= n_before:
-                at[c] = rows[k, cols[c] - n_before]
+                at[c] = indices[k, cols[c] - n_before]
             if cols[c] >= n_before or i == 0:
                 for p in range(K * m):
                     HP_at[c, p] = A[p, at[c]]
@@ -242,7 +242,7 @@ def downdate(P, Wt, n, lower):
 
 
 @compiled
-def update(x, P, n, lower, r, s, rows, n_r, n_s, J, E, found, z, R):
+def update(x, P, n, lower, r, s, indices, n_r, n_s, J, E, found, z, R):
     """`correct` by the stack of those found; E (K, m, m) gets their H P H', `covariance`.
 
     Returns
@@ -252,8 +252,8 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, E, found, z, R):
     """
     K, m = z.shape
     M, first = K * m, whole(n)
-    A = zeros(M + 1, first + whole(M + 1) + LINE)  # [H P, Z, z] becomes [W', L', w], and below W' comes -dx
-    products(P, n, lower, r, s, rows, n_r, n_s, J, found, A, first)
+    A = aligned(M + 1, first + whole(M + 1) + LINE)  # [H P, Z, z] becomes [W', L', w], and below W' comes -dx
+    products(P, n, lower, r, s, indices, n_r, n_s, J, found, A, first)
     Z = A[:, first:]
     for i in range(K):
         for a in range(m):
@@ -275,7 +275,7 @@ def update(x, P, n, lower, r, s, rows, n_r, n_s, J, E, found, z, R):
 def passes(z, E, R, threshold):
     """Whether z' (E + R)^-1 z is below the gate: 1 or 0, -1 where `eliminate` says False."""
     m, total = len(z), 0.0
-    A = zeros(m, whole(m + 1))  # [Z, z] becomes [L', w]
+    A = aligned(m, whole(m + 1))  # [Z, z] becomes [L', w]
     A[:, :m], A[:, m] = E + R, z
     if not isfinite(np.sum(z)) or not eliminate(A, 0):
         return -1
@@ -285,7 +285,7 @@ def passes(z, E, R, threshold):
 
 
 @compiled
-def gated(x, P, n, lower, r, s, rows, n_f, J, E, found, z, R, threshold):
+def gated(x, P, n, lower, r, s, indices, n_f, J, E, found, z, R, threshold):
     """`update` by those found that pass the gate, each on its own.
 
     Returns
@@ -304,7 +304,7 @@ def gated(x, P, n, lower, r, s, rows, n_f, J, E, found, z, R, threshold):
             if every:
                 Q[q] = R[i]
             q += 1
-    done = q == 0 or update(x, P, n, lower, r, s, rows, n_f, n_f, J, E, found[:q], w[:q], Q[:q] if every else Q)
+    done = q == 0 or update(x, P, n, lower, r, s, indices, n_f, n_f, J, E, found[:q], w[:q], Q[:q] if every else Q)
     return q if done else -1
 
 

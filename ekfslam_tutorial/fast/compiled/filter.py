@@ -1,4 +1,4 @@
-"""Compiled pieces of the filter: what `ekf/filter.py` calls for a map with `compiled`, blocks given."""
+"""Compiled pieces of the filter: what `fast/filter.py` calls for a map with `compiled`, blocks given."""
 
 from functools import cache
 
@@ -7,7 +7,7 @@ import numpy as np
 from . import kernels
 
 MANY_ROWS = 200  # of W' from which on BLAS is faster than the loops
-NO_ROWS = np.zeros((0, 0), np.int64)  # of landmarks that are known
+NO_INDICES = np.zeros((0, 0), np.int64)  # of landmarks that are known
 RANGE = slice, type(None)
 
 
@@ -30,7 +30,7 @@ def floats(a):
     return np.asarray(a, float, order="C")
 
 
-def indices(a):
+def integers(a):
     """The same for whole numbers."""
     return np.asarray(a, np.int64, order="C")
 
@@ -41,35 +41,35 @@ def noises(R):
     return R[None] if R.ndim == 2 else R
 
 
-def begin(r):
+def start_of(r):
     """Where a range begins; -1 for that of a known state."""
     return -1 if r is None else r.start
 
 
 def predict(map, r, x, X_x, X_u, U):
-    """`ekf.predict`. Whether it could be done."""
+    """`filter.predict`. Whether it could be done."""
     if not 0 <= r.start < r.stop <= map.n:
         return False
-    k, nu, (here, *_) = r.stop - r.start, len(U), map.at_hand(r)
+    k, nu, (spot, *_) = r.stop - r.start, len(U), map.spots(r)
     x, X_x, X_u, U = floats(x), floats(X_x), floats(X_u), floats(U)
-    if not isinstance(here, slice) or (X_x.shape, X_u.shape, U.shape, x.shape) != ((k, k), (k, nu), (nu, nu), (k,)):
+    if not isinstance(spot, slice) or (X_x.shape, X_u.shape, U.shape, x.shape) != ((k, k), (k, nu), (nu, nu), (k,)):
         return False
     _, P, n, lower = map.storage
-    if not machine_code(kernels.predict, PREDICT)(P, n, lower, here.start, x, X_x, X_u, U):
+    if not machine_code(kernels.predict, PREDICT)(P, n, lower, spot.start, x, X_x, X_u, U):
         return False
-    map.move(r, x)
+    map.set_mean(r, x)
     return True
 
 
 def update(map, blocks, z, R):
-    """`ekf.update`. Whether it could be done: by one or two ranges, and after them at most one array of rows."""
-    z, ranges, Js, sizes, rows = floats(z), [], [], [], None
+    """`filter.update`. Whether it could be done: by one or two ranges, and after them at most one array of indices."""
+    z, ranges, Js, sizes, indices = floats(z), [], [], [], None
     if z.ndim == 1:
         z, R = z[None], floats(R)[None]
     for r, J in blocks:
         if r is None:
             continue
-        if rows is not None:
+        if indices is not None:
             return False
         if isinstance(r, slice):
             if not 0 <= r.start < r.stop <= map.n:
@@ -77,10 +77,10 @@ def update(map, blocks, z, R):
             ranges.append(r)
             sizes.append(r.stop - r.start)
         else:
-            rows = indices(r)
-            if rows.ndim != 2 or len(rows) != len(z) or not machine_code(kernels.within, WITHIN)(rows, map.n):
+            indices = integers(r)
+            if indices.ndim != 2 or len(indices) != len(z) or not machine_code(kernels.within, WITHIN)(indices, map.n):
                 return False
-            sizes.append(rows.shape[1])
+            sizes.append(indices.shape[1])
         Js.append(J if J.ndim == 3 else J[None])
         if Js[-1].shape != (*z.shape, sizes[-1]):
             return False
@@ -88,7 +88,7 @@ def update(map, blocks, z, R):
         return False
     (r, s), (n_r, n_s) = (*ranges, None)[:2], (*sizes[: len(ranges)], 0)[:2]
     found = every(len(z))
-    return correct_some(map, map.at_hand(r, s, rows, found), n_r, n_s, np.concatenate(Js, -1), found, z, R)
+    return correct_some(map, map.spots(r, s, indices, found), n_r, n_s, np.concatenate(Js, -1), found, z, R)
 
 
 @cache
@@ -97,14 +97,14 @@ def every(K):
     return np.arange(K)
 
 
-def correct_some(map, places, n_r, n_s, J, found, z, R):
-    """`ekf.update` by those found of a stack. Whether it could be done; if not, nothing has been changed.
+def correct_some(map, spots, n_r, n_s, J, found, z, R):
+    """`filter.update` by those found of a stack. Whether it could be done; if not, nothing has been changed.
 
     Parameters
     ----------
     map : Map
-    places : tuple (slice or None, slice or None, ndarray of int of shape (K, k) or None)
-        From `map.at_hand`: where the states are that the columns of J belong to, two that are the same for all, and
+    spots : tuple (slice or None, slice or None, ndarray of int of shape (K, k) or None)
+        From `map.spots`: where the states are that the columns of J belong to, two that are the same for all, and
         those that each has of its own.
     n_r, n_s : int
         Numbers of the first two.
@@ -114,16 +114,16 @@ def correct_some(map, places, n_r, n_s, J, found, z, R):
     z : ndarray, shape (k, m)
     R : ndarray, shape (m, m), or (k, m, m)
     """
-    m, (r, s, rows), J, z, R = z.shape[1], places, floats(J), floats(z), noises(R)
+    m, (r, s, indices), J, z, R = z.shape[1], spots, floats(J), floats(z), noises(R)
     if z.size > MANY_ROWS or R.shape not in ((1, m, m), (len(z), m, m)):
         return False
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return False
-    found, rows = indices(found), NO_ROWS if rows is None else indices(rows)
+    found, indices = integers(found), NO_INDICES if indices is None else integers(indices)
     lower = map.keep_one_triangle()
     x, P, n, _ = map.storage
     run, E = machine_code(kernels.update, UPDATE), np.empty((len(J), m, m))
-    if not run(x, P, n, lower, begin(r), begin(s), rows, n_r, n_s, J, E, found, z, R):
+    if not run(x, P, n, lower, start_of(r), start_of(s), indices, n_r, n_s, J, E, found, z, R):
         return False
     map.relieve()
     return True

@@ -1,13 +1,14 @@
-"""Compiled pieces of a step: what `slam/` calls for a map with `compiled`, instead of numpy's small arrays."""
+"""Compiled pieces of a step: what the steps call for a map with `compiled`, instead of numpy's small arrays."""
 
 from functools import lru_cache
 
 import numpy as np
 
-from ..ekf import Map
-from ..geometry.symbols import Tape
-from ..models.observation import expect, may_be_seen, retro_project
-from .filter import MANY_ROWS, NO_ROWS, RANGE, begin, floats, noises
+from ...models.observation import retro_project
+from ..core import Tape
+from ..expectation import expect, may_be_seen
+from ..fast_map import FastMap
+from .filter import MANY_ROWS, NO_INDICES, RANGE, floats, noises, start_of
 from .program import build, straight_code
 
 KEEP = 256  # programs
@@ -72,11 +73,11 @@ def _check_shapes(*arrays):
 def move(map, r, motion, u, U, dt):
     """`motion.move` and `predict`. Whether it could be done."""
     run = _program(_write_move, motion)
-    if run is None or r.stop - r.start != motion.size or not isinstance(here := map.at_hand(r)[0], slice):
+    if run is None or r.stop - r.start != motion.size or not isinstance(spot := map.spots(r)[0], slice):
         return False
     x, (_, P, n, lower) = map.state(r), map.storage
-    run(x, P, n, lower, here.start, floats(u), floats(U), float(dt))
-    map.move(r, x)
+    run(x, P, n, lower, spot.start, floats(u), floats(U), float(dt))
+    map.set_mean(r, x)
     return True
 
 
@@ -101,11 +102,11 @@ def _write_move(motion):
 def normalized(map, r, frame):
     """`transform` of the orientation of the frame that begins at r to its normal form. Whether it could be done."""
     run = _program(_write_normalized, frame)
-    if run is None or not isinstance(here := map.at_hand(r)[0], slice):
+    if run is None or not isinstance(spot := map.spots(r)[0], slice):
         return False
     x, (_, P, n, lower) = map.state(r), map.storage
-    run(x, P, n, lower, here.start)
-    map.move(r, x)
+    run(x, P, n, lower, spot.start)
+    map.set_mean(r, x)
     return True
 
 
@@ -126,7 +127,7 @@ def _write_normalized(frame):
 # --- corrections -----------------------------------------------------------------------------------------------------
 
 
-def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
+def expected(map, Rf, Sf, sensor, kind, l, r, s, indices, every):
     """`expect`, what is visible, and the covariance of each: `covariance`.
 
     Parameters
@@ -135,7 +136,7 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
         As in `expect`, l of shape (K, k).
     r, s : slice or None
         Ranges of both frames in the map.
-    rows : ndarray of int, shape (K, k), or None
+    indices : ndarray of int, shape (K, k), or None
         Where the landmarks are in the map.
     every : bool
         Compute E of all of them, not of the visible ones only.
@@ -149,15 +150,15 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, rows, every):
     if program is None or type(Sf) is not type(Rf) or l.shape[-1] != kind.size:
         return None
     run, m, d, size = program
-    K, l, known = len(l), np.ascontiguousarray(l, float), rows is None
+    K, l, known = len(l), np.ascontiguousarray(l, float), indices is None
     e, v, visible = np.empty((K, m)), np.empty((K, d)), np.empty(K, bool)
     J, E = np.empty((K, m, size)), np.empty((K, m, m))
     _, P, n, lower = map.storage
-    if not isinstance(map, Map):  # which has not all at hand
-        run(Rf.x, Sf.x, l, P, lower, -1, -1, NO_ROWS, True, False, e, v, visible, J, E)
+    if not isinstance(map, FastMap):  # not all is active
+        run(Rf.x, Sf.x, l, P, lower, -1, -1, NO_INDICES, True, False, e, v, visible, J, E)
         return e, v, visible, J, None
-    rows = NO_ROWS if known else rows
-    run(Rf.x, Sf.x, l, P, lower, begin(r), begin(s), rows, known, every, e, v, visible, J, E)
+    indices = NO_INDICES if known else indices
+    run(Rf.x, Sf.x, l, P, lower, start_of(r), start_of(s), indices, known, every, e, v, visible, J, E)
     return e, v, visible, J, E
 
 
@@ -177,7 +178,7 @@ def _write_expected(frame, sensor, kind):
     loop += [
         f"visible[k] = visible[k] and isfinite({finite})",
         "if every or visible[k]:",
-        f"    covariance_of(P, lower, J, cols, at, rows, k, {2 * n_f}, E[k])",
+        f"    covariance_of(P, lower, J, cols, at, indices, k, {2 * n_f}, E[k])",
         "else:",
         "    E[k] = np.nan",
     ]
@@ -191,7 +192,7 @@ def _write_expected(frame, sensor, kind):
         "void(f8[::1], f8[::1], f8[:, ::1], f8[::1, :], b1, i8, i8, i8[:, ::1], b1, b1, "
         "f8[:, ::1], f8[:, ::1], b1[::1], f8[:, :, ::1], f8[:, :, ::1])"
     )
-    arguments = "rf, sf, l, P, lower, r, s, rows, known, every, e, v, visible, J, E"
+    arguments = "rf, sf, l, P, lower, r, s, indices, known, every, e, v, visible, J, E"
     return build(signature, arguments, lines), m, d, size
 
 
@@ -200,31 +201,31 @@ def _single(a, ndim):
     return a[0] if a.ndim > ndim else a
 
 
-def near(Rf, Sf, sensor, kind, x, rows):
-    """Indices of the landmarks that `may_be_seen`, of which each has some rows of x, (K, k). None if not compiled."""
-    run = _program(_write_near, type(Rf), sensor, kind)
-    if run is None or type(Sf) is not type(Rf) or rows.shape[-1] != kind.size:
+def in_view(Rf, Sf, sensor, kind, x, indices):
+    """Indices of the landmarks that `may_be_seen`; they stand in x at these indices, (K, k). None if not compiled."""
+    run = _program(_write_in_view, type(Rf), sensor, kind)
+    if run is None or type(Sf) is not type(Rf) or indices.shape[-1] != kind.size:
         return None
-    at = np.empty(len(rows), np.int64)
-    return at[: run(Rf.x, Sf.x, x, rows, at)]
+    at = np.empty(len(indices), np.int64)
+    return at[: run(Rf.x, Sf.x, x, indices, at)]
 
 
-def _write_near(frame, sensor, kind):
+def _write_in_view(frame, sensor, kind):
     tape = Tape()
     Rf, Sf = frame(tape.inputs("rf[{}]", frame.size)), frame(tape.inputs("sf[{}]", frame.size))
-    seen = may_be_seen(Rf.compose(Sf)[0], sensor, kind, tape.inputs("x[rows[k, {}]]", kind.size)[None])
+    seen = may_be_seen(Rf.compose(Sf)[0], sensor, kind, tape.inputs("x[indices[k, {}]]", kind.size)[None])
     before, loop = straight_code(tape, [("seen", np.asarray(seen)[0])], each="[k")
     loop += ["if seen:", "    at[q] = k", "    q += 1"]
-    lines = ["q = 0", *before, "for k in range(len(rows)):", *(f"    {line}" for line in loop), "return q"]
-    return build("i8(f8[::1], f8[::1], f8[::1], i8[:, ::1], i8[::1])", "rf, sf, x, rows, at", lines)
+    lines = ["q = 0", *before, "for k in range(len(indices)):", *(f"    {line}" for line in loop), "return q"]
+    return build("i8(f8[::1], f8[::1], f8[::1], i8[:, ::1], i8[::1])", "rf, sf, x, indices, at", lines)
 
 
-def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, threshold):
+def correct_found(map, sensor, spots, n, J, e, E, no_E, found, index, y, R, threshold):
     """Innovations of those found, the gate, and `update` by those that pass, all at once. None if that cannot be.
 
     Parameters
     ----------
-    map, places, n, J
+    map, spots, n, J
         As in `correct_some`; n are the numbers of a frame.
     sensor : SensorModel
     e, E : ndarray, shape (K, m) and (K, m, m)
@@ -245,14 +246,14 @@ def correct_found(map, sensor, places, n, J, e, E, no_E, found, index, y, R, thr
     passed : list of int
         Those of the found that pass.
     """
-    (r, s, rows), run, m = places, _program(_write_correction, sensor), e.shape[1]
+    (r, s, indices), run, m = spots, _program(_write_correction, sensor), e.shape[1]
     if run is None or not isinstance(r, RANGE) or not isinstance(s, RANGE) or len(found) * m > MANY_ROWS:
         return None
     z, (at, of), R = np.empty((len(found), m)), np.array((found, index), np.int64), noises(R)
     if R.shape not in ((1, m, m), (len(z), m, m)):
         return None
     map.keep_one_triangle()
-    where = (*map.storage, begin(r), begin(s), NO_ROWS if rows is None else rows)
+    where = (*map.storage, start_of(r), start_of(s), NO_INDICES if indices is None else indices)
     q = run(*where, n, J, e, E, NOBODY if no_E is None else no_E, at, of, y, R, threshold, z)
     if q < 0:
         return None  # numpy says what is wrong
@@ -271,17 +272,17 @@ def _write_correction(sensor):
         "if len(no_E) > 0:",
         "    E[:] = np.nan",
         "    if isfinite(threshold) or len(no_E) > len(found):",  # if not, E comes with the correction
-        "        covariances(P, lower, r, s, rows, n_f, n_f, J, no_E, E)",
+        "        covariances(P, lower, r, s, indices, n_f, n_f, J, no_E, E)",
         "for q in range(len(found)):",
         "    k, i = found[q], of[q]",
         *(f"    {line}" for line in loop),
-        "return gated(x, P, n, lower, r, s, rows, n_f, J, E, found, z, R, threshold)",
+        "return gated(x, P, n, lower, r, s, indices, n_f, J, E, found, z, R, threshold)",
     ]
     signature = (
         "i8(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], "
         "i8[::1], i8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1], f8, f8[:, ::1])"
     )
-    return build(signature, "x, P, n, lower, r, s, rows, n_f, J, e, E, no_E, found, of, y, R, threshold, z", lines)
+    return build(signature, "x, P, n, lower, r, s, indices, n_f, J, e, E, no_E, found, of, y, R, threshold, z", lines)
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------
@@ -317,12 +318,12 @@ def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
     y, R = floats(y), floats(R)
     if (y.shape, n.shape, R.shape, N.shape) != shapes:
         return None
-    r, s, _ = map.at_hand(r, s)
+    r, s, _ = map.spots(r, s)
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return None
     at, l = map.free(size), np.empty(size)
     _, P, n_states, lower = map.storage
-    if run(Rf.x, Sf.x, y, n, R, N, P, n_states, lower, begin(r), begin(s), at.start, l):
+    if run(Rf.x, Sf.x, y, n, R, N, P, n_states, lower, start_of(r), start_of(s), at.start, l):
         return map.occupy(at, l)
     return None  # numpy says what is wrong
 

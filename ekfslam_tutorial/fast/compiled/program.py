@@ -17,7 +17,7 @@ from types import ModuleType
 import numba
 import numpy as np
 
-from ..geometry.symbols import Symbol
+from ..core import Symbol
 from . import kernels, tile
 
 HEAD = '''"""Written by ekfslam_tutorial from its models; it can be deleted at any time."""
@@ -28,7 +28,7 @@ from math import isfinite
 import numpy as np
 from numba import njit
 
-from ekfslam_tutorial.compiled.kernels import (
+from ekfslam_tutorial.fast.compiled.kernels import (
     columns_of,
     covariance_of,
     covariances,

@@ -1,0 +1,84 @@
+"""New landmarks: `init_new_lmks`, quicker."""
+
+import numpy as np
+
+from ..models.observation import retro_project
+from .core import (
+    EUCLIDEAN,
+    Event,
+    KnownIds,
+    Lmk,
+    MapFull,
+    check_first_estimates,
+    free_slot,
+    transport,
+    well_inside,
+)
+from .extra import compiled
+from .filter import augment
+from .frames import frame_of, frame_range
+
+NOTHING = np.zeros(0), np.zeros((0, 0))
+"""The prior of what is measured completely."""
+
+
+def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
+    """Start landmarks from measurements that belong to none: see `slam.init_new_lmks`."""
+    events = []
+    if type(opt.association) is KnownIds and new:  # most often all of them are there
+        ids = np.asarray(raw.ids).tolist()
+        new = [i for i in new if ids[i] not in lmks]
+    for i in new:
+        if n_max is not None and len(events) >= n_max:
+            break
+        id, y = opt.association.birth_id(raw, i, lmks), np.asarray(raw.y[i], float)
+        if id is None or not _well_inside(map, sen.model, y, opt.init_margin):
+            continue
+        try:
+            lmks[id] = _started(map, rob, sen, lmks, id, y, None if raw.R is None else raw.R[i], opt)
+        except MapFull:
+            events.append(Event("refused", rob.id, sen.id, id))
+            continue
+        events.append(Event("initialisation", rob.id, sen.id, id))
+    return events
+
+
+def _started(map, rob, sen, lmks, id, y, R, opt):
+    """One new landmark in the map, from one measurement: see `slam.add_landmark`."""
+    if opt.max_lmks is not None and len(lmks) >= opt.max_lmks:
+        raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
+    kind = sen.lmk_type or opt.lmk_type or EUCLIDEAN[sen.frame_type.dim]
+    Rf, Sf = frame_of(map, rob, rob.motion.frame), frame_of(map, sen, sen.frame_type)
+    n, N = (opt.n, opt.N) if sen.model.bearing_only else NOTHING
+    R = sen.model.R if R is None else np.asarray(R, float)
+
+    if map.compiled and rob.first is None and not opt.first_estimates:
+        r = compiled().born(map, Rf, Sf, sen.model, kind, y, n, R, N, rob.r, sen.r)
+        if r is not None:
+            return _in_a_slot(map, lmks, Lmk(id, kind, r=r, n=n, N=N))
+    l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
+    if opt.first_estimates:
+        check_first_estimates(rob.motion.frame, [kind])
+        L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
+    blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
+    r = augment(map, l, blocks, L_y.dot(R).dot(L_y.T) + L_n.dot(N).dot(L_n.T))
+    return _in_a_slot(map, lmks, Lmk(id, kind, r=r, n=n, N=N, first=l if opt.first_estimates else None))
+
+
+def _in_a_slot(map, lmks, lmk):
+    """Give a new landmark the first slot that is free."""
+    n, last, started = len(lmks), next(reversed(lmks.values()), None), map.notes.started(lmks)
+    if last is not None and started == [last, n] and last.slot == n - 1:  # none has come or gone since
+        lmk.slot = n
+    else:
+        lmk.slot = free_slot(lmks.values())
+    started[:] = [lmk, n + 1] if lmk.slot == n else [None, 0]
+    return lmk
+
+
+def _well_inside(map, sensor, y, margin):
+    """Return True if a measurement would still be visible if each of its numbers were off by the margin."""
+    if margin:
+        return well_inside(sensor, y, margin)
+    seen = compiled().inside(sensor, y) if map.compiled else None
+    return bool(np.all(sensor.visible(y, sensor.retro(y)[0]))) if seen is None else seen

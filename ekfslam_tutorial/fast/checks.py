@@ -1,0 +1,47 @@
+"""What is refused before anything has been changed. What is good is found to be so quickly; if not, `slam` says why."""
+
+from math import isfinite
+
+import numpy as np
+
+from .core import check_control, check_raw
+
+TINY = 1e-8  # as in `ekf`: of the largest number, asymmetry and eigenvalues below zero that rounding explains
+
+
+def check_motion(map, rob, dt):
+    """Refuse a control, a control covariance or a duration that no robot can move by."""
+    noted, u, U = map.notes.of(rob), rob.u, rob.U
+    motion, shape, covariance = noted.control
+    good = motion is rob.motion and _floats(u) and u.shape == shape and isfinite(sum(u.tolist())) and 0 <= dt < np.inf
+    if not good or (rob.r is not None and _written(U) != covariance):
+        check_control(rob, dt)
+        noted.control = rob.motion, np.shape(u), None if rob.r is None else _written(U)
+
+
+def _floats(a):
+    return type(a) is np.ndarray and a.dtype == float
+
+
+def _written(U):
+    """Return what a covariance is compared by, one like no other if it is not an array of floats."""
+    return (U.shape, U.tobytes()) if _floats(U) else object()
+
+
+def check_measurements(raw, sen):
+    """Refuse raw measurements that are none of this sensor."""
+    m, ids, y, R = len(sen.model.R), raw.ids, raw.y, raw.R
+    good = type(ids) is np.ndarray and ids.ndim == 1 and ids.dtype.kind in "iu"
+    good = good and _floats(y) and y.shape == (len(ids), m) and isfinite(np.vdot(y, y))
+    if good and R is not None:
+        good = np.shape(R) == (len(ids), m, m) and are_covariances(np.asarray(R, float))
+    if not good:
+        check_raw(raw, sen)
+
+
+def are_covariances(P):
+    """Return True if all matrices of a stack, shape (K, n, n), are what `ekf` takes for covariances."""
+    tiny = TINY * np.abs(P).max((-1, -2), initial=0.0)
+    if not np.isfinite(P).all() or (np.abs(P - np.swapaxes(P, -1, -2)).max((-1, -2), initial=0.0) > tiny).any():
+        return False
+    return bool((np.linalg.eigvalsh(P)[..., 0] >= -tiny).all())

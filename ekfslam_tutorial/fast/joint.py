@@ -1,0 +1,128 @@
+"""One joint correction by all landmarks that a sensor sees in a frame: P is read and written only once."""
+
+from functools import lru_cache
+from math import isfinite
+
+import numpy as np
+
+from .core import Event, delete_bad
+from .extra import compiled
+from .filter import update
+from .frames import camera_position, normalize
+from .gating import within_gate
+from .obs import Obs
+from .tables import sightings
+from .tidy import most_uncertain, tidy
+
+
+def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
+    """`correct_known_lmks` with `opt.joint`: parameters and results are the same, and the frames of both."""
+    by_id = getattr(opt.association, "by_id", False)  # if not, a measurement near one out of view starts no other
+    table = sightings(map, rob, sen, map.notes.groups(lmks), Rf, Sf, in_view=by_id)
+    if table is None:
+        return [], opt.association(map, [], raw, sen.model).new
+    visible = table.visible.nonzero()[0]
+    in_view = visible.tolist()
+    near = in_view if by_id else _candidates(map, table, raw, sen, opt)
+    soon = by_id and opt.n_updates is None and table.J is not None and not table.has_E  # E comes with the correction
+    if not soon:
+        table.keep(map, near)
+    seen, id = [Obs(table, k) for k in in_view], sen.id
+    obs.update({(id, o.lmk): o for o in seen})
+
+    expected = seen if by_id else [Obs(table, k) for k in near]
+    matches = opt.association(map, expected, raw, sen.model)
+    wanted = in_view if opt.n_updates is None else most_uncertain(table, in_view, opt.n_updates)
+    found = sorted(table.match(matches.pairs, wanted))  # in the order of the table, of which they may be all
+    if found:
+        camera = camera_position(Rf, Sf) if opt.reparametrize else None
+        _correct(map, rob, sen, table, found, visible if soon else None, raw, opt, camera)
+    elif soon:
+        table.keep(map, near)
+    events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
+    return events, matches.new
+
+
+def _candidates(map, table, raw, sen, opt):
+    """The landmarks that an association has to look at: those that can be within its gate, if it says what that is."""
+    if opt.n_updates is not None or not hasattr(opt.association, "reach"):
+        return range(table.K)
+    return within_gate(map, table, raw, sen.model, opt.association.reach(len(sen.model.R))).tolist()
+
+
+def _correct(map, rob, sen, table, found, no_E, raw, opt, camera):
+    """Gate each that was found on its own; correct with all that pass at once. E of `no_E` is not there yet."""
+    found = _corrected(map, sen, table, found, no_E, raw, opt)
+    if found:
+        normalize(map, rob, rob.motion.frame)
+        if sen.r is not None:
+            normalize(map, sen, sen.frame_type)
+        for k in found:
+            table.updated[k] = True
+        if table.untidy:
+            for lmk in [table.lmks[k] for k in found]:
+                tidy(map, lmk, camera, opt)
+
+
+def _corrected(map, sen, table, found, no_E, raw, opt):
+    """Those by which the map has been corrected."""
+    y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
+    R = sen.model.R if raw.R is None else np.asarray(raw.R).take(index, 0)
+    if table.J is not None:
+        e, spots = table.e, map.spots(*table.ranges, found if no_E is None else no_E)
+        E = table.E if no_E is None else np.empty((*e.shape, e.shape[1]))
+        done = compiled().correct_found(
+            map, sen.model, spots, table.n, table.J, e, E, no_E, found, index, y, R, opt.md2_threshold
+        )
+        if done is not None:
+            (z, passed), table.E, table.has_E = done, E, True
+            table.measure(found, index, y, z, R)
+            return passed
+    if no_E is not None:
+        table.keep(map, no_E.tolist())
+    z = sen.model.residual(y.take(index, 0), table.e.take(found, 0))
+    table.measure(found, index, y, z, R)
+    if isfinite(opt.md2_threshold):
+        passed = np.flatnonzero(_distances(z, table.E[found] + R) < opt.md2_threshold).tolist()
+        if len(passed) < len(found):
+            found, z, R = [found[i] for i in passed], z[passed], R if raw.R is None else R[passed]
+    if found:
+        correct_with(map, table, found, z, R)
+    return found
+
+
+def correct_with(map, table, found, z, R):
+    """Correct the map with the innovations z of some landmarks of a table, all at once."""
+    if table.J is not None:
+        spots = map.spots(*table.ranges, found)
+        if compiled().correct_some(map, spots, table.n, table.n, table.J, found, z, R):
+            return
+    update(map, table.blocks(None if len(found) == table.K else found), z, R)
+
+
+def _distances(z, Z):
+    """Squared Mahalanobis distances z' Z^-1 z, each innovation on its own."""
+    return (z * np.linalg.solve(Z, z[..., None])[..., 0]).sum(-1)
+
+
+def _recorded(table, wanted, rob, sen):
+    """Count what has happened to the landmarks that were looked for. Returns the events."""
+    events, rob, sen = [], rob.id, sen.id
+    for k in wanted:
+        lmk, matched, updated = table.lmks[k], table.matched[k], table.updated[k]
+        lmk.n_search += 1
+        lmk.n_match += matched
+        lmk.n_inlier += updated
+        events += _events(rob, sen, lmk.id, matched, updated)
+    return events
+
+
+@lru_cache(10_000)
+def _events(rob, sen, lmk, matched, updated):
+    """What has happened to one landmark: the same, most often, as in the last frame."""
+    events = [Event("search", rob, sen, lmk, matched)]
+    if matched:
+        events.append(Event("innovation", rob, sen, lmk, updated))
+    if updated:
+        events.append(Event("correction", rob, sen, lmk, True))
+    return tuple(events)

@@ -1,0 +1,140 @@
+"""What the wing remembers of a run from one step to the next. It lives with the map; records know nothing of it.
+
+Users change records, maps and dicts of landmarks as they like. So whatever is noted is compared with what is there
+before it is used, by identity or by its bytes; where they differ it is noted anew. Copies and
+files begin without notes.
+"""
+
+import numpy as np
+
+MANY = 64  # robots and sensors, or dicts of landmarks: so many are never used together, so some are of the past
+
+
+class Noted:
+    """What is noted of a robot or a sensor.
+
+    Attributes
+    ----------
+    obj : Rob or Sen
+        Held here, so that its id stays its own.
+    frame : Frame2, Frame3 or None
+        The frame that was last asked for.
+    normal : Frame2, Frame3 or None
+        The frame as it was last normalised.
+    control : tuple
+        Motion model, shape of the control, and shape and bytes of its covariance, that were last found to be good.
+    """
+
+    __slots__ = ("control", "frame", "normal", "obj")
+
+    def __init__(self, obj):
+        self.obj, self.frame, self.normal, self.control = obj, None, None, (None, None, None)
+
+
+class Notes:
+    """Of robots, sensors, and landmarks in groups."""
+
+    def __init__(self):
+        self._of, self._groups = {}, {}
+
+    def of(self, obj):
+        """Return what is noted of a robot or a sensor."""
+        noted = self._of.get(id(obj))
+        if noted is None:
+            if len(self._of) >= MANY:
+                self._of.clear()
+            self._of[id(obj)] = noted = Noted(obj)
+        return noted
+
+    def groups(self, lmks):
+        """Return the groups of the landmarks of this dict, up to date."""
+        groups = self._groups_of(lmks)
+        groups.follow(list(lmks.values()))
+        return groups
+
+    def started(self, lmks):
+        """Return the landmark of this dict that was started last, and how many there were then: see `Groups`."""
+        return self._groups_of(lmks).started
+
+    def _groups_of(self, lmks):
+        noted = self._groups.get(id(lmks))
+        if noted is None:
+            if len(self._groups) >= MANY:
+                self._groups.clear()
+            self._groups[id(lmks)] = noted = lmks, Groups()
+        return noted[1]
+
+
+class Group:
+    """Landmarks of one type, all in the map or all known: what is needed of them to compute in stacks.
+
+    Parameters
+    ----------
+    kind : LmkType
+    known : bool
+
+    Attributes
+    ----------
+    lmks : list of Lmk
+    ranges : list of slice or None
+        Range of each in the map.
+    """
+
+    def __init__(self, kind, known):
+        self.kind, self.known, self.lmks, self.ranges = kind, known, [], []
+        self._indices = np.zeros((8, kind.size), int)
+
+    def add(self, lmk):
+        """One more."""
+        n = len(self.lmks)
+        if n == len(self._indices):
+            self._indices = np.concatenate([self._indices, np.zeros_like(self._indices)])  # a view of the old stays
+        if not self.known:
+            self._indices[n] = np.arange(lmk.r.start, lmk.r.stop)  # if the length is wrong, nothing has been added
+        self.lmks.append(lmk)
+        self.ranges.append(lmk.r)
+
+    @property
+    def indices(self):
+        """Where they are in the map, shape (K, k); None if they are known."""
+        return None if self.known else self._indices[: len(self.lmks)]
+
+
+class Groups:
+    """Landmarks by type. New ones are added; if anything else is not as it was, all is done anew.
+
+    Attributes
+    ----------
+    all : list of Group
+    lmks : list of Lmk
+        All of them, in the order in which they came.
+    started : list of [Lmk or None, int]
+        The landmark that was started last and how many there were then, if their slots were 0, 1, 2, ... without a gap.
+    """
+
+    def __init__(self):
+        self.all, self.lmks, self.started, self._ranges, self._kinds = [], [], [None, 0], [], []
+
+    def follow(self, lmks):
+        """Take these landmarks: most often those of the last time, and some behind them."""
+        ranges, kinds, n = [lmk.r for lmk in lmks], [lmk.type for lmk in lmks], len(self.lmks)
+        if self.lmks == lmks and self._ranges == ranges and self._kinds == kinds:
+            return
+        if self.lmks != lmks[:n] or self._ranges != ranges[:n] or self._kinds != kinds[:n]:
+            self.__init__()
+            n = 0
+        try:
+            for lmk in lmks[n:]:
+                self._of(lmk.type, lmk.r is None).add(lmk)
+        except BaseException:
+            self.__init__()  # half of them would be wrong
+            raise
+        self.lmks, self._ranges, self._kinds = lmks, ranges, kinds
+
+    def _of(self, kind, known):
+        """Return the group for a landmark of this type."""
+        for group in self.all:
+            if group.known == known and (group.kind is kind or group.kind == kind):
+                return group
+        self.all.append(Group(kind, known))
+        return self.all[-1]

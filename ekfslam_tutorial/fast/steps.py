@@ -1,0 +1,60 @@
+"""The steps of `slam`, quicker: the same signatures, events, messages, and the same numbers to rounding."""
+
+import numpy as np
+
+from .checks import check_measurements, check_motion
+from .compressed_map import CompressedMap
+from .core import note_first_estimates, transport
+from .extra import compiled
+from .fast_map import FastMap
+from .filter import predict
+from .frames import normal_frame, normalize, normalized_state
+from .joint import correct_jointly
+from .one_by_one import correct_one_by_one
+
+
+def new_map(capacity=None, *, compiled=False, compressed=False):
+    """Return an empty map for these steps.
+
+    Parameters
+    ----------
+    capacity : int, optional
+        Most states that may be in use at a time. Without it the map grows as needed.
+    compiled : bool
+        Let the steps be compiled: see `FastMap`.
+    compressed : bool
+        For long runs with many landmarks, of which few are seen at a time: see `CompressedMap`.
+    """
+    return (CompressedMap if compressed else FastMap)(capacity, compiled=compiled)
+
+
+def move(map, rob, dt):
+    """Motion of a robot by its control: see `slam.move`."""
+    check_motion(map, rob, dt)
+    kind = rob.motion.frame
+    normal_frame(map, rob, kind)
+    if map.compiled and rob.r is not None and rob.first is None:
+        if compiled().move(map, rob.r, rob.motion, rob.u, rob.U, dt):
+            normalize(map, rob, kind)
+            return
+    before = rob.state(map)
+    x, X_x, X_u = rob.motion.move(before, np.asarray(rob.u, float), dt)
+    if rob.r is None:
+        rob.x = normalized_state(rob.motion, x)
+    else:
+        X_x = X_x if rob.first is None else X_x @ transport(rob.first, before)
+        predict(map, rob.r, x, X_x, X_u, np.asarray(rob.U, float))
+        normalize(map, rob, kind)
+    if rob.first is not None:
+        rob.first = rob.state(map)
+
+
+def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
+    """Correct the map with the landmarks that are in it: see `slam.correct_known_lmks`."""
+    check_measurements(raw, sen)
+    Rf, Sf = normal_frame(map, rob, rob.motion.frame), normal_frame(map, sen, sen.frame_type)
+    if opt.first_estimates:
+        note_first_estimates(map, rob, lmks)
+    for key in [key for key in obs if key[0] == sen.id]:
+        del obs[key]
+    return (correct_jointly if opt.joint else correct_one_by_one)(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)

@@ -1,0 +1,72 @@
+"""What a sensor should see of the landmarks in a map: from the map to a table of sightings."""
+
+from math import isfinite
+
+import numpy as np
+
+from .core import first_jacobians
+from .expectation import expect, may_be_seen
+from .extra import compiled
+from .frames import frame_range
+from .sightings import Sightings, merged
+
+MANY = 100
+"""Of more landmarks than this, those in view are found first; Jacobians are for them only."""
+
+
+def sightings(map, rob, sen, groups, Rf, Sf, in_view=False):
+    """Expected observations of landmarks in one table, the landmarks of a type together; None if there are none.
+
+    Rf and Sf are the frames of the robot and the sensor. With `in_view` landmarks may be left out that are not visible.
+    """
+    parts = []
+    for group in groups.all:
+        kind, indices, lmks, r = group.kind, group.indices, group.lmks, group.ranges
+        if in_view and len(lmks) > MANY:
+            at = _in_view(map, Rf, Sf, sen.model, kind, lmks, indices)
+            indices, at = None if indices is None else indices.take(at, 0), at.tolist()
+            lmks, r = [lmks[i] for i in at], [r[i] for i in at]
+        if lmks:
+            l = np.array([lmk.x for lmk in lmks]) if indices is None else map.state(indices)
+            ranges = frame_range(rob, Rf), sen.r, indices
+            part = _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
+            part = part or _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges)
+            part.r, part.untidy = r, hasattr(kind, "ahead") or hasattr(kind, "linearity")
+            parts.append(part)
+    return merged(parts) if parts else None
+
+
+def _in_view(map, Rf, Sf, sensor, kind, lmks, indices):
+    """Indices of the landmarks that `may_be_seen`: a quick look at all of them, most of which are elsewhere."""
+    x = map.x if indices is not None else np.concatenate([lmk.x for lmk in lmks], dtype=float)
+    indices = np.arange(len(x)).reshape(len(lmks), -1) if indices is None else indices
+    at = compiled().in_view(Rf, Sf, sensor, kind, x, indices) if map.compiled else None
+    return np.flatnonzero(may_be_seen(Rf.compose(Sf)[0], sensor, kind, x[indices])) if at is None else at
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges):
+    """The table of landmarks of one type."""
+    e, v, E_r, E_s, E_l = expect(Rf, Sf, sen.model, kind, l)
+    if E_l.ndim == 2:
+        E_l = np.repeat(E_l[None], len(l), 0)  # the same for all
+    if rob.first is not None:
+        E_r, E_s, E_l = first_jacobians(rob, sen, Sf, lmks)
+    visible = sen.model.visible(e, v)
+    if not isfinite(np.vdot(E_l, E_l)):
+        visible &= np.isfinite(E_l.sum((-1, -2)))
+    return Sightings(sen.id, lmks, e, v, visible, ranges, E_r, E_s, E_l)
+
+
+def _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, every):
+    """The same by compiled code, with E; None if that cannot be."""
+    if rob.first is not None:
+        return None
+    found = compiled().expected(map, Rf, Sf, sen.model, kind, l, *ranges, every)
+    if found is None:
+        return None
+    e, v, visible, J, E = found
+    table = Sightings(sen.id, lmks, e, v, visible, ranges, J=J, n=Rf.size)
+    if E is not None:
+        table.E, table.has_E = E, True
+    return table
