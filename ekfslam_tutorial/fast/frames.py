@@ -17,12 +17,6 @@ def frame_of(map, obj, kind):
     return last
 
 
-def normal_frame(map, obj, kind):
-    """Return the frame in its normal form, as `normalize` left it, unless the state has been changed since then."""
-    F = frame_of(map, obj, kind)
-    return F if F is map.notes.of(obj).normal else normalize(map, obj, kind)
-
-
 def normalize(map, obj, kind):
     """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading.
 
@@ -31,7 +25,7 @@ def normalize(map, obj, kind):
     Frame2 or Frame3
         The frame.
     """
-    F, noted = frame_of(map, obj, kind), map.notes.of(obj)
+    F = frame_of(map, obj, kind)
     if not F.is_normal and obj.r is not None:
         o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
         if F.dim == 2:  # whole turns are added to the heading, which changes no covariance
@@ -42,8 +36,7 @@ def normalize(map, obj, kind):
         else:
             N, N_f = F.normalized()
             transform(map, o, N.x[F.dim :], N_f[F.dim :, F.dim :])
-            noted.frame = F = N
-    noted.normal = F
+            map.notes.of(obj).frame = F = N
     return F
 
 

@@ -5,7 +5,7 @@ from math import isfinite
 
 import numpy as np
 
-from .core import Event, delete_bad
+from .core import Event, Jcbb, NearestNeighbour, delete_bad, gate
 from .extra import compiled
 from .filter import update
 from .frames import camera_position, normalize
@@ -45,9 +45,11 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
 
 def _candidates(map, table, raw, sen, opt):
     """The landmarks that an association has to look at: those that can be within its gate, if it says what that is."""
-    if opt.n_updates is not None or not hasattr(opt.association, "reach"):
+    chosen = opt.association
+    if opt.n_updates is not None or type(chosen) not in (NearestNeighbour, Jcbb):
         return range(table.K)
-    return within_gate(map, table, raw, sen.model, opt.association.reach(len(sen.model.R))).tolist()
+    widest = gate(max(chosen.confidence, chosen.new_confidence), len(sen.model.R))
+    return within_gate(map, table, raw, sen.model, widest).tolist()
 
 
 def _correct(map, rob, sen, table, found, no_E, raw, opt, camera):

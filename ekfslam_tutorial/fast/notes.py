@@ -19,16 +19,14 @@ class Noted:
         Held here, so that its id stays its own.
     frame : Frame2, Frame3 or None
         The frame that was last asked for.
-    normal : Frame2, Frame3 or None
-        The frame as it was last normalised.
     control : tuple
         Motion model, shape of the control, and shape and bytes of its covariance, that were last found to be good.
     """
 
-    __slots__ = ("control", "frame", "normal", "obj")
+    __slots__ = ("control", "frame", "obj")
 
     def __init__(self, obj):
-        self.obj, self.frame, self.normal, self.control = obj, None, None, (None, None, None)
+        self.obj, self.frame, self.control = obj, None, (None, None, None)
 
 
 class Notes:
@@ -78,13 +76,15 @@ class Group:
     lmks : list of Lmk
     ranges : list of slice or None
         Range of each in the map.
+    places : list of int
+        Where each stands among the landmarks of all types.
     """
 
     def __init__(self, kind, known):
-        self.kind, self.known, self.lmks, self.ranges = kind, known, [], []
+        self.kind, self.known, self.lmks, self.ranges, self.places = kind, known, [], [], []
         self._indices = np.zeros((8, kind.size), int)
 
-    def add(self, lmk):
+    def add(self, lmk, place):
         """One more."""
         n = len(self.lmks)
         if n == len(self._indices):
@@ -93,6 +93,7 @@ class Group:
             self._indices[n] = np.arange(lmk.r.start, lmk.r.stop)  # if the length is wrong, nothing has been added
         self.lmks.append(lmk)
         self.ranges.append(lmk.r)
+        self.places.append(place)
 
     @property
     def indices(self):
@@ -124,8 +125,8 @@ class Groups:
             self.__init__()
             n = 0
         try:
-            for lmk in lmks[n:]:
-                self._of(lmk.type, lmk.r is None).add(lmk)
+            for place, lmk in enumerate(lmks[n:], n):
+                self._of(lmk.type, lmk.r is None).add(lmk, place)
         except BaseException:
             self.__init__()  # half of them would be wrong
             raise

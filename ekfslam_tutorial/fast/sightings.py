@@ -142,10 +142,16 @@ def merged(parts):
     Parameters
     ----------
     parts : list of Sightings
-        At least one, all of the same sensor.
+        At least one, all of the same sensor; `places` says where each landmark stands among all.
+
+    Returns
+    -------
+    Sightings
+        In the order of the places.
     """
     if len(parts) == 1:
         return parts[0]
+    order = np.argsort(np.concatenate([part.places[: part.K] for part in parts]))
     every = lambda name: [getattr(part, name) for part in parts]
     e, v, visible, E_r, E_s = (np.concatenate(every(name)) for name in ("e", "v", "visible", "E_r", "E_s"))
     in_map = [part.ranges[2] for part in parts if part.ranges[2] is not None]
@@ -158,15 +164,22 @@ def merged(parts):
         if part.ranges[2] is not None:  # by what is known there is no derivative
             indices[span, :width], H_l[span, :, :width] = part.ranges[2], part.E_l
             indices[span, width:] = part.ranges[2][:, -1:]
-    ranges = (*parts[0].ranges[:2], indices if in_map else None)
-    seen = parts[0].sen, sum((part.lmks[: part.K] for part in parts), []), e, v, visible, ranges
+    e, v, visible, E_r, E_s, E_l, H_l = (a.take(order, 0) for a in (e, v, visible, E_r, E_s, E_l, H_l))
+    ranges = (*parts[0].ranges[:2], indices.take(order, 0) if in_map else None)
+    seen = parts[0].sen, _in_order(order, [part.lmks[: part.K] for part in parts]), e, v, visible, ranges
     if any(part.J is None for part in parts):
         whole = Sightings(*seen, E_r, E_s, E_l)
     else:
         whole = Sightings(*seen, J=np.concatenate([E_r, E_s, H_l], -1), n=E_r.shape[-1])
         H_l = whole.E_l
     whole.E_l, whole.H_l, whole.untidy = E_l, H_l, any(every("untidy"))
-    whole.r = sum((part.r[: part.K] for part in parts), [])
+    whole.r = _in_order(order, [part.r[: part.K] for part in parts])
     if all(every("has_E")):
-        whole.E, whole.has_E = np.concatenate(every("E")), True
+        whole.E, whole.has_E = np.concatenate(every("E")).take(order, 0), True
     return whole
+
+
+def _in_order(order, lists):
+    """Return the members of some lists as one list, in this order."""
+    joined = sum(lists, [])
+    return [joined[i] for i in order.tolist()]

@@ -15,23 +15,24 @@ MANY = 100
 
 
 def sightings(map, rob, sen, groups, Rf, Sf, in_view=False):
-    """Expected observations of landmarks in one table, the landmarks of a type together; None if there are none.
+    """Expected observations of landmarks in one table, in the order of the landmarks; None if there are none.
 
     Rf and Sf are the frames of the robot and the sensor. With `in_view` landmarks may be left out that are not visible.
     """
     parts = []
     for group in groups.all:
-        kind, indices, lmks, r = group.kind, group.indices, group.lmks, group.ranges
+        kind, indices, lmks, r, places = group.kind, group.indices, group.lmks, group.ranges, group.places
         if in_view and len(lmks) > MANY:
             at = _in_view(map, Rf, Sf, sen.model, kind, lmks, indices)
             indices, at = None if indices is None else indices.take(at, 0), at.tolist()
-            lmks, r = [lmks[i] for i in at], [r[i] for i in at]
+            lmks, r, places = ([each[i] for i in at] for each in (lmks, r, places))
         if lmks:
             l = np.array([lmk.x for lmk in lmks]) if indices is None else map.state(indices)
             ranges = frame_range(rob, Rf), sen.r, indices
             part = _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
             part = part or _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges)
-            part.r, part.untidy = r, hasattr(kind, "ahead") or hasattr(kind, "linearity")
+            part.r, part.places = r, places
+            part.untidy = hasattr(kind, "ahead") or hasattr(kind, "linearity")
             parts.append(part)
     return merged(parts) if parts else None
 

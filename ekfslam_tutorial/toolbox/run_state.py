@@ -32,7 +32,6 @@ def run_state(snapshot, data):
         "map": snapshot.map.__getstate__(),
         "robs": [{name: getattr(rob, name) for name in ROB} for rob in snapshot.robs],
         "sens": [{name: getattr(sen, name) for name in SEN} for sen in snapshot.sens],
-        "normal": [_is_normal(snapshot.map, thing) for thing in (*snapshot.robs, *snapshot.sens)],
         "lmks": lmks,
         "types": [types.index(lmk.type) for lmk in snapshot.lmks.values()],
         "refused": snapshot.refused,
@@ -55,21 +54,14 @@ def restore(state, data, map, robs, sens):
     lmks : dict of int to Lmk
     refused : set of int
     """
-    map.__setstate__(state["map"])
+    getattr(map, "__setstate__", vars(map).update)(state["map"])
     for things, kept in ((robs, state["robs"]), (sens, state["sens"])):
         for thing, values in zip(things, kept, strict=True):
             for name, value in values.items():
                 setattr(thing, name, value)
-    for thing, normal in zip((*robs, *sens), state["normal"], strict=True):
-        thing.normal = thing.frame(map) if normal else None
     types = _types(data, sens)
     lmks = [Lmk(type=types[t], **values) for t, values in zip(state["types"], state["lmks"], strict=True)]
     return {lmk.id: lmk for lmk in lmks}, state["refused"]
-
-
-def _is_normal(map, thing):
-    """Return True if the quaternion has been normalised since it changed: twice gives other last bits than once."""
-    return thing.normal is not None and thing.normal is thing.frame(map)
 
 
 def _types(data, sens):
