@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..models.observation import retro_project
 from .core import (
     EUCLIDEAN,
     Event,
@@ -17,6 +16,7 @@ from .core import (
 from .extra import compiled
 from .filter import augment
 from .frames import frame_of, frame_range
+from .straight import inside, retro_projected
 
 NOTHING = np.zeros(0), np.zeros((0, 0))
 """The prior of what is measured completely."""
@@ -56,7 +56,7 @@ def _started(map, rob, sen, lmks, id, y, R, opt):
         r = compiled().born(map, Rf, Sf, sen.model, kind, y, n, R, N, rob.r, sen.r)
         if r is not None:
             return _in_a_slot(map, lmks, Lmk(id, kind, r=r, n=n, N=N))
-    l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
+    l, L_r, L_s, L_y, L_n = retro_projected(Rf, Sf, sen.model, kind, y, n)
     if opt.first_estimates:
         check_first_estimates(rob.motion.frame, [kind])
         L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
@@ -81,4 +81,4 @@ def _well_inside(map, sensor, y, margin):
     if margin:
         return well_inside(sensor, y, margin)
     seen = compiled().inside(sensor, y) if map.compiled else None
-    return bool(np.all(sensor.visible(y, sensor.retro(y)[0]))) if seen is None else seen
+    return inside(sensor, y) if seen is None else seen

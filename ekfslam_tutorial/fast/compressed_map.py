@@ -159,6 +159,7 @@ class CompressedMap:
         if P_xm is not None:
             self.P  # noqa: B018 -- nothing is active now
         r = self._whole.add(x, P_xx, P_xm)
+        self.notes.changes += 1
         self._make_room()
         self._start_of[r] = r.start
         return r
@@ -169,12 +170,14 @@ class CompressedMap:
         head, tail = slice(r.start, r.start + len(x)), slice(r.start + len(x), r.stop)
         self._whole.replace(head, x, P_rm, P_rr)
         if tail.start < tail.stop:
+            self.notes.changes += 1
             self.vacate(tail)
         return head
 
     def remove(self, r):
         """Take the state of range r out of the map: see `FastMap.remove`."""
         self._whole.check_range(r)
+        self.notes.changes += 1
         self.vacate(r)
 
     def state(self, r):

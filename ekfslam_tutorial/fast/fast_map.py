@@ -147,6 +147,7 @@ class FastMap:
             raise ValueError(f"P_xm must be finite and have shape {(len(x), self.n)}, got shape {np.shape(P_xm)}")
 
         P_xm = np.zeros((len(x), self.n)) if P_xm is None else np.asarray(P_xm, float)
+        self.notes.changes += 1
         return self.insert(x, symmetric(P_xx), P_xm)
 
     def put(self, r, x, P_rm, P_rr):
@@ -168,6 +169,7 @@ class FastMap:
         head, tail = slice(r.start, r.start + len(x)), slice(r.start + len(x), r.stop)
         self.replace(head, x, P_rm, P_rr)
         if tail.start < tail.stop:
+            self.notes.changes += 1
             self.vacate(tail)
         return head
 
@@ -180,6 +182,7 @@ class FastMap:
             If r is not the range of a state.
         """
         self.check_range(r)
+        self.notes.changes += 1
         self.vacate(r)
 
     def state(self, r):

@@ -292,5 +292,6 @@ def transform(map, r, x, J):
     head, tail = slice(r.start, r.start + len(x)), slice(r.start + len(x), r.stop)
     map.replace(head, x, P_rm, P_rr)
     if tail.start < tail.stop:
+        map.notes.changes += 1
         map.vacate(tail)
     return head

@@ -1,9 +1,12 @@
 """Frames of robots and sensors: the same object as long as it stays the same."""
 
+from math import pi
+
 import numpy as np
 
 from .extra import compiled
 from .filter import transform
+from .straight import oriented
 
 
 def frame_of(map, obj, kind):
@@ -13,7 +16,8 @@ def frame_of(map, obj, kind):
         x = x[: kind.size]
     last = noted.frame
     if last is None or type(last) is not kind or last.x.tobytes() != x.tobytes():
-        noted.frame = last = kind(x)
+        noted.frame = last = object.__new__(kind)  # it need not be looked at again
+        vars(last)["x"] = x
     return last
 
 
@@ -26,18 +30,14 @@ def normalize(map, obj, kind):
         The frame.
     """
     F = frame_of(map, obj, kind)
-    if not F.is_normal and obj.r is not None:
-        o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
-        if F.dim == 2:  # whole turns are added to the heading, which changes no covariance
-            map.set_mean(o, F.normalized()[0].x[F.dim :])
-            F = frame_of(map, obj, kind)
-        elif map.compiled and compiled().normalized(map, obj.r, type(F)):
-            F = frame_of(map, obj, kind)
-        else:
-            N, N_f = F.normalized()
-            transform(map, o, N.x[F.dim :], N_f[F.dim :, F.dim :])
-            map.notes.of(obj).frame = F = N
-    return F
+    if obj.r is None or (F.dim == 2 and -pi < F.x.item(2) < pi):
+        return F
+    o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
+    if F.dim == 2:  # whole turns are added to the heading, which changes no covariance
+        map.set_mean(o, F.normalized()[0].x[F.dim :])
+    elif not map.compiled or not compiled().normalized(map, obj.r, type(F)):
+        transform(map, o, *oriented(F))
+    return frame_of(map, obj, kind)
 
 
 def frame_range(obj, F):

@@ -18,7 +18,7 @@ from .tidy import most_uncertain, tidy
 def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     """`correct_known_lmks` with `opt.joint`: parameters and results are the same, and the frames of both."""
     by_id = getattr(opt.association, "by_id", False)  # if not, a measurement near one out of view starts no other
-    table = sightings(map, rob, sen, map.notes.groups(lmks), Rf, Sf, in_view=by_id)
+    table = sightings(map, rob, sen, lmks, Rf, Sf, in_view=by_id)
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
     visible = table.visible.nonzero()[0]

@@ -1,8 +1,9 @@
 """What the wing remembers of a run from one step to the next. It lives with the map; records know nothing of it.
 
 Users change records, maps and dicts of landmarks as they like. So whatever is noted is compared with what is there
-before it is used, by identity or by its bytes; where they differ it is noted anew. Copies and
-files begin without notes.
+before it is used, by identity or by its bytes; where they differ it is noted anew. Of landmarks, those that a sensor
+should see are compared; the others count as they were until a state is added to the map, becomes shorter or goes.
+Copies and files begin without notes.
 """
 
 import numpy as np
@@ -30,10 +31,16 @@ class Noted:
 
 
 class Notes:
-    """Of robots, sensors, and landmarks in groups."""
+    """Of robots, sensors, and landmarks in groups.
+
+    Attributes
+    ----------
+    changes : int
+        How often the map has been changed by a state that was added, became shorter or was removed.
+    """
 
     def __init__(self):
-        self._of, self._groups = {}, {}
+        self._of, self._groups, self.changes = {}, {}, 0
 
     def of(self, obj):
         """Return what is noted of a robot or a sensor."""
@@ -47,7 +54,7 @@ class Notes:
     def groups(self, lmks):
         """Return the groups of the landmarks of this dict, up to date."""
         groups = self._groups_of(lmks)
-        groups.follow(list(lmks.values()))
+        groups.follow(list(lmks.values()), self.changes)
         return groups
 
     def started(self, lmks):
@@ -114,23 +121,35 @@ class Groups:
     """
 
     def __init__(self):
-        self.all, self.lmks, self.started, self._ranges, self._kinds = [], [], [None, 0], [], []
+        self._changes = 0
+        self.forget()
 
-    def follow(self, lmks):
-        """Take these landmarks: most often those of the last time, and some behind them."""
-        ranges, kinds, n = [lmk.r for lmk in lmks], [lmk.type for lmk in lmks], len(self.lmks)
-        if self.lmks == lmks and self._ranges == ranges and self._kinds == kinds:
+    def follow(self, lmks, changes):
+        """Take these landmarks: most often those of the last time, and some behind them.
+
+        Parameters
+        ----------
+        lmks : list of Lmk
+        changes : int
+            Of the map. After more of them than the last time, all landmarks are looked at.
+        """
+        n, self._changes, same = len(self.lmks), changes, self._changes == changes
+        if same and self.lmks == lmks:
             return
-        if self.lmks != lmks[:n] or self._ranges != ranges[:n] or self._kinds != kinds[:n]:
-            self.__init__()
+        if not same or self.lmks != lmks[:n]:
+            self.forget()
             n = 0
         try:
             for place, lmk in enumerate(lmks[n:], n):
                 self._of(lmk.type, lmk.r is None).add(lmk, place)
         except BaseException:
-            self.__init__()  # half of them would be wrong
+            self.forget()  # half of them would be wrong
             raise
-        self.lmks, self._ranges, self._kinds = lmks, ranges, kinds
+        self.lmks = lmks
+
+    def forget(self):
+        """Begin anew: a landmark is not what it was."""
+        self.all, self.lmks, self.started = [], [], [None, 0]
 
     def _of(self, kind, known):
         """Return the group for a landmark of this type."""

@@ -1,19 +1,19 @@
 """Active search, one correction after the other: each landmark is projected again from the map as corrected so far."""
 
-from ..models.observation import observe
 from .core import Event, delete_bad
 from .extra import compiled
 from .filter import correct, covariance, cross, innovation
 from .frames import camera_position, frame_range, normalize
 from .joint import correct_with
 from .obs import Obs
+from .straight import expected_of_one
 from .tables import sightings
 from .tidy import most_uncertain, tidy
 
 
 def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     """`correct_known_lmks` without `opt.joint`: parameters and results are the same, and the frames of both."""
-    table = sightings(map, rob, sen, map.notes.groups(lmks), Rf, Sf)
+    table = sightings(map, rob, sen, lmks, Rf, Sf)
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
     table.keep_all(map)
@@ -89,7 +89,7 @@ class _Search:
             if E is not None:
                 table.E[k] = E[0]
             return
-        e, E_r, E_s, E_l = observe(Rf, Sf, model, lmk.type, lmk.state(map))
+        e, E_r, E_s, E_l = expected_of_one(Rf, Sf, model, lmk.type, lmk.state(map))
         table.e[k] = e
         if self.rob.first is None:
             Obs(table, k).blocks = (frame_range(self.rob, Rf), E_r), (self.sen.r, E_s), (lmk.r, E_l)

@@ -11,6 +11,7 @@ from .filter import predict
 from .frames import frame_of, normalize, normalized_state
 from .joint import correct_jointly
 from .one_by_one import correct_one_by_one
+from .straight import moved
 
 
 def new_map(capacity=None, *, compiled=False, compressed=False):
@@ -37,7 +38,7 @@ def move(map, rob, dt):
             normalize(map, rob, kind)
             return
     before = rob.state(map)
-    x, X_x, X_u = rob.motion.move(before, np.asarray(rob.u, float), dt)
+    x, X_x, X_u = moved(rob.motion, before, np.asarray(rob.u, float), dt)
     if rob.r is None:
         rob.x = normalized_state(rob.motion, x)
     else:

@@ -5,36 +5,56 @@ from math import isfinite
 import numpy as np
 
 from .core import first_jacobians
-from .expectation import expect, may_be_seen
+from .expectation import may_be_seen
 from .extra import compiled
 from .frames import frame_range
 from .sightings import Sightings, merged
+from .straight import expected
 
 MANY = 100
 """Of more landmarks than this, those in view are found first; Jacobians are for them only."""
 
 
-def sightings(map, rob, sen, groups, Rf, Sf, in_view=False):
-    """Expected observations of landmarks in one table, in the order of the landmarks; None if there are none.
+def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
+    """Expected observations of a dict of landmarks in one table, in their order; None if there are none.
 
     Rf and Sf are the frames of the robot and the sensor. With `in_view` landmarks may be left out that are not visible.
     """
-    parts = []
+    groups, parts = map.notes.groups(lmks), []
     for group in groups.all:
-        kind, indices, lmks, r, places = group.kind, group.indices, group.lmks, group.ranges, group.places
-        if in_view and len(lmks) > MANY:
-            at = _in_view(map, Rf, Sf, sen.model, kind, lmks, indices)
-            indices, at = None if indices is None else indices.take(at, 0), at.tolist()
-            lmks, r, places = ([each[i] for i in at] for each in (lmks, r, places))
-        if lmks:
-            l = np.array([lmk.x for lmk in lmks]) if indices is None else map.state(indices)
-            ranges = frame_range(rob, Rf), sen.r, indices
-            part = _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
-            part = part or _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges)
-            part.r, part.places = r, places
-            part.untidy = hasattr(kind, "ahead") or hasattr(kind, "linearity")
-            parts.append(part)
+        part = _part(map, rob, sen, group, Rf, Sf, in_view)
+        if part is not None and not _as_noted(part, group.kind):
+            groups.forget()
+            return sightings(map, rob, sen, lmks, Rf, Sf, in_view)
+        parts += [part] if part is not None else []
     return merged(parts) if parts else None
+
+
+def _part(map, rob, sen, group, Rf, Sf, in_view):
+    """The table of the landmarks of one type; None if there are none."""
+    kind, indices, lmks, r, places = group.kind, group.indices, group.lmks, group.ranges, group.places
+    if in_view and len(lmks) > MANY:
+        at = _in_view(map, Rf, Sf, sen.model, kind, lmks, indices)
+        indices, at = None if indices is None else indices.take(at, 0), at.tolist()
+        lmks, r, places = ([each[i] for i in at] for each in (lmks, r, places))
+    if not lmks:
+        return None
+    l = np.array([lmk.x for lmk in lmks]) if indices is None else map.state(indices)
+    ranges = frame_range(rob, Rf), sen.r, indices
+    part = _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
+    part = part or _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges)
+    part.r, part.places, part.untidy = r, places, hasattr(kind, "ahead") or hasattr(kind, "linearity")
+    return part
+
+
+def _as_noted(part, kind):
+    """Return True if the visible landmarks have the type and the ranges that are noted of them."""
+    lmks, r = part.lmks, part.r
+    for k in part.visible.nonzero()[0].tolist():
+        lmk = lmks[k]
+        if lmk.r is not r[k] or (lmk.type is not kind and lmk.type != kind):
+            return False
+    return True
 
 
 def _in_view(map, Rf, Sf, sensor, kind, lmks, indices):
@@ -48,12 +68,11 @@ def _in_view(map, Rf, Sf, sensor, kind, lmks, indices):
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges):
     """The table of landmarks of one type."""
-    e, v, E_r, E_s, E_l = expect(Rf, Sf, sen.model, kind, l)
+    e, v, E_r, E_s, E_l, visible = expected(Rf, Sf, sen.model, kind, l)
     if E_l.ndim == 2:
         E_l = np.repeat(E_l[None], len(l), 0)  # the same for all
     if rob.first is not None:
         E_r, E_s, E_l = first_jacobians(rob, sen, Sf, lmks)
-    visible = sen.model.visible(e, v)
     if not isfinite(np.vdot(E_l, E_l)):
         visible &= np.isfinite(E_l.sum((-1, -2)))
     return Sightings(sen.id, lmks, e, v, visible, ranges, E_r, E_s, E_l)

@@ -15,9 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 import numba
-import numpy as np
 
-from ..core import Symbol
 from . import kernels, tile
 
 HEAD = '''"""Written by ekfslam_tutorial from its models; it can be deleted at any time."""
@@ -48,48 +46,6 @@ def run({arguments}):
 INSIDE = kernels.__file__, tile.__file__  # of whose functions machine code is in that of a program
 
 _one_at_a_time = threading.Lock()
-
-
-def straight_code(tape, outputs, each=None):
-    """The operations on a tape that lead to some outputs, as lines of Python.
-
-    Parameters
-    ----------
-    tape : Tape
-    outputs : list of (str, ndarray)
-        Where to write, with braces for the indices, "E[k, {}, {}]", and the symbols or numbers to be written.
-    each : str, optional
-        What depends on inputs that contain this, "[k", is computed in a loop; the rest of it before, once.
-
-    Returns
-    -------
-    before, loop : list of str
-    """
-    arrays = [(target, np.array(a, object)) for target, a in outputs]
-    assigned = [(target.format(*i), a[i]) for target, a in arrays for i in np.ndindex(a.shape)]
-    needed, todo = set(), [value.at for _, value in assigned if isinstance(value, Symbol)]
-    while todo:
-        at = todo.pop()
-        if at not in needed:
-            needed.add(at)
-            todo += [arg.at for arg in tape.operations[at][1] if isinstance(arg, Symbol)]
-    before, loop, varies = [], [], set()
-    for at in sorted(needed):
-        template, args = tape.operations[at]
-        if each and (each in template or any(isinstance(arg, Symbol) and arg.at in varies for arg in args)):
-            varies.add(at)
-        line = f"t{at} = {template.format(*map(_name, args)) if args else template}"
-        (loop if at in varies else before).append(line)
-    (loop if each else before).extend(f"{target} = {_name(value)}" for target, value in assigned)
-    return before, loop
-
-
-def _name(value):
-    """A symbol's variable, or a number."""
-    if isinstance(value, Symbol):
-        return f"t{value.at}"
-    number = float(value)
-    return repr(number) if number == number and abs(number) != float("inf") else f"float('{number}')"
 
 
 def build(signature, arguments, lines):

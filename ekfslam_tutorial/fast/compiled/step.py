@@ -1,70 +1,23 @@
 """Compiled pieces of a step: what the steps call for a map with `compiled`, instead of numpy's small arrays."""
 
-from functools import lru_cache
-
 import numpy as np
 
-from ...models.observation import retro_project
+from .. import programs
 from ..core import Tape
-from ..expectation import expect, may_be_seen
+from ..expectation import may_be_seen
 from ..fast_map import FastMap
+from ..programs import program
+from ..traces import straight_code, trace_birth, trace_expectation, trace_inside, trace_move, trace_orientation
 from .filter import MANY_ROWS, NO_INDICES, RANGE, floats, noises, start_of
-from .program import build, straight_code
-
-KEEP = 256  # programs
-
-_programs = {}
-
-
-def _program(write, a, b=None, c=None):
-    """The program for these models, written when it is needed for the first time; None where it cannot be."""
-    at = write, id(a), id(b), id(c)
-    found = _programs.get(at)
-    if found is None:
-        if len(_programs) >= KEEP:
-            _programs.clear()
-        key = tuple(model for model in (a, b, c) if model is not None)
-        _programs[at] = found = key, _written(write, *key)  # the models are kept, so that their ids stay theirs
-    return found[1]
-
-
-@lru_cache(KEEP)
-def _traced(write, *key):
-    """The program, or None; models that are equal share it."""
-    try:
-        return write(*key)
-    except Exception:  # a model that is not made for symbols may fail in any way; with numbers it says what is wrong
-        return None
-
-
-def _written(write, *key):
-    if not all(isinstance(model, type) or _cannot_change(model) for model in key):
-        return None
-    try:
-        hash(key)
-    except TypeError:  # parameters in lists
-        return _traced.__wrapped__(write, *key)
-    return _traced(write, *key)
-
-
-def _cannot_change(model):
-    """Whether a model is a frozen dataclass: its parameters become a part of the program."""
-    parameters = getattr(type(model), "__dataclass_params__", None)
-    return parameters is not None and parameters.frozen
+from .program import build
 
 
 def left_out():
-    """What could not be compiled so far and is computed as ever, in words: "inside: PinHole"."""
-    missing = [(at[0], key) for at, (key, program) in _programs.items() if program is None]
-    words = lambda key: ", ".join(type(model).__name__ for model in key if not isinstance(model, type))  # no frames
-    return sorted({f"{write.__name__.removeprefix('_write_')}: {words(key)}" for write, key in missing})
-
-
-def _check_shapes(*arrays):
-    """Refuse a model whose results have other shapes than they should: a program would not notice."""
-    for a, *shape in arrays:
-        if a.shape != tuple(shape):
-            raise ValueError(f"expected the shape {tuple(shape)}, got {a.shape}")
+    """What could not be compiled so far and is computed as ever, in words: "born: OmniCam, AhmPnt"."""
+    mine = [(at[0], *found) for at, found in programs.known.items() if at[0].__module__ == __name__]
+    missing = [(write, models) for write, models, made in mine if made is None]
+    words = lambda models: ", ".join(type(model).__name__ for model in models if not isinstance(model, type))
+    return sorted({f"{write.__name__.removeprefix('_write_')}: {words(models)}" for write, models in missing})
 
 
 # --- motion ----------------------------------------------------------------------------------------------------------
@@ -72,7 +25,7 @@ def _check_shapes(*arrays):
 
 def move(map, r, motion, u, U, dt):
     """`motion.move` and `predict`. Whether it could be done."""
-    run = _program(_write_move, motion)
+    run = program(_write_move, motion)
     if run is None or r.stop - r.start != motion.size or not isinstance(spot := map.spots(r)[0], slice):
         return False
     x, (_, P, n, lower) = map.state(r), map.storage
@@ -82,12 +35,9 @@ def move(map, r, motion, u, U, dt):
 
 
 def _write_move(motion):
-    m, size = sum(motion.control_fields.values()), motion.size
-    tape = Tape()
-    x, u, dt = tape.inputs("x[{}]", size), tape.inputs("u[{}]", m), tape.note("dt")
-    x2, X_x, X_u = map(_single, motion.move(x[None], u[None], dt), (1, 2, 2))
-    _check_shapes((x2, size), (X_x, size, size), (X_u, size, m))
-    outputs = ("x2[{}]", x2), ("X_x[{}, {}]", X_x), ("X_u[{}, {}]", X_u)
+    tape, found = trace_move(motion)
+    m, size = found["X_u"].shape[1], motion.size
+    outputs = ("x2[{}]", found["x2"]), ("X_x[{}, {}]", found["X_x"]), ("X_u[{}, {}]", found["X_u"])
     lines = [
         f"x2, X_x, X_u = np.empty({size}), np.empty(({size}, {size})), np.empty(({size}, {m}))",
         f"Q = np.empty(({size}, {size}))",
@@ -101,7 +51,7 @@ def _write_move(motion):
 
 def normalized(map, r, frame):
     """`transform` of the orientation of the frame that begins at r to its normal form. Whether it could be done."""
-    run = _program(_write_normalized, frame)
+    run = program(_write_normalized, frame)
     if run is None or not isinstance(spot := map.spots(r)[0], slice):
         return False
     x, (_, P, n, lower) = map.state(r), map.storage
@@ -111,10 +61,9 @@ def normalized(map, r, frame):
 
 
 def _write_normalized(frame):
-    tape = Tape()
-    N, N_f = frame(tape.inputs("x[{}]", frame.size)).normalized()
+    tape, found = trace_orientation(frame)
     o = frame.size - frame.dim
-    outputs = ("o[{}]", N.x[frame.dim :]), ("J[{}, {}]", N_f[frame.dim :, frame.dim :])
+    outputs = ("o[{}]", found["o"]), ("J[{}, {}]", found["J"])
     lines = [
         f"o, J, Q = np.empty({o}), np.empty(({o}, {o})), np.zeros(({o}, {o}))",
         *straight_code(tape, outputs)[0],
@@ -146,10 +95,10 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, indices, every):
     e, v, visible, J, E : ndarray, shape (K, m), (K, d), (K,), (K, m, ·) and (K, m, m), or None
         J is [E_r E_s E_l], shape (K, m, ·); E is NaN where it was not computed, and None for a compressed map.
     """
-    program = _program(_write_expected, type(Rf), sensor, kind)
-    if program is None or type(Sf) is not type(Rf) or l.shape[-1] != kind.size:
+    found = program(_write_expected, type(Rf), sensor, kind)
+    if found is None or type(Sf) is not type(Rf) or l.shape[-1] != kind.size:
         return None
-    run, m, d, size = program
+    run, m, d, size = found
     K, l, known = len(l), np.ascontiguousarray(l, float), indices is None
     e, v, visible = np.empty((K, m)), np.empty((K, d)), np.empty(K, bool)
     J, E = np.empty((K, m, size)), np.empty((K, m, m))
@@ -163,16 +112,10 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, indices, every):
 
 
 def _write_expected(frame, sensor, kind):
-    tape, n_f, n_l = Tape(), frame.size, kind.size
-    Rf, Sf = frame(tape.inputs("rf[{}]", n_f)), frame(tape.inputs("sf[{}]", n_f))
-    e, v, E_r, E_s, E_l = expect(Rf, Sf, sensor, kind, tape.inputs("l[k, {}]", n_l)[None])
-    visible = np.asarray(sensor.visible(e, v))[0]
-    E_r, E_s, E_l = (_single(E, 2) for E in (E_r, E_s, E_l))
-    m = len(sensor.R)
-    _check_shapes((e[0], m), (E_r, m, n_f), (E_s, m, n_f), (E_l, m, n_l))
-    J = np.concatenate([E_r, E_s, E_l], -1)
-    d, size = v.shape[-1], J.shape[-1]
-    outputs = ("e[k, {}]", e[0]), ("v[k, {}]", v[0]), ("visible[k]", visible), ("J[k, {}, {}]", J)
+    tape, found = trace_expectation(frame, sensor, kind)
+    n_f, n_l, m, d, size = frame.size, kind.size, *found["e"].shape, *found["v"].shape, found["J"].shape[1]
+    places = {"e": "e[k, {}]", "v": "v[k, {}]", "visible": "visible[k]", "J": "J[k, {}, {}]"}
+    outputs = [(place, found[name]) for name, place in places.items()]
     before, loop = straight_code(tape, outputs, each="[k")
     finite = " + ".join(f"J[k, {a}, {2 * n_f + c}]" for a, c in np.ndindex(m, n_l))
     loop += [
@@ -196,14 +139,9 @@ def _write_expected(frame, sensor, kind):
     return build(signature, arguments, lines), m, d, size
 
 
-def _single(a, ndim):
-    """An array of the only member of a stack; one that is the same for all may stand without the stack."""
-    return a[0] if a.ndim > ndim else a
-
-
 def in_view(Rf, Sf, sensor, kind, x, indices):
     """Indices of the landmarks that `may_be_seen`; they stand in x at these indices, (K, k). None if not compiled."""
-    run = _program(_write_in_view, type(Rf), sensor, kind)
+    run = program(_write_in_view, type(Rf), sensor, kind)
     if run is None or type(Sf) is not type(Rf) or indices.shape[-1] != kind.size:
         return None
     at = np.empty(len(indices), np.int64)
@@ -246,7 +184,7 @@ def correct_found(map, sensor, spots, n, J, e, E, no_E, found, index, y, R, thre
     passed : list of int
         Those of the found that pass.
     """
-    (r, s, indices), run, m = spots, _program(_write_correction, sensor), e.shape[1]
+    (r, s, indices), run, m = spots, program(_write_correction, sensor), e.shape[1]
     if run is None or not isinstance(r, RANGE) or not isinstance(s, RANGE) or len(found) * m > MANY_ROWS:
         return None
     z, (at, of), R = np.empty((len(found), m)), np.array((found, index), np.int64), noises(R)
@@ -290,15 +228,13 @@ def _write_correction(sensor):
 
 def inside(sensor, y):
     """Whether a measurement is one of something visible: `sensor.visible` of `sensor.retro`. None if not compiled."""
-    run = _program(_write_inside, sensor)
+    run = program(_write_inside, sensor)
     return None if run is None else run(floats(y))
 
 
 def _write_inside(sensor):
-    tape = Tape()
-    y = tape.inputs("y[{}]", len(sensor.R))[None]
-    visible = np.asarray(sensor.visible(y, sensor.retro(y)[0]))[0]
-    return build("b1(f8[::1])", "y", [*straight_code(tape, [("seen", visible)])[0], "return bool(seen)"])
+    tape, found = trace_inside(sensor)
+    return build("b1(f8[::1])", "y", [*straight_code(tape, [("seen", found["seen"])])[0], "return bool(seen)"])
 
 
 def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
@@ -311,10 +247,10 @@ def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
     MapFull
         As `augment`.
     """
-    program = _program(_write_born, type(Rf), sensor, kind)
-    if program is None or type(Sf) is not type(Rf):
+    found = program(_write_born, type(Rf), sensor, kind)
+    if found is None or type(Sf) is not type(Rf):
         return None
-    run, size, shapes = program
+    run, size, shapes = found
     y, R = floats(y), floats(R)
     if (y.shape, n.shape, R.shape, N.shape) != shapes:
         return None
@@ -329,14 +265,10 @@ def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
 
 
 def _write_born(frame, sensor, kind):
-    tape, n_f, n_l = Tape(), frame.size, kind.size
-    m, n_n = len(sensor.R), 1 if sensor.bearing_only else 0
-    Rf, Sf = frame(tape.inputs("rf[{}]", n_f)), frame(tape.inputs("sf[{}]", n_f))
-    y, n = tape.inputs("y[{}]", m), tape.inputs("n[{}]", n_n)
-    l, *Ls = retro_project(Rf, Sf, sensor, kind, y[None], n[None])
-    L_r, L_s, L_y, L_n = (_single(L, 2) for L in Ls)
-    _check_shapes((l[0], n_l), (L_r, n_l, n_f), (L_s, n_l, n_f), (L_y, n_l, m), (L_n, n_l, n_n))
-    outputs = ("l[{}]", l[0]), ("L[{}, {}]", np.concatenate([L_r, L_s], -1)), ("L_y[{}, {}]", L_y), ("L_n[{}, {}]", L_n)
+    tape, found = trace_birth(frame, sensor, kind)
+    n_f, n_l, m, n_n = frame.size, kind.size, found["L_y"].shape[1], found["L_n"].shape[1]
+    places = {"l": "l[{}]", "L": "L[{}, {}]", "L_y": "L_y[{}, {}]", "L_n": "L_n[{}, {}]"}
+    outputs = [(place, found[name]) for name, place in places.items()]
     lines = [
         f"L, Q_n = np.empty(({n_l}, {2 * n_f})), np.empty(({n_l}, {n_l}))",
         f"L_y, L_n = np.empty(({n_l}, {m})), np.empty(({n_l}, {n_n}))",
