@@ -123,6 +123,9 @@ class Symbol:
         a = _negated(self)
         return self.tape.note("-{}", self) if a is None else a
 
+    def __pos__(self):
+        return self
+
     def __abs__(self):
         return self.tape.note("abs({})", self)
 
@@ -161,7 +164,7 @@ def _is(x, number):
 
 def _negated(x):
     """The symbol a, if x is -a: a sign is written once for all terms, so that equal ones are found."""
-    template, args = x.tape.operations[x.at] if isinstance(x, Symbol) else ("", ())
+    template, args = x.tape.operations[x.at] if isinstance(x, Symbol) else ("", (None,))
     return args[0] if template == "-{}" else None
 
 
@@ -268,7 +271,7 @@ def _smaller(a, b):
     return _choose((a <= b) | (a != a), a, b)
 
 
-def _sign(a):
+def _signum(a):
     """The sign of a number: -1, 0 or 1."""
     return _choose(a > 0, 1.0, _choose(a < 0, -1.0, a))
 
@@ -298,7 +301,7 @@ UFUNCS = {
     "maximum": _entries(np.maximum, _larger),
     "minimum": _entries(np.minimum, _smaller),
     "clip": _entries(np.clip, lambda a, low, high: _smaller(_larger(a, low), high), 3),
-    "sign": _entries(np.sign, _sign, 1),
+    "sign": _entries(np.sign, _signum, 1),
     "isnan": _entries(np.isnan, lambda a: a != a, 1),
     "isfinite": _entries(np.isfinite, lambda a: a - a == 0, 1),
     "deg2rad": _entries(np.deg2rad, lambda a: a * (math.pi / 180), 1),

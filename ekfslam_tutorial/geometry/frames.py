@@ -18,6 +18,7 @@ ONE = np.eye(1)  # derivative of a heading by a heading
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a turn to the left: R = cos I + sin QUARTER, and R_o = R QUARTER
 
 
+@dataclass(frozen=True, eq=False)
 class _Frame:
     """What frames of both dimensions share: a state x = [t; o] of position and orientation, and the transforms.
 
@@ -28,13 +29,13 @@ class _Frame:
     size: ClassVar[int]
     dim: ClassVar[int]
     fields: ClassVar[str]
-    R: Any
-    R_o: Any
-    _product: Any
-    _inverse: Any
+    R: ClassVar[Any]
+    R_o: ClassVar[Any]
+    _product: ClassVar[Any]
+    _inverse: ClassVar[Any]
 
     def __post_init__(self):
-        x = 1.0 * np.asanyarray(self.x)  # floats, and the frame's own
+        x = np.positive(self.x, dtype=float)  # floats, and the frame's own
         if x.ndim == 0 or x.shape[-1] != self.size:
             raise ValueError(f"{type(self).__name__} needs {self.size} numbers {self.fields}, got shape {x.shape}")
         object.__setattr__(self, "x", x)
@@ -159,7 +160,6 @@ def _one_above_the_other(x, T, O):
     return J
 
 
-@dataclass(frozen=True, eq=False)
 class Frame2(_Frame):
     """Reference frame in the plane.
 
@@ -173,7 +173,6 @@ class Frame2(_Frame):
     Frame3 : The same in space.
     """
 
-    x: np.ndarray
     size: ClassVar[int] = 3
     dim: ClassVar[int] = 2
     dof: ClassVar[int] = 3
@@ -235,7 +234,6 @@ class Frame2(_Frame):
         return e, _one_above_the_other(e, np.eye(2), ONE)
 
 
-@dataclass(frozen=True, eq=False)
 class Frame3(_Frame):
     """Reference frame in space.
 
@@ -249,7 +247,6 @@ class Frame3(_Frame):
     Frame2 : The same in the plane.
     """
 
-    x: np.ndarray
     size: ClassVar[int] = 7
     dim: ClassVar[int] = 3
     dof: ClassVar[int] = 6

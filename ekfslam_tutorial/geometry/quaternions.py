@@ -145,9 +145,8 @@ def pi2pc(Pi):
     q2qc : The conjugate quaternion.
     """
     Pi = np.asarray(Pi, float)
-    vector = Pi[..., 1:, :]
     Pc = -Pi
-    Pc[..., 1:, :] = np.swapaxes(vector, -1, -2)
+    Pc[..., 1:, :] = np.swapaxes(Pi[..., 1:, :], -1, -2)
     return Pc
 
 
