@@ -91,8 +91,8 @@ class RangeBearing:
         --------
         project : The inverse.
         """
-        y = np.asanyarray(y)
-        r, c, s = y[..., 0], np.cos(y[..., 1]), np.sin(y[..., 1])
+        r, b = np.moveaxis(y, -1, 0)
+        c, s = np.cos(b), np.sin(b)
         v = np.stack([r * c, r * s], -1)
         V_y = np.zeros_like(v, shape=(*v.shape, 2))
         V_y[..., 0, 0], V_y[..., 0, 1] = c, -r * s
