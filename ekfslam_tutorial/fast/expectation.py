@@ -92,10 +92,10 @@ def sight(F, sensor, lmk, l):
     return sensor.project(v)[0], v
 
 
-def may_be_seen(F, sensor, lmk, l):
+def may_be_seen(Rf, Sf, sensor, lmk, l):
     """Return which of many landmarks can be visible: those in range; without a range, those in view.
 
-    Parameters are those of `seen_from`.
+    Parameters are those of `expect`.
 
     Returns
     -------
@@ -103,6 +103,6 @@ def may_be_seen(F, sensor, lmk, l):
     """
     max_range = getattr(sensor, "max_range", inf)
     if max_range == inf:
-        return sensor.visible(*sight(F, sensor, lmk, l))
-    d = lmk.point(l)[0] - F.t
+        return sensor.visible(*sight(Rf.compose(Sf)[0], sensor, lmk, l))
+    d = lmk.point(l)[0] - (Rf.R @ Sf.t + Rf.t)
     return np.einsum("...i,...i->...", d, d) <= (1 + 1e-9) * max_range**2  # rounding must not leave out any

@@ -5,7 +5,7 @@ from math import isfinite
 
 import numpy as np
 
-from .core import Event, Jcbb, NearestNeighbour, delete_bad, gate
+from .core import Event, Jcbb, KnownIds, NearestNeighbour, delete_bad, gate
 from .extra import compiled
 from .filter import update
 from .frames import camera_position, normalize
@@ -31,16 +31,33 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     obs.update({(id, o.lmk): o for o in seen})
 
     expected = seen if by_id else [Obs(table, k) for k in near]
-    matches = opt.association(map, expected, raw, sen.model)
+    pairs, new = associated(opt.association, map, expected, raw, sen.model)
     wanted = in_view if opt.n_updates is None else most_uncertain(table, in_view, opt.n_updates)
-    found = sorted(table.match(matches.pairs, wanted))  # in the order of the table, of which they may be all
+    found = sorted(table.match(pairs, wanted))  # in the order of the table, of which they may be all
     if found:
         camera = camera_position(Rf, Sf) if opt.reparametrize else None
         _correct(map, rob, sen, table, found, visible if soon else None, raw, opt, camera)
     elif soon:
         table.keep(map, near)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
-    return events, matches.new
+    return events, new
+
+
+def associated(association, map, obs, raw, sensor):
+    """Return what an association says: measurements by landmark, and those that may start a landmark.
+
+    Of `KnownIds` the first has ids of other landmarks, too.
+    """
+    if type(association) is not KnownIds:
+        matches = association(map, obs, raw, sensor)
+        return matches.pairs, matches.new
+    ids = np.asarray(raw.ids).tolist()
+    index = dict(zip(reversed(ids), range(len(ids) - 1, -1, -1), strict=True))
+    order = sorted(index)
+    if order and order[0] < 0:
+        order = [id for id in order if id >= 0]
+        index = {id: index[id] for id in order}
+    return index, [index[id] for id in order]
 
 
 def _candidates(map, table, raw, sen, opt):

@@ -85,10 +85,13 @@ class Group:
         Range of each in the map.
     places : list of int
         Where each stands among the landmarks of all types.
+    kinds : list of LmkType
+        Type of each: equal, but not always the same object.
     """
 
     def __init__(self, kind, known):
-        self.kind, self.known, self.lmks, self.ranges, self.places = kind, known, [], [], []
+        self.kind, self.known = kind, known
+        self.lmks, self.ranges, self.places, self.kinds = [], [], [], []
         self._indices = np.zeros((8, kind.size), int)
 
     def add(self, lmk, place):
@@ -101,6 +104,7 @@ class Group:
         self.lmks.append(lmk)
         self.ranges.append(lmk.r)
         self.places.append(place)
+        self.kinds.append(lmk.type)
 
     @property
     def indices(self):

@@ -27,12 +27,17 @@ class Obs:
     table : Sightings
     k : int
         Which row.
+
+    Attributes
+    ----------
+    lmk : int
+        Id of the landmark.
     """
 
-    __slots__ = ("k", "table")
+    __slots__ = ("k", "lmk", "table")
 
     def __init__(self, table, k):
-        self.table, self.k = table, k
+        self.table, self.k, self.lmk = table, k, table.lmks[k].id
 
     e = _column("e", "Expectation, shape (m,).")
     E = _column("E", "Covariance of the expectation, shape (m, m).")
@@ -51,11 +56,6 @@ class Obs:
     def sen(self):
         """Id of the sensor."""
         return self.table.sen
-
-    @property
-    def lmk(self):
-        """Id of the landmark."""
-        return self.table.lmks[self.k].id
 
     @property
     def visible(self):

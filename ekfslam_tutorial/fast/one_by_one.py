@@ -4,7 +4,7 @@ from .core import Event, delete_bad
 from .extra import compiled
 from .filter import correct, covariance, cross, innovation
 from .frames import camera_position, frame_range, normalize
-from .joint import correct_with
+from .joint import associated, correct_with
 from .obs import Obs
 from .straight import expected_of_one
 from .tables import sightings
@@ -21,13 +21,13 @@ def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     order = sorted(range(table.K), key=slots.__getitem__)
     expected, visible, id = [Obs(table, k) for k in order], table.visible.tolist(), sen.id
     obs.update({(id, o.lmk): o for o in expected})
-    matches = opt.association(map, expected, raw, sen.model)
+    pairs, new = associated(opt.association, map, expected, raw, sen.model)
 
     search = _Search(map, rob, sen, table, raw, opt, Rf, Sf)
     in_view = [k for k in order if visible[k]]
     for k in most_uncertain(table, in_view, opt.n_updates):
-        search.look(k, matches.pairs.get(table.lmks[k].id))
-    return search.events + delete_bad(map, rob, sen, lmks, [o for o in expected if visible[o.k]], opt), matches.new
+        search.look(k, pairs.get(table.lmks[k].id))
+    return search.events + delete_bad(map, rob, sen, lmks, [o for o in expected if visible[o.k]], opt), new
 
 
 class _Search:

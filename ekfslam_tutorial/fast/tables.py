@@ -23,7 +23,7 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
     groups, parts = map.notes.groups(lmks), []
     for group in groups.all:
         part = _part(map, rob, sen, group, Rf, Sf, in_view)
-        if part is not None and not _as_noted(part, group.kind):
+        if part is not None and not _as_noted(part):
             groups.forget()
             return sightings(map, rob, sen, lmks, Rf, Sf, in_view)
         parts += [part] if part is not None else []
@@ -32,27 +32,29 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
 
 def _part(map, rob, sen, group, Rf, Sf, in_view):
     """The table of the landmarks of one type; None if there are none."""
-    kind, indices, lmks, r, places = group.kind, group.indices, group.lmks, group.ranges, group.places
+    kind, indices, lmks = group.kind, group.indices, group.lmks
+    r, places, kinds = group.ranges, group.places, group.kinds
     if in_view and len(lmks) > MANY:
         at = _in_view(map, Rf, Sf, sen.model, kind, lmks, indices)
         indices, at = None if indices is None else indices.take(at, 0), at.tolist()
-        lmks, r, places = ([each[i] for i in at] for each in (lmks, r, places))
+        lmks, r, places, kinds = ([each[i] for i in at] for each in (lmks, r, places, kinds))
     if not lmks:
         return None
     l = np.array([lmk.x for lmk in lmks]) if indices is None else map.state(indices)
     ranges = frame_range(rob, Rf), sen.r, indices
     part = _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
     part = part or _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges)
-    part.r, part.places, part.untidy = r, places, hasattr(kind, "ahead") or hasattr(kind, "linearity")
+    part.r, part.places, part.kinds = r, places, kinds
+    part.untidy = hasattr(kind, "ahead") or hasattr(kind, "linearity")
     return part
 
 
-def _as_noted(part, kind):
-    """Return True if the visible landmarks have the type and the ranges that are noted of them."""
-    lmks, r = part.lmks, part.r
+def _as_noted(part):
+    """Return True if the visible landmarks have the types and the ranges that are noted of them."""
+    lmks, r, kinds = part.lmks, part.r, part.kinds
     for k in part.visible.nonzero()[0].tolist():
         lmk = lmks[k]
-        if lmk.r is not r[k] or (lmk.type is not kind and lmk.type != kind):
+        if lmk.r is not r[k] or lmk.type is not kinds[k]:
             return False
     return True
 
@@ -62,7 +64,7 @@ def _in_view(map, Rf, Sf, sensor, kind, lmks, indices):
     x = map.x if indices is not None else np.concatenate([lmk.x for lmk in lmks], dtype=float)
     indices = np.arange(len(x)).reshape(len(lmks), -1) if indices is None else indices
     at = compiled().in_view(Rf, Sf, sensor, kind, x, indices) if map.compiled else None
-    return np.flatnonzero(may_be_seen(Rf.compose(Sf)[0], sensor, kind, x[indices])) if at is None else at
+    return np.flatnonzero(may_be_seen(Rf, Sf, sensor, kind, x[indices])) if at is None else at
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

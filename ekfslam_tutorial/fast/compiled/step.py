@@ -151,7 +151,7 @@ def in_view(Rf, Sf, sensor, kind, x, indices):
 def _write_in_view(frame, sensor, kind):
     tape = Tape()
     Rf, Sf = frame(tape.inputs("rf[{}]", frame.size)), frame(tape.inputs("sf[{}]", frame.size))
-    seen = may_be_seen(Rf.compose(Sf)[0], sensor, kind, tape.inputs("x[indices[k, {}]]", kind.size)[None])
+    seen = may_be_seen(Rf, Sf, sensor, kind, tape.inputs("x[indices[k, {}]]", kind.size)[None])
     before, loop = straight_code(tape, [("seen", np.asarray(seen)[0])], each="[k")
     loop += ["if seen:", "    at[q] = k", "    q += 1"]
     lines = ["q = 0", *before, "for k in range(len(indices)):", *(f"    {line}" for line in loop), "return q"]
