@@ -5,7 +5,7 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.ekf import CompressedMap, Map, correct, covariance, cross, innovation, update
+from ekfslam_tutorial.fast import CompressedMap, FastMap, correct, covariance, cross, innovation, update
 
 pytestmark = pytest.mark.usefixtures("triangles")
 
@@ -18,7 +18,7 @@ COMPILED = pytest.mark.parametrize(
     "compiled", [False, pytest.param(True, marks=needs_numba)], ids=["numpy", "compiled"]
 )
 KINDS = pytest.mark.parametrize(
-    "kind", [Map, lambda **how: CompressedMap(active=10, **how)], ids=["Map", "CompressedMap"]
+    "kind", [FastMap, lambda **how: CompressedMap(active=10, **how)], ids=["Map", "CompressedMap"]
 )
 
 
@@ -171,7 +171,7 @@ def test_errors_are_those_of_correct_and_nothing_has_been_changed(kind, compiled
         texts.append(str(caught.value))
     assert compiled or texts[0] == texts[1]
     # a compressed map may have brought states to hand, and puts them back to show P: rounding
-    tolerance = 0.0 if isinstance(map, Map) else 1e-13
+    tolerance = 0.0 if isinstance(map, FastMap) else 1e-13
     for each, fresh in zip(scene.maps, Scene(kind, compiled).maps, strict=True):
         assert np.abs(each.x - fresh.x).max() <= tolerance and np.abs(each.P - fresh.P).max() <= tolerance
     z, R = rng.normal(size=z.shape), noise(rng)

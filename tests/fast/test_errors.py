@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.cli import main
-from ekfslam_tutorial.ekf import Map, extra
+from ekfslam_tutorial.fast import FastMap, extra
 from ekfslam_tutorial.models.landmarks import AhmPnt, IdpPnt
 from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing
 from ekfslam_tutorial.slam import Lmk, correct_known_lmks, init_new_lmks
 from ekfslam_tutorial.toolbox import UserData
 
-from .scenes import POINTS, Pair, raw
+from .scenes import POINTS, Scenes, raw
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 IDS = range(len(POINTS))
@@ -54,7 +54,7 @@ class Noisy(RangeBearing):
 @pytest.fixture(params=[False, True], ids=["sequential", "joint"])
 def pair(request, rng):
     """A robot that knows its landmarks."""
-    pair = Pair(RangeBearing(0.1, 0.02), joint=request.param)
+    pair = Scenes(RangeBearing(0.1, 0.02), joint=request.param)
     pair.go(rng), pair.go(rng)
     assert len(pair.compiled.obs) == len(POINTS)
     return pair
@@ -115,13 +115,13 @@ def test_noise_of_the_wrong_shape_or_not_finite(pair):
 
 
 def test_priors_of_the_wrong_length():
-    pair = Pair(BearingOnly2(0.02), lmk_type=AhmPnt(2), n=[0.1, 0.2], N=0.1 * np.eye(2))
+    pair = Scenes(BearingOnly2(0.02), lmk_type=AhmPnt(2), n=[0.1, 0.2], N=0.1 * np.eye(2))
     fails(pair, start([0.1]))
 
 
 def test_landmarks_of_another_kind_than_their_state(rng):
     """Five numbers are asked for, where two are: not those of its neighbours."""
-    pair = Pair(RangeBearing(0.1, 0.02))
+    pair = Scenes(RangeBearing(0.1, 0.02))
     for scene in (pair.plain, pair.compiled):
         scene.lmks[0] = Lmk(0, AhmPnt(2), r=scene.map.add([3.0, 0.5], np.eye(2)))
         scene.map.add(np.ones(9), np.eye(9))
@@ -154,7 +154,7 @@ TABLE = {
 def test_without_numba_one_sentence_says_what_to_install(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(extra, "find_spec", lambda name: None)
     with pytest.raises(ImportError) as error:
-        Map(compiled=True)
+        FastMap(compiled=True)
     assert str(error.value) == NEEDS
     with pytest.raises(ValueError, match="numba") as error:
         UserData.from_dict(TABLE)

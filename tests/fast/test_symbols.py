@@ -8,8 +8,8 @@ import copy
 
 import numpy as np
 import pytest
-
 from ekfslam_tutorial.compiled import step
+
 from ekfslam_tutorial.ekf import Map, augment, covariance, cross
 from ekfslam_tutorial.geometry import Frame2, Frame3, e2q
 from ekfslam_tutorial.models import retro_project

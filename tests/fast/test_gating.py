@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.ekf import CompressedMap, Map, correct, covariance, cross, innovation
+from ekfslam_tutorial.fast import CompressedMap, FastMap, correct, covariance, cross, innovation
+from ekfslam_tutorial.fast.gating import within_gate
 from ekfslam_tutorial.graphics import SenFig
 from ekfslam_tutorial.models.sensors import PinHoleDepth, RangeBearing
 from ekfslam_tutorial.slam import Jcbb, NearestNeighbour, project_lmks
 from ekfslam_tutorial.slam.association import distances
-from ekfslam_tutorial.slam.reach import in_reach
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
 from .scenes import Scene
@@ -32,7 +32,7 @@ def correlated(scene, n, rng, spread):
 @pytest.mark.parametrize("own_R", [False, True])
 @pytest.mark.parametrize("gate", [5.0, 25.0])
 @pytest.mark.parametrize("spread", [1e-4, 1e-2, 0.3])
-def test_whatever_passes_the_gate_is_in_reach(d, own_R, gate, spread, rng):
+def test_whatever_passes_the_gate_is_within_gate(d, own_R, gate, spread, rng):
     """20 random maps. Where the map is good, the list must be short, or it would be of no use."""
     kept = every = 0
     for _ in range(20):
@@ -44,7 +44,7 @@ def test_whatever_passes_the_gate_is_in_reach(d, own_R, gate, spread, rng):
             measured.R = np.array([k * sensor.R for k in range(1, 7)])
         obs = project_lmks(scene.map, scene.rob, scene.sen, scene.lmks.values())
         D = distances(obs, measured, sensor)
-        near = in_reach(scene.map, obs[0].table, measured, sensor, gate)
+        near = within_gate(scene.map, obs[0].table, measured, sensor, gate)
         passing = {obs[k].k for k in np.flatnonzero((D <= gate).any(0))}
         assert passing <= set(near.tolist())
         kept, every = kept + len(near), every + D.shape[1]
@@ -52,7 +52,7 @@ def test_whatever_passes_the_gate_is_in_reach(d, own_R, gate, spread, rng):
 
 
 def test_variances_of_a_compressed_map_are_never_too_small(rng):
-    maps = Map(), CompressedMap(active=8)
+    maps = FastMap(), CompressedMap(active=8)
     for map in maps:
         ranges = [map.add(np.zeros(2), np.eye(2)) for _ in range(12)]
     larger = 0

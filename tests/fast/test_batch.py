@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.ekf import Map, augment, correct, covariance, cross, innovation, predict
-from ekfslam_tutorial.ekf.batch import Batch
+from ekfslam_tutorial.fast import Batch, FastMap, augment, correct, covariance, cross, innovation, predict
 
 RUNS, ROB = 7, slice(0, 3)
 EXACT = {"rtol": 0, "atol": 1e-12}  # sums in another order: rounding of numbers of size 1, over 30 operations
@@ -20,7 +19,7 @@ def both(rng, n=9):
     x, P = rng.normal(size=(RUNS, n)), covariances(rng, RUNS, n)
     maps = []
     for x_i, P_i in zip(x, P, strict=True):
-        maps.append(Map())
+        maps.append(FastMap())
         maps[-1].add(x_i, P_i)
     return Batch(x, P), maps
 
@@ -78,7 +77,7 @@ def test_some_runs_get_a_new_state(rng):
     l, L_r, Q = rng.normal(size=(3, 2)), rng.normal(size=(3, 2, 3)), covariances(rng, 3, 2)
     batch.augment(slice(3, 5), runs, l, ((ROB, L_r), (None, L_r)), Q)
     for k, i in enumerate(runs):
-        map = Map()
+        map = FastMap()
         map.add(x[i, :3], P[i, :3, :3])
         augment(map, l[k], ((ROB, L_r[k]),), Q[k])
         np.testing.assert_allclose(batch.x[i], map.x, **EXACT)
@@ -88,7 +87,7 @@ def test_some_runs_get_a_new_state(rng):
 
 
 def test_a_large_batch_is_corrected_in_parts(rng, monkeypatch):
-    monkeypatch.setattr("ekfslam_tutorial.ekf.batch.RUNS_AT_A_TIME", 3)
+    monkeypatch.setattr("ekfslam_tutorial.fast.batch.RUNS_AT_A_TIME", 3)
     (batch, _), z, H = both(rng), rng.normal(size=(RUNS, 2)), rng.normal(size=(2, 3))
     whole = Batch(batch.x, batch.P)
     batch.correct(((ROB, H),), z, np.eye(2))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.cli.files import find_scenario
-from ekfslam_tutorial.ekf import (
+from ekfslam_tutorial.fast import (
     CompressedMap,
-    Map,
+    FastMap,
     MapFull,
     augment,
     correct,
@@ -42,7 +42,7 @@ class Both:
     """A compressed and a plain map, to which the same things happen."""
 
     def __init__(self, rng, active=12, robot=5):
-        self.rng, self.maps, self.lmks = rng, (CompressedMap(active=active), Map()), []
+        self.rng, self.maps, self.lmks = rng, (CompressedMap(active=active), FastMap()), []
         self.robot = self.each(lambda map: map.add(np.zeros(robot), 0.1 * np.eye(robot)))
 
     def each(self, do):
@@ -53,7 +53,7 @@ class Both:
 
     def far(self):
         """The ranges of the landmarks that are not at hand."""
-        return [r for r in self.lmks if self.maps[0]._at[r.start] < 0]
+        return [r for r in self.lmks if self.maps[0]._spot_of[r.start] < 0]
 
     # --- what may happen ---
 
@@ -120,7 +120,7 @@ class Both:
             for map in self.maps:
                 map.x[r] += 0.5
                 map.P[r, r] += 0.1 * np.eye(2)
-                map.move(self.robot, 0.5 * map.state(self.robot))
+                map.set_mean(self.robot, 0.5 * map.state(self.robot))
 
 
 @pytest.mark.usefixtures("triangles")
@@ -153,7 +153,7 @@ def test_a_robot_that_comes_round_again_and_again(rng):
     both = Both(rng, active=20, robot=3)
     for _ in range(60):
         both.birth()
-    flushes = _counted(both.maps[0], "_put_back")
+    flushes = _counted(both.maps[0], "_settle")
     for k in range(180):
         both.move()
         some = [both.lmks[(k + i) % 60] for i in range(4)]
@@ -177,14 +177,14 @@ def test_the_large_covariance_is_left_alone_between_two_flushes(rng):
         both.birth()
     map = both.maps[0]
     map.P  # noqa: B018 -- nothing is at hand now
-    before = map._far._P.copy()
+    before = map._whole._P.copy()
     for _ in range(20):
         both.move()
         both.correct(3)
         both.look()
-    assert np.array_equal(map._far._P, before)
+    assert np.array_equal(map._whole._P, before)
     map.flush()
-    assert not np.array_equal(map._far._P, before)
+    assert not np.array_equal(map._whole._P, before)
     assert same(both.maps)
 
 
@@ -211,7 +211,7 @@ def test_expectations_of_far_landmarks_do_not_disturb_each_other(rng):
 
 
 def test_what_is_known_has_no_covariance_with_anything():
-    maps = CompressedMap(), Map()
+    maps = CompressedMap(), FastMap()
     for map in maps:
         blocks = [(None, np.ones((2, 3))), (None, np.ones((2, 3)))]
         ranges = [augment(map, np.full(2, i), blocks, np.eye(2)) for i in range(50)]
@@ -227,7 +227,7 @@ def test_a_range_over_several_states_is_one_range(rng):
     for _ in range(8):
         both.birth()
     both.maps[0].P  # noqa: B018 -- nothing is at hand now
-    both.each(lambda map: map.rows(both.lmks[5]) if isinstance(map, Map) else np.asarray(map.P[both.lmks[5]]))
+    both.each(lambda map: map.rows(both.lmks[5]) if isinstance(map, FastMap) else np.asarray(map.P[both.lmks[5]]))
     both.maps[0].fetch([(both.lmks[5], None)])
     r = slice(both.lmks[3].start, both.lmks[6].stop)
     J, U = np.eye(8) + 0.1 * rng.normal(size=(8, 8)), np.eye(8)
@@ -249,7 +249,7 @@ def test_a_state_with_its_covariances_comes_in(rng):
 
 
 def test_a_full_map_is_full_and_nothing_has_changed(rng):
-    maps = CompressedMap(5, active=3), Map(5)
+    maps = CompressedMap(5, active=3), FastMap(5)
     for map in maps:
         r = map.add(np.zeros(3), np.eye(3))
         augment(map, np.ones(2), [(r, np.ones((2, 3)))], np.eye(2))
@@ -306,7 +306,7 @@ def test_a_scenario_says_so_and_nothing_changes(table, association, joint, monke
         frames = [(s.map, s.events) for s in universal_slam(data)]
         runs.append((frames[-1][0], [event for _, events in frames for event in events]))
     (a, events), (b, expected) = runs
-    assert isinstance(a, CompressedMap) and isinstance(b, Map)
+    assert isinstance(a, CompressedMap) and isinstance(b, FastMap)
     assert events == expected and {"initialisation", "correction"} <= {e.kind for e in events}
     # Each correction linearises at the estimate, so rounding errors grow with the nonlinearity of inverse depths.
     assert same((a, b), EXACT if table is FLAT else 1e-9)
@@ -316,7 +316,7 @@ def test_a_scenario_says_so_and_nothing_changes(table, association, joint, monke
 def test_a_large_error_that_all_share_costs_no_digits(shared, rng):
     """As in a long loop: the map is known to 0.05 m in itself, and to `shared` in the world."""
     n = 3 + 2 * 40
-    maps = CompressedMap(active=20), Map()
+    maps = CompressedMap(active=20), FastMap()
     for map in maps:
         map.add(np.zeros(n), np.eye(n))
         map.P[:] = shared**2 + 0.05**2 * np.eye(n)
@@ -337,7 +337,7 @@ def test_a_large_error_that_all_share_costs_no_digits(shared, rng):
 
 def test_states_that_are_functions_of_others(rng):
     """Two landmarks at one and the same place, and one that is known exactly: P is singular."""
-    maps = CompressedMap(active=6), Map()
+    maps = CompressedMap(active=6), FastMap()
     for map in maps:
         ranges = [map.add(np.zeros(2), np.eye(2)) for _ in range(8)]
         A = np.random.default_rng(5).normal(size=(16, 20))
@@ -360,7 +360,7 @@ def test_rounding_errors_of_what_depends_on_others_do_not_grow(compiled):
     others are divided by, it grows faster still.
     """
     given, anchored = np.random.default_rng(0), np.vstack([np.eye(3), [[0.1, 0.2, 0.3]]])
-    maps, lmks = (CompressedMap(active=10, compiled=compiled), Map()), ([], [])
+    maps, lmks = (CompressedMap(active=10, compiled=compiled), FastMap()), ([], [])
     robots = [map.add(np.zeros(3), np.zeros((3, 3))) for map in maps]
     for k in range(60):
         seen = [(k // 6 + i) % 30 for i in range(8)]
@@ -405,13 +405,13 @@ def test_neighbours_come_to_hand_together(rng):
     map = CompressedMap(active=4)
     ranges = [map.add(np.zeros(k), np.eye(k)) for k in (3, 2, 2, 2, 2, 5, 2, 2)]
     map.P, map.remove(ranges[3])
-    map.at_hand(ranges[2])
-    assert map._hand.tolist() == [0, 1, 2, 3, 4, 5, 6]  # 7:9 is not in use any more
-    map.at_hand(slice(16, 18))  # not the whole of a state: what was asked for, and the states that begin beside it
-    assert map._hand.tolist() == [0, 1, 2, 3, 4, 5, 6, 16, 17, 18, 19]
+    map.spots(ranges[2])
+    assert map._active_states.tolist() == [0, 1, 2, 3, 4, 5, 6]  # 7:9 is not in use any more
+    map.spots(slice(16, 18))  # not the whole of a state: what was asked for, and the states that begin beside it
+    assert map._active_states.tolist() == [0, 1, 2, 3, 4, 5, 6, 16, 17, 18, 19]
     twin = pickle.loads(pickle.dumps(map))
-    twin.at_hand(ranges[5])
-    assert twin._hand.tolist() == [9, 10, 11, 12, 13, 14, 15]
+    twin.spots(ranges[5])
+    assert twin._active_states.tolist() == [9, 10, 11, 12, 13, 14, 15]
 
 
 def test_variances_are_there_when_nothing_is_at_hand():

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.ekf import Map, augment, correct, covariance, cross, innovation, predict, stochastic_map
-
-from .textbook import Textbook
+from ekfslam_tutorial.fast import FastMap, augment, correct, covariance, cross, fast_map, innovation, predict
+from tests.ekf.textbook import Textbook
 
 pytestmark = pytest.mark.usefixtures("triangles")
 
@@ -20,7 +19,7 @@ def spread(n, rng):
 @pytest.fixture
 def scene(rng):
     """A map of a robot (7), a sensor (7) and ten landmarks (3), and their ranges."""
-    map = Map()
+    map = FastMap()
     robot, sensor = map.add(rng.normal(size=7), np.eye(7)), map.add(rng.normal(size=7), np.eye(7))
     lmks = [map.add(rng.normal(size=3), np.eye(3)) for _ in range(10)]
     map.P[:] = spread(map.n, rng)
@@ -85,7 +84,7 @@ def test_a_stack_of_one_is_a_single_observation(scene, rng):
 def test_a_long_run_beside_full_matrices(rng):
     """Predictions, single and joint corrections, births, removals, reparametrisations, in a mixed order; nobody asks
     for the covariance in between, except through ranges."""
-    map = Map()
+    map = FastMap()
     robot = map.add(np.zeros(3), 0.1 * np.eye(3))
     lmks = [map.add(rng.normal(size=2), np.eye(2)) for _ in range(12)]
     dense = Textbook(map.x.copy(), map.P.copy())
@@ -131,7 +130,7 @@ def test_a_long_run_beside_full_matrices(rng):
 
 def test_a_gap_is_filled_while_one_triangle_is_kept(rng):
     """A state in the middle has rows on both sides of the diagonal: both must be new."""
-    map = Map()
+    map = FastMap()
     ranges = [map.add(rng.normal(size=3), np.eye(3)) for _ in range(5)]
     map.P[:] = spread(15, rng)
     blocks = [(ranges[0], rng.normal(size=(2, 3))), (ranges[4], rng.normal(size=(2, 3)))]
@@ -150,8 +149,8 @@ def test_a_gap_is_filled_while_one_triangle_is_kept(rng):
 
 def test_large_maps_keep_one_triangle_and_small_ones_both(monkeypatch, rng):
     monkeypatch.undo()
-    for n, one in ((stochastic_map.ONE_TRIANGLE - 2, False), (stochastic_map.ONE_TRIANGLE + 2, True)):
-        map = Map()
+    for n, one in ((fast_map.ONE_TRIANGLE - 2, False), (fast_map.ONE_TRIANGLE + 2, True)):
+        map = FastMap()
         r = map.add(np.zeros(n), np.eye(n))
         J = rng.normal(size=(2, n))
         PHt = cross(map, [(r, J)])
@@ -165,7 +164,7 @@ def test_a_copy_of_a_map_is_a_map_of_its_own(rng):
     import copy
     import pickle
 
-    map = Map()
+    map = FastMap()
     r = map.add(np.zeros(3), spread(3, rng))
     for other in (copy.deepcopy(map), pickle.loads(pickle.dumps(map))):
         P, J = other.P.copy(), np.eye(3)
