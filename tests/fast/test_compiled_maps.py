@@ -5,7 +5,7 @@ import pytest
 
 from ekfslam_tutorial.fast import CompressedMap, FastMap, fast_map
 from ekfslam_tutorial.fast import virtual as by_numpy
-from ekfslam_tutorial.fast.compiled import cholesky, explained, follow, here, settle
+from ekfslam_tutorial.fast.compiled import cholesky, explained, follow, settle, spots
 from ekfslam_tutorial.fast.virtual import VirtualStates
 
 CLOSE = 1e-12  # of the largest number: a dozen operations on each, in another order
@@ -23,10 +23,10 @@ def covariance(rng, n, rank=None):
 def test_where_they_are_at_hand():
     at, used_at = np.array([4, -1, 2, 3, -1, 0]), np.zeros(6, int)
     rows = np.array([[0, 2], [3, 1], [5, 0]])
-    assert np.array_equal(here(at, used_at, 7, rows, [0, 2]), [[4, 2], [3, -1], [0, 4]])
+    assert np.array_equal(spots(at, used_at, 7, rows, [0, 2]), [[4, 2], [3, -1], [0, 4]])
     assert used_at.tolist() == [7, 0, 7, 0, 0, 7]  # only those that are used
-    assert here(at, used_at, 8, rows, [0, 1]) is None  # one of these is far
-    assert here(at, used_at, 8, rows[:, :0], []).shape == (3, 0)
+    assert spots(at, used_at, 8, rows, [0, 1]) is None  # one of these is far
+    assert spots(at, used_at, 8, rows[:, :0], []).shape == (3, 0)
 
 
 def test_means_follow_those_at_hand(rng):
@@ -34,7 +34,7 @@ def test_means_follow_those_at_hand(rng):
     A = rng.normal(size=(n, n))
     P = A @ A.T
     virtual = VirtualStates(n)
-    virtual.take(hand, P[hand], P[np.ix_(hand, hand)])
+    virtual.add(hand, P[hand], P[np.ix_(hand, hand)])
     of = np.full(12, -1)  # longer than it need be, as it is when the near map has been larger
     of[[0, 2, 3, 4]] = hand
     x, x_near = rng.normal(size=n), rng.normal(size=9)
@@ -85,7 +85,7 @@ def test_what_those_at_hand_explain(rng, hand, some):
     ):
         virtual = VirtualStates(n)
         if len(hand):
-            virtual.take(hand, P[hand], P[np.ix_(hand, hand)])
+            virtual.add(hand, P[hand], P[np.ix_(hand, hand)])
         expected = virtual._explained(some, P[np.ix_(some, some)])
         G = explained(virtual, some, np.ascontiguousarray(P[np.ix_(some, some)]))
         assert G.shape == expected.shape == (len(some), len(hand) + len(some))
@@ -100,7 +100,7 @@ def test_covariances_with_all_others_are_those_of_P(rng, rank, compiled):
     P = covariance(rng, 10, rank) if rank else np.zeros((10, 10))
     virtual = VirtualStates(10, compiled)
     for some in np.array([1, 5, 6]), np.array([0, 9]), np.array([3]):
-        virtual.take(some, P[some], np.ascontiguousarray(P[np.ix_(some, some)]))
+        virtual.add(some, P[some], np.ascontiguousarray(P[np.ix_(some, some)]))
     hand, (Lt, _), Gt = [1, 5, 6, 0, 9, 3], virtual.factors, virtual.through(np.eye(6), 10)
     assert np.abs(Lt.T @ Gt - P[hand]).max() <= 1e-14 * np.abs(P).max()
     assert (np.abs(Gt) <= 1.01 * np.sqrt(P.diagonal())).all() and (Lt.diagonal() > 0).all()

@@ -11,7 +11,7 @@ from ekfslam_tutorial.cli.files import find_scenario
 from ekfslam_tutorial.fast import (
     CompressedMap,
     FastMap,
-    MapFull,
+
     augment,
     correct,
     covariance,

@@ -165,7 +165,7 @@ class WrongShape(Odometry2):
 
 def test_a_model_with_a_wrong_shape_says_so_as_ever():
     pair, said = Scenes(RangeBearing(0.1, 0.02)), []
-    for scene in (pair.plain, pair.compiled):
+    for scene in pair.all:
         scene.rob.motion, scene.rob.u = WrongShape(), np.array([0.1, 0.0, 0.0])
         with pytest.raises(ValueError, match="must have shapes") as error:
             move(scene.map, scene.rob, 0.1)

@@ -82,7 +82,7 @@ def test_known_states(form, joint, interpreted, rng):
     given = AS[form]
     for calibrate in (False, True):
         pair = Scenes(SENSOR, joint=joint)
-        for scene in (pair.plain, pair.compiled):
+        for scene in pair.all:
             scene.map.remove(scene.rob.r)
             scene.rob = Rob(1, scene.rob.motion, x=given(np.zeros(3)))
             scene.sen = Sen(1, 1, SENSOR, Frame2, x=given(np.zeros(3)))

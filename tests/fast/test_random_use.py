@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
 from ekfslam_tutorial.fast import tables
 from ekfslam_tutorial.geometry import Frame2
@@ -48,7 +48,19 @@ OPTIONS = st.fixed_dictionaries(
     }
 )
 STEP = st.lists(st.floats(-0.3, 0.3), min_size=3, max_size=3)
-SOME = st.sets(st.integers(0, len(POINTS) - 1), min_size=1)
+SOME = st.sets(st.integers(0, len(POINTS) - 1), min_size=2)
+USER = (
+    "forget",
+    "become_euclidean",
+    "become_known",
+    "survey",
+    "swap",
+    "write_into_the_map",
+    "estimate_something_else",
+    "ask_for_all_of_P",
+    "go_on_with_a_copy",
+    "make_a_mistake",
+)
 BAD = "nan", "shape", "ids", "R", "dt", "u", "U"
 
 
@@ -103,6 +115,12 @@ class Machine(RuleBasedStateMachine):
 
         self.scenes.each(go)
 
+    @rule(u=STEP, ids=SOME, own=st.booleans())
+    def frame(self, u, ids, own):
+        """A step and a look."""
+        self.go(u, False)
+        self.look(ids, None, own)
+
     @rule(ids=SOME, n_max=st.sampled_from([None, 2]), own=st.booleans())
     def look(self, ids, n_max, own):
         """No two landmarks are equally uncertain where the most uncertain comes first: rounding would decide."""
@@ -147,11 +165,15 @@ class Machine(RuleBasedStateMachine):
 
     # --- what a user does in between ---
 
+    @rule(what=st.sampled_from(USER), data=st.data())
+    def user(self, what, data):
+        """Something of what follows."""
+        getattr(self, what)(data)
+
     def _any(self, data, where=lambda lmk: True):
         ids = [id for id, lmk in self.scenes.plain.lmks.items() if where(lmk)]
         return data.draw(st.sampled_from(ids)) if ids else None
 
-    @rule(data=st.data())
     def forget(self, data):
         if (id := self._any(data)) is None:
             return
@@ -164,7 +186,6 @@ class Machine(RuleBasedStateMachine):
 
         self.scenes.each(remove)
 
-    @rule(data=st.data())
     def become_euclidean(self, data):
         """The type and the range are changed, by the public means of a map."""
         id = self._any(data, lambda lmk: lmk.r is not None and lmk.type != EUC)
@@ -180,9 +201,9 @@ class Machine(RuleBasedStateMachine):
 
         self.scenes.each(change)
 
-    @rule(data=st.data(), dx=st.floats(-1.0, 1.0))
-    def become_known(self, data, dx):
+    def become_known(self, data):
         """Elsewhere; its old place in the map stays, with nobody in it."""
+        dx = data.draw(st.floats(-1.0, 1.0))
         id = self._any(data, lambda lmk: lmk.r is not None)
         if id is None or self.first:
             return
@@ -195,9 +216,9 @@ class Machine(RuleBasedStateMachine):
 
         self.scenes.each(change)
 
-    @rule(p=st.tuples(st.floats(-5, 5), st.floats(-5, 5)), known=st.booleans())
-    def survey(self, p, known):
+    def survey(self, data):
         """A landmark that nobody has measured; each time of another type object."""
+        p, known = data.draw(st.tuples(st.floats(-5, 5), st.floats(-5, 5))), data.draw(st.booleans())
         self.last_id += 1
 
         def add(scene):
@@ -212,7 +233,6 @@ class Machine(RuleBasedStateMachine):
         if known or self.scenes.plain.map.capacity is None:
             self.scenes.each(add)
 
-    @rule(data=st.data())
     def swap(self, data):
         """Two landmarks change places: in the dict, or in the map."""
         a, b = self._any(data), self._any(data)
@@ -230,9 +250,9 @@ class Machine(RuleBasedStateMachine):
 
         self.scenes.each(change)
 
-    @rule(dx=STEP)
-    def write_into_the_map(self, dx):
+    def write_into_the_map(self, data):
         """x and P are the map's own: who writes into them changes it."""
+        dx = data.draw(STEP)
 
         def write(scene):
             scene.map.x[scene.rob.r] += dx
@@ -240,19 +260,19 @@ class Machine(RuleBasedStateMachine):
 
         self.scenes.each(write)
 
-    @precondition(lambda self: self.scenes.plain.map.capacity is None)
-    @rule(size=st.integers(1, 40))
-    def estimate_something_else(self, size):
+    def estimate_something_else(self, data):
         """Many of them make the map long."""
-        self.scenes.each(lambda scene: scene.map.add(np.ones(size), 0.1 * np.eye(size)))
+        size = data.draw(st.integers(1, 40))
+        if self.scenes.plain.map.capacity is None:
+            self.scenes.each(lambda scene: scene.map.add(np.ones(size), 0.1 * np.eye(size)))
 
-    @rule()
-    def ask_for_all_of_P(self):
+    def ask_for_all_of_P(self, data):
         """Which makes a map of one triangle one of both, and settles a compressed one."""
         self.scenes.compare(whole=True)
 
-    @rule(how=st.sampled_from(["copy", "pickle"]))
-    def go_on_with_a_copy(self, how):
+    def go_on_with_a_copy(self, data):
+        how = data.draw(st.sampled_from(["copy", "pickle"]))
+
         def change(scene):
             names = "map", "rob", "sen", "lmks", "robs", "sens"
             held = {name: getattr(scene, name) for name in names}
@@ -263,9 +283,9 @@ class Machine(RuleBasedStateMachine):
 
         self.scenes.each(change)
 
-    @rule(what=st.sampled_from(BAD), data=st.data())
-    def make_a_mistake(self, what, data):
+    def make_a_mistake(self, data):
         """The same sentence, and nothing has been changed."""
+        what = data.draw(st.sampled_from(BAD))
         y = self.scenes.measured(self.rng, POINTS[:2])
         R, ids = None, [0, 1]
         if what in ("dt", "u", "U"):
@@ -295,7 +315,7 @@ class Machine(RuleBasedStateMachine):
 
 
 TestMachine = pytest.mark.usefixtures("interpreted")(Machine.TestCase)
-TestMachine.settings = settings(max_examples=40, stateful_step_count=15, deadline=None)
+TestMachine.settings = settings(max_examples=60, stateful_step_count=20, deadline=None)
 
 
 def test_the_comparison_sees_a_difference():
