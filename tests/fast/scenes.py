@@ -51,7 +51,7 @@ class Scenes:
 
     def each(self, do):
         """Do something with all of them; what comes out, or is said to be wrong, must be the same."""
-        outs = [_outcome(do, scene) for scene in self.all]
+        outs = [outcome(do, scene) for scene in self.all]
         for name, out in zip(self.quick, outs[1:], strict=True):
             assert out == outs[0], (name, out, outs[0])
         self.compare()
@@ -103,7 +103,7 @@ def look(scene, measurements, n_max=None):
     return events + scene.engine.init_new_lmks(*args, measurements, new, scene.opt, n_max)
 
 
-def _outcome(do, scene):
+def outcome(do, scene):
     """What comes out, or the sentence of the error, up to the numbers in it."""
     try:
         with np.errstate(all="ignore"):

@@ -1,17 +1,16 @@
 """The compressed filter beside the plain one: the same numbers, whatever is done and whoever asks in between."""
 
 import copy
-import functools
 import pickle
 
 import numpy as np
 import pytest
 
 from ekfslam_tutorial.cli.files import find_scenario
+from ekfslam_tutorial.ekf import MapFull
 from ekfslam_tutorial.fast import (
     CompressedMap,
     FastMap,
-
     augment,
     correct,
     covariance,
@@ -21,8 +20,7 @@ from ekfslam_tutorial.fast import (
     transform,
     update,
 )
-from ekfslam_tutorial.toolbox import UserData, structures, universal_slam
-from tests.toolbox.scenarios import FLAT, SPACE
+from ekfslam_tutorial.toolbox import UserData, universal_slam
 
 EXACT = 1e-12  # of the largest entry; the rounding errors of the long runs below are 1e-14
 
@@ -277,9 +275,9 @@ def test_a_copy_is_a_map_of_its_own(rng):
 def test_what_it_says_of_itself_and_what_it_refuses():
     map = CompressedMap(10)
     r = map.add(np.zeros(3), np.eye(3))
-    assert repr(map) == "CompressedMap(3 of 10 states in use, 0 at hand)"
+    assert repr(map) == "CompressedMap(3 of 10 states in use, 0 active)"
     map.rows(r)
-    assert repr(map) == "CompressedMap(3 of 10 states in use, 3 at hand)"
+    assert repr(map) == "CompressedMap(3 of 10 states in use, 3 active)"
     map.remove(r)
     with pytest.raises(ValueError, match=r"states \[0, 1, 2\] are not in use in this map of 3 states"):
         map.rows(r)
@@ -289,27 +287,6 @@ def test_what_it_says_of_itself_and_what_it_refuses():
         CompressedMap(active=0)
     with pytest.raises(ValueError, match="capacity of a map must be a positive number"):
         CompressedMap(-1)
-
-
-@pytest.mark.parametrize("joint", [False, True])
-@pytest.mark.parametrize("association", ["known_ids", "nearest_neighbour", "jcbb"])
-@pytest.mark.parametrize("table", [FLAT, SPACE], ids=["flat", "space"])
-def test_a_scenario_says_so_and_nothing_changes(table, association, joint, monkeypatch):
-    """Births, corrections, reparametrisations, deletions: the same decisions, the same estimate."""
-    few = functools.partial(CompressedMap, active=10)
-    monkeypatch.setattr(structures, "CompressedMap", few)
-    changes = {"options.joint": joint, "options.association": association, "options.reparametrize": True}
-    changes |= {"sensor.p_detect": 0.7, "options.min_match_ratio": 0.5, "options.min_search": 5}
-    runs = []
-    for compressed in (True, False):
-        data = UserData.from_dict(table, changes | {"options.compressed": compressed})
-        frames = [(s.map, s.events) for s in universal_slam(data)]
-        runs.append((frames[-1][0], [event for _, events in frames for event in events]))
-    (a, events), (b, expected) = runs
-    assert isinstance(a, CompressedMap) and isinstance(b, FastMap)
-    assert events == expected and {"initialisation", "correction"} <= {e.kind for e in events}
-    # Each correction linearises at the estimate, so rounding errors grow with the nonlinearity of inverse depths.
-    assert same((a, b), EXACT if table is FLAT else 1e-9)
 
 
 @pytest.mark.parametrize("shared", [50.0, 1e3])

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.cli import main
-from ekfslam_tutorial.fast import FastMap, extra
+from ekfslam_tutorial.fast import CompressedMap, FastMap
 from ekfslam_tutorial.models.landmarks import AhmPnt, IdpPnt
 from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing
-from ekfslam_tutorial.slam import Lmk, correct_known_lmks, init_new_lmks
+from ekfslam_tutorial.slam import Lmk
 from ekfslam_tutorial.toolbox import UserData
 
-from .scenes import POINTS, Scenes, raw
+from .scenes import POINTS, Scenes, outcome, raw
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 IDS = range(len(POINTS))
@@ -22,8 +22,8 @@ IDS = range(len(POINTS))
 def fails(scenes, do):
     """The sentence of all, up to the first number that is computed; their maps are what they were before."""
     before = [(scene.map.x.copy(), scene.map.P.copy(), dict(scene.lmks)) for scene in scenes.all]
-    said = scenes.each(do)
-    assert isinstance(said, tuple), said
+    said, *others = [outcome(do, scene) for scene in scenes.all]
+    assert isinstance(said, tuple) and others == [said] * len(others), (said, others)
     for scene, (x, P, lmks) in zip(scenes.all, before, strict=True):
         assert np.array_equal(scene.map.x, x) and np.array_equal(scene.map.P, P) and scene.lmks == lmks
     return said[1]
@@ -90,15 +90,17 @@ def test_a_state_that_is_not_finite(pair, rng):
     for scene in pair.all:
         scene.map.x[scene.lmks[1].r] = np.nan
     y = pair.measured(rng)
-    outs = [look(pair, y)(scene) for scene in pair.all]
-    assert outs[0] == outs[1]
+    outs = [look(pair, y)(scene) for scene in pair.all if not isinstance(scene.map, CompressedMap)]
+    assert outs[0] and outs == [outs[0]] * len(outs)
     x, x_c = pair.plain.map.x, pair.compiled.map.x
     assert np.allclose(x, x_c, rtol=1e-9, atol=1e-12, equal_nan=True) and np.isnan(x).sum() == 2
 
 
 def start(y, R=None):
     measurements = raw([99], np.array([y], float), R)
-    return lambda scene: scene.engine.init_new_lmks(scene.map, scene.rob, scene.sen, scene.lmks, measurements, [0], scene.opt)
+    return lambda scene: scene.engine.init_new_lmks(
+        scene.map, scene.rob, scene.sen, scene.lmks, measurements, [0], scene.opt
+    )
 
 
 @pytest.mark.parametrize("y", [[3.0], [3.0, 0.1, 2.0]], ids=str)

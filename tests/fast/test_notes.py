@@ -1,26 +1,15 @@
-"""Landmarks in groups: what a sensor remembers of them is always what asking each landmark anew would give."""
+"""Landmarks in groups: what is noted of them is always what asking each landmark anew would give."""
 
-import copy
-import pickle
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.geometry import Frame2
+from ekfslam_tutorial.fast.notes import Groups
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
-from ekfslam_tutorial.models.sensors import RangeBearing
-from ekfslam_tutorial.slam import Lmk, Sen, project_lmks
-from ekfslam_tutorial.slam.groups import groups_of
-from ekfslam_tutorial.slam.projection import place
-
-from .scenes import mixed_scene
+from ekfslam_tutorial.slam import Lmk
 
 KINDS = EucPnt(2), EucPnt(3), IdpPnt(), AhmPnt(), HmgPnt()
-
-
-def sensor(id=1):
-    return Sen(id, 1, RangeBearing(0.05, 0.01), Frame2)
 
 
 def regrouped(lmks):
@@ -38,10 +27,10 @@ def regrouped(lmks):
     return groups
 
 
-def remembered(sen, lmks):
-    """The same, as the sensor has it."""
-    groups = groups_of(sen, lmks)
-    return [(g.kind, g.known, list(g.members), list(g.ranges), None if g.known else g.rows.tolist()) for g in groups]
+def remembered(groups, lmks):
+    """The same, as it is noted."""
+    groups.follow(list(lmks))
+    return [(g.kind, g.known, g.places, g.ranges, None if g.known else g.indices.tolist()) for g in groups.all]
 
 
 class History:
@@ -113,139 +102,57 @@ RARE = "death", "reparametrisation", "change_of_place", "becoming_known", "chang
 
 @pytest.mark.parametrize("seed", range(4))
 def test_whatever_happens_the_groups_are_those_of_asking_each_landmark(seed):
-    """Two sensors share the landmarks. Births are frequent, as in a run: groups must outgrow their first storage."""
+    """Two notes of the same landmarks. Births are frequent, as in a run: groups must outgrow their first storage."""
     rng = np.random.default_rng(seed)
-    history, sens, handed, largest = History(rng), (sensor(1), sensor(2)), [], 0
-    kept = 0  # how often a sensor went on with what it had
+    history, notes, handed, largest = History(rng), (Groups(), Groups()), [], 0
+    kept = 0  # how often one went on with what it had
     for _ in range(500):
         name = "birth" if not history.lmks or rng.random() < 0.6 else RARE[rng.integers(len(RARE))]
         getattr(history, name)()
-        for sen in sens:
+        for groups in notes:
             if rng.random() < 0.7:
-                lists, before = history.lists(), sen.groups
+                lists, before = history.lists(), groups.all
                 lmks = list(lists[rng.integers(len(lists))])
-                assert remembered(sen, lmks) == regrouped(lmks), name
-                kept += sen.groups is before
-                handed += [(g.rows, g.rows.copy()) for g in sen.groups.all if not g.known]
-                largest = max(largest, *(len(g.members) for g in sen.groups.all), 0) if lmks else largest
+                assert remembered(groups, lmks) == regrouped(lmks), name
+                kept += groups.all is before
+                handed += [(g.indices, g.indices.copy()) for g in groups.all if not g.known]
+                largest = max(largest, *(len(g.lmks) for g in groups.all), 0) if lmks else largest
     assert all(np.array_equal(view, then) for view, then in handed)
     assert largest > 16 and kept > 50
 
 
 def test_what_was_handed_out_stays_right_while_the_group_grows():
-    sen, lmks, handed = sensor(), [], []
+    groups, lmks, handed = Groups(), [], []
     for i in range(100):
         lmks.append(Lmk(i, EucPnt(2), r=slice(3 + 2 * i, 5 + 2 * i)))
-        (group,) = groups_of(sen, list(lmks))
-        handed.append(group.rows)
-        assert groups_of(sen, list(lmks))[0] is group  # nothing was done anew
+        groups.follow(list(lmks))
+        (group,) = groups.all
+        handed.append(group.indices)
+        groups.follow(list(lmks))
+        assert groups.all == [group]  # nothing was done anew
     for n, rows in enumerate(handed, 1):
         assert np.array_equal(rows, 3 + np.arange(2 * n).reshape(n, 2))
 
 
 def test_a_list_may_grow_in_place():
-    sen, lmks = sensor(), []
+    groups, lmks = Groups(), []
     for i in range(5):
         lmks.append(Lmk(i, EucPnt(2), r=slice(2 * i, 2 * i + 2)))
-        assert remembered(sen, lmks) == regrouped(lmks)
+        assert remembered(groups, lmks) == regrouped(lmks)
     lmks[2] = Lmk(9, EucPnt(3), r=slice(20, 23))
-    assert remembered(sen, lmks) == regrouped(lmks)
+    assert remembered(groups, lmks) == regrouped(lmks)
 
 
 def test_a_landmark_that_is_refused_leaves_nothing_behind():
     """A range of another length than the type says; without that landmark all is as if it had never been there."""
-    sen, good = sensor(), [Lmk(i, EucPnt(2), r=slice(2 * i, 2 * i + 2)) for i in range(3)]
+    groups, good = Groups(), [Lmk(i, EucPnt(2), r=slice(2 * i, 2 * i + 2)) for i in range(3)]
     bad = Lmk(7, EucPnt(2), r=slice(10, 13))
     for first in 0, 2:
-        groups_of(sen, good[:first])
+        groups.follow(good[:first])
         with pytest.raises(ValueError):
-            groups_of(sen, [*good, bad])
-        assert remembered(sen, good) == regrouped(good)
+            groups.follow([*good, bad])
+        assert remembered(groups, good) == regrouped(good)
     with pytest.raises(ValueError):
-        groups_of(sen, [*good, bad])
+        groups.follow([*good, bad])
     bad.r = slice(10, 12)
-    assert remembered(sen, [*good, bad]) == regrouped([*good, bad])
-
-
-def test_expectations_follow_the_landmarks(rng):
-    """The sensor that remembers beside one that has never been asked, after each thing that happens."""
-    scene = mixed_scene(rng)
-
-    def beside():
-        new = replace(scene.sen, groups=None, gapless=None)
-        pairs = zip(
-            *(project_lmks(scene.map, scene.rob, s, scene.lmks.values()) for s in (scene.sen, new)), strict=True
-        )
-        for o, other in pairs:
-            assert o.lmk == other.lmk and np.array_equal(o.e, other.e) and np.array_equal(o.E, other.E)
-            assert [r for r, _ in o.blocks] == [r for r, _ in other.blocks] and o.E_l.shape == other.E_l.shape
-
-    beside()
-    scene.add(20, [5.0, 0.0, 0.0], 0.01 * np.eye(3), EucPnt())
-    beside()
-    lmk = next(lmk for lmk in scene.lmks.values() if lmk.type == AhmPnt() and lmk.r is not None)
-    p, _ = lmk.point(scene.map)
-    scene.map.remove(lmk.r)
-    lmk.type, lmk.r = EucPnt(), scene.map.add(p, 0.02 * np.eye(3))
-    beside()
-    scene.map.remove(scene.lmks.pop(20).r)
-    beside()
-    scene.add(20, [6.0, 1.0, 0.0], 0.03 * np.eye(3), EucPnt())
-    beside()
-    known = next(lmk for lmk in scene.lmks.values() if lmk.r is None)
-    known.x = known.x + 0.1  # no change of type or range: what is known is read anew each time
-    beside()
-    place(scene.map, scene.sen, scene.sen.state(scene.map), 1e-6 * np.eye(7))
-    beside()
-
-
-# --- counting, and copies --------------------------------------------------------------------------------------------
-
-
-def test_changes_of_type_and_range_are_counted_and_nothing_else():
-    before = Lmk.changes
-    lmk, other = Lmk(1, EucPnt(2), r=slice(0, 2)), Lmk(2, EucPnt(2), x=np.zeros(2))
-    replace(lmk, r=slice(4, 6))  # a birth
-    copy.copy(lmk), copy.deepcopy(lmk), pickle.loads(pickle.dumps(lmk))
-    lmk.n_search, lmk.slot, lmk.first, other.x = 5, 3, np.zeros(2), np.ones(2)
-    assert Lmk.changes == before
-    lmk.r = slice(2, 4)
-    assert Lmk.changes == before + 1
-    other.type = EucPnt(2)
-    assert Lmk.changes == before + 2
-    copy.deepcopy(lmk).r = None
-    assert Lmk.changes == before + 3 and lmk.r == slice(2, 4)
-    lmk.type, lmk.r = EucPnt(3), slice(2, 5)
-    assert Lmk.changes == before + 5
-
-
-def test_landmarks_are_told_apart_by_identity():
-    """Two that hold the same are two. Arrays in them are not compared, which could not be done with `==`."""
-    a, b = (Lmk(1, EucPnt(2), x=np.zeros(2)) for _ in range(2))
-    assert a == a and a != b and len({a, b}) == 2
-    assert [a, b].index(b) == 1 and b not in [a]
-
-
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
-def test_copies_hold_the_same_and_are_independent(copied):
-    lmk = Lmk(3, IdpPnt(), r=slice(6, 12), slot=2, n=np.array([0.1]), N=np.array([[0.2]]), n_search=7)
-    twin = copied(lmk)
-    assert repr(twin) == repr(lmk) and all(hasattr(twin, field.name) for field in fields(lmk))
-    assert (twin.id, twin.type, twin.r, twin.slot, twin.n_search) == (3, IdpPnt(), slice(6, 12), 2, 7)
-    twin.type, twin.r, twin.n[0] = EucPnt(), slice(6, 9), 9.0
-    assert lmk.type == IdpPnt() and lmk.r == slice(6, 12) and lmk.n[0] == 0.1
-
-
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
-def test_a_copied_sensor_is_right_about_copied_landmarks(copied, monkeypatch):
-    """In another process the changes may be as many as when the notes were made, though some came in between."""
-    sen, lmks = sensor(), [Lmk(i, EucPnt(2), r=slice(2 * i, 2 * i + 2)) for i in range(4)]
-    groups_of(sen, lmks)
-    noted = Lmk.changes
-    lmks[1].r = slice(20, 22)
-    twin, twins = copied((sen, lmks))
-    monkeypatch.setattr(Lmk, "changes", noted)
-    assert remembered(twin, twins) == regrouped(twins)
-    twins[2].r = slice(30, 32)
-    assert remembered(twin, twins) == regrouped(twins)
-    assert remembered(twin, lmks) == regrouped(lmks)
+    assert remembered(groups, [*good, bad]) == regrouped([*good, bad])
