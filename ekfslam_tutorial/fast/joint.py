@@ -39,7 +39,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
         _correct(map, rob, sen, table, found, visible if soon else None, raw, opt, camera)
     elif soon:
         table.keep(map, near)
-    events = recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
+    events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
     return events, matches.new
 
 
@@ -105,7 +105,7 @@ def _distances(z, Z):
     return (z * np.linalg.solve(Z, z[..., None])[..., 0]).sum(-1)
 
 
-def recorded(table, wanted, rob, sen):
+def _recorded(table, wanted, rob, sen):
     """Count what has happened to the landmarks that were looked for. Returns the events."""
     events, rob, sen = [], rob.id, sen.id
     for k in wanted:

@@ -1,11 +1,11 @@
 """Active search, one correction after the other: each landmark is projected again from the map as corrected so far."""
 
 from ..models.observation import observe
-from .core import delete_bad
+from .core import Event, delete_bad
 from .extra import compiled
 from .filter import correct, covariance, cross, innovation
 from .frames import camera_position, frame_range, normalize
-from .joint import correct_with, recorded
+from .joint import correct_with
 from .obs import Obs
 from .tables import sightings
 from .tidy import most_uncertain, tidy
@@ -26,10 +26,13 @@ def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     search = _Search(map, rob, sen, table, raw, opt, Rf, Sf)
     in_view = [k for k in order if visible[k]]
     wanted = most_uncertain(table, in_view, opt.n_updates)
-    for k in table.match(matches.pairs, wanted):
-        search.found(k)
-    events = recorded(table, wanted, rob, sen)
-    return events + delete_bad(map, rob, sen, lmks, [o for o in expected if visible[o.k]], opt), matches.new
+    for k in wanted:
+        search.look(k, matches.pairs.get(table.lmks[k].id))
+    for k in wanted:  # after all has gone well
+        lmk = table.lmks[k]
+        lmk.n_search, lmk.n_match = lmk.n_search + 1, lmk.n_match + table.matched[k]
+        lmk.n_inlier += table.updated[k]
+    return search.events + delete_bad(map, rob, sen, lmks, [o for o in expected if visible[o.k]], opt), matches.new
 
 
 class _Search:
@@ -37,12 +40,17 @@ class _Search:
 
     def __init__(self, map, rob, sen, table, raw, opt, Rf, Sf):
         self.map, self.rob, self.sen, self.table, self.raw, self.opt = map, rob, sen, table, raw, opt
-        self.Rf, self.Sf, self.stale = Rf, Sf, False
+        self.Rf, self.Sf, self.stale, self.events = Rf, Sf, False, []
 
-    def found(self, k):
-        """One landmark that was found: project it again if its expectation is stale, gate, correct."""
+    def look(self, k, index):
+        """Look for one landmark: match, project again if its expectation is stale, gate, correct."""
         map, rob, sen, table, opt = self.map, self.rob, self.sen, self.table, self.opt
-        lmk, index, PHt = table.lmks[k], table.index[k], None
+        lmk, found, PHt = table.lmks[k], index is not None, None
+        table.measured[k], table.matched[k], table.index[k] = True, found, index
+        self.events.append(Event("search", rob.id, sen.id, lmk.id, found))
+        if not found:
+            return
+
         if opt.reproject and self.stale:
             self._project_again(k)
         if not table.has_E or (self.stale and not opt.reproject):  # E is not there, or not that of now
@@ -53,6 +61,7 @@ class _Search:
         inn = innovation(sen.model.residual(y, table.e[k]), table.E[k], R)
         table.y[k], table.R[k], table.z[k] = y, R, inn.z
         accepted = inn.md2 < opt.md2_threshold
+        self.events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))
         if not accepted:
             return
 
@@ -66,6 +75,7 @@ class _Search:
         if sen.r is not None:
             self.Sf = normalize(map, sen, sen.frame_type)
         tidy(map, lmk, camera, opt)
+        self.events.append(Event("correction", rob.id, sen.id, lmk.id))
 
     def _project_again(self, k):
         """The expectation of a landmark from the map as corrected so far."""
