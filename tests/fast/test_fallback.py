@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.compiled import step
+from ekfslam_tutorial.fast.compiled import step
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.geometry.symbols import NotTraceable, Symbol, Tape
 from ekfslam_tutorial.models import landmarks, motion, sensors
@@ -16,7 +16,7 @@ from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import PinHole, RangeBearing
 from ekfslam_tutorial.slam import move
 
-from .scenes import Pair
+from .scenes import Scenes
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -127,7 +127,7 @@ class Failing(Squared):
     ids=lambda value: type(value).__name__,
 )
 def test_sensors_of_ones_own(sensor, compiles, joint, rng):
-    pair = Pair(sensor, joint=joint)
+    pair = Scenes(sensor, joint=joint)
     for _ in range(4):
         pair.go(rng)
     assert pair.compiled.lmks and any(o.updated for o in pair.compiled.obs.values())
@@ -138,7 +138,7 @@ def test_sensors_of_ones_own(sensor, compiles, joint, rng):
 
 @pytest.mark.parametrize("joint", [False, True], ids=["sequential", "joint"])
 def test_a_model_that_changes_is_followed(joint, rng):
-    pair = Pair(Open(), joint=joint)
+    pair = Scenes(Open(), joint=joint)
     pair.go(rng)
     pair.change(lambda sensor: setattr(sensor, "scale", 5.0))
     pair.go(rng)
@@ -148,7 +148,7 @@ def test_a_model_that_changes_is_followed(joint, rng):
 def test_equal_parameters_share_a_program_and_others_do_not(rng):
     for scale in (2.0, 3.0):
         for _ in range(2):
-            pair = Pair(Squared(scale))
+            pair = Scenes(Squared(scale))
             pair.go(rng), pair.go(rng)
     runs = {id(program[0]) for at, (_, program) in step._programs.items() if at[0] is step._write_expected}
     assert len(runs) == 2
@@ -164,8 +164,8 @@ class WrongShape(Odometry2):
 
 
 def test_a_model_with_a_wrong_shape_says_so_as_ever():
-    pair, said = Pair(RangeBearing(0.1, 0.02)), []
-    for scene in (pair.plain, pair.compiled):
+    pair, said = Scenes(RangeBearing(0.1, 0.02)), []
+    for scene in pair.all:
         scene.rob.motion, scene.rob.u = WrongShape(), np.array([0.1, 0.0, 0.0])
         with pytest.raises(ValueError, match="must have shapes") as error:
             move(scene.map, scene.rob, 0.1)
@@ -225,7 +225,7 @@ def test_numpy_gives_the_same_through_symbols_or_is_refused(function):
 
     l = np.array([[0.0, 1.0], [-0.0, 2.0], [1.0, 0.0], [2.0, 5.0], [-3.0, 1.0], [0.3, 4.0]])
     F = Frame2(np.zeros(3))
-    got = step.expected(Pair(RangeBearing(1.0, 1.0)).compiled.map, F, F, Any(), EucPnt(2), l, None, None, None, True)
+    got = step.expected(Scenes(RangeBearing(1.0, 1.0)).compiled.map, F, F, Any(), EucPnt(2), l, None, None, None, True)
     if got is not None:
         with np.errstate(all="ignore"):
             expected = function(l[:, :1])

@@ -7,12 +7,11 @@ by zero is infinite, a root of a negative number is NaN. So `step.py` and the pr
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from numba import typeof, types
 from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
 
-from ekfslam_tutorial.compiled import kernels, step
+from ekfslam_tutorial.fast.compiled import kernels, step
 
 NAMES = {name: name.replace("a", "arc", 1) for name in ("acos", "asin", "atan", "atan2")}
 NAMES |= {name: name for name in ("cos", "sin", "tan", "sqrt", "exp", "log", "sinh", "cosh", "tanh", "hypot")}
@@ -68,12 +67,3 @@ def forget():
     """Forget all programs."""
     step._programs.clear()
     step._traced.cache_clear()
-
-
-@pytest.fixture
-def interpreted(monkeypatch):
-    """Programs are interpreted, not compiled."""
-    forget()
-    monkeypatch.setattr(step, "build", build)
-    yield
-    forget()

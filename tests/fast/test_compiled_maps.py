@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.compiled import cholesky, explained, follow, here, settle
-from ekfslam_tutorial.ekf import CompressedMap, Map, stochastic_map
-from ekfslam_tutorial.ekf import virtual as by_numpy
-from ekfslam_tutorial.ekf.virtual import VirtualStates
+from ekfslam_tutorial.fast import CompressedMap, FastMap, fast_map
+from ekfslam_tutorial.fast import virtual as by_numpy
+from ekfslam_tutorial.fast.compiled import cholesky, explained, follow, settle, spots
+from ekfslam_tutorial.fast.virtual import VirtualStates
 
 CLOSE = 1e-12  # of the largest number: a dozen operations on each, in another order
 
@@ -23,10 +23,10 @@ def covariance(rng, n, rank=None):
 def test_where_they_are_at_hand():
     at, used_at = np.array([4, -1, 2, 3, -1, 0]), np.zeros(6, int)
     rows = np.array([[0, 2], [3, 1], [5, 0]])
-    assert np.array_equal(here(at, used_at, 7, rows, [0, 2]), [[4, 2], [3, -1], [0, 4]])
+    assert np.array_equal(spots(at, used_at, 7, rows, [0, 2]), [[4, 2], [3, -1], [0, 4]])
     assert used_at.tolist() == [7, 0, 7, 0, 0, 7]  # only those that are used
-    assert here(at, used_at, 8, rows, [0, 1]) is None  # one of these is far
-    assert here(at, used_at, 8, rows[:, :0], []).shape == (3, 0)
+    assert spots(at, used_at, 8, rows, [0, 1]) is None  # one of these is far
+    assert spots(at, used_at, 8, rows[:, :0], []).shape == (3, 0)
 
 
 def test_means_follow_those_at_hand(rng):
@@ -34,7 +34,7 @@ def test_means_follow_those_at_hand(rng):
     A = rng.normal(size=(n, n))
     P = A @ A.T
     virtual = VirtualStates(n)
-    virtual.take(hand, P[hand], P[np.ix_(hand, hand)])
+    virtual.add(hand, P[hand], P[np.ix_(hand, hand)])
     of = np.full(12, -1)  # longer than it need be, as it is when the near map has been larger
     of[[0, 2, 3, 4]] = hand
     x, x_near = rng.normal(size=n), rng.normal(size=9)
@@ -62,7 +62,7 @@ def test_nothing_is_at_hand(rng):
 
 @pytest.mark.parametrize("lower", [False, True])
 def test_between_some_states_and_others(rng, lower):
-    map = Map(compiled=True)
+    map = FastMap(compiled=True)
     P = covariance(rng, 90)
     map.add(rng.normal(size=90), P)
     if lower:  # what is right of the diagonal is not true then
@@ -85,7 +85,7 @@ def test_what_those_at_hand_explain(rng, hand, some):
     ):
         virtual = VirtualStates(n)
         if len(hand):
-            virtual.take(hand, P[hand], P[np.ix_(hand, hand)])
+            virtual.add(hand, P[hand], P[np.ix_(hand, hand)])
         expected = virtual._explained(some, P[np.ix_(some, some)])
         G = explained(virtual, some, np.ascontiguousarray(P[np.ix_(some, some)]))
         assert G.shape == expected.shape == (len(some), len(hand) + len(some))
@@ -100,7 +100,7 @@ def test_covariances_with_all_others_are_those_of_P(rng, rank, compiled):
     P = covariance(rng, 10, rank) if rank else np.zeros((10, 10))
     virtual = VirtualStates(10, compiled)
     for some in np.array([1, 5, 6]), np.array([0, 9]), np.array([3]):
-        virtual.take(some, P[some], np.ascontiguousarray(P[np.ix_(some, some)]))
+        virtual.add(some, P[some], np.ascontiguousarray(P[np.ix_(some, some)]))
     hand, (Lt, _), Gt = [1, 5, 6, 0, 9, 3], virtual.factors, virtual.through(np.eye(6), 10)
     assert np.abs(Lt.T @ Gt - P[hand]).max() <= 1e-14 * np.abs(P).max()
     assert (np.abs(Gt) <= 1.01 * np.sqrt(P.diagonal())).all() and (Lt.diagonal() > 0).all()
@@ -136,7 +136,7 @@ def test_what_is_no_covariance_has_the_factors_of_its_positive_part():
 @pytest.mark.parametrize("n_first", [0, 1, 40, 97, 100])
 def test_the_first_states_only(rng, n_first, compiled):
     """W' with fewer columns than there are states."""
-    map, P = Map(compiled=compiled), covariance(rng, 100)
+    map, P = FastMap(compiled=compiled), covariance(rng, 100)
     map.add(np.zeros(100), P)
     Wt = rng.normal(size=(3, n_first))
     map.subtract(Wt)
@@ -149,29 +149,29 @@ def test_the_first_states_only(rng, n_first, compiled):
 def test_states_come_to_hand(rng, monkeypatch, active, lower):
     """The same map twice: at one of them numpy does it."""
     if not lower:
-        monkeypatch.setattr(stochastic_map, "ONE_TRIANGLE_COMPILED", 1000)
+        monkeypatch.setattr(fast_map, "ONE_TRIANGLE_COMPILED", 1000)
     maps = [CompressedMap(active=active, compiled=True) for _ in range(2)]
     P, x = covariance(rng, 150), rng.normal(size=150)
     for map in maps:
         for i in range(0, 150, 2):
             map.add(x[i : i + 2], P[i : i + 2, i : i + 2], P[i : i + 2, :i])
-        map._near.compiled = map._virtual.compiled = map.compiled = map is maps[0]
+        map._small.compiled = map._virtual.compiled = map.compiled = map is maps[0]
     triangles = set()
     for _ in range(25):
         triangles.add(maps[0].storage[3])
         rows = 2 * rng.choice(75, 4, replace=False)[:, None] + [0, 1]
         J, z = rng.normal(size=(8, 2)), rng.normal(size=8)
         for map in maps:
-            places = map.at_hand(None, None, rows, list(range(4)))[2]
-            H = np.zeros((8, map._near.n))
+            places = map.spots(None, None, rows, list(range(4)))[2]
+            H = np.zeros((8, map._small.n))
             for k in range(4):
                 H[2 * k : 2 * k + 2, places[k]] = J[2 * k : 2 * k + 2]
-            Pn = map._near.P
+            Pn = map._small.P
             Z = H @ Pn @ H.T + np.eye(8)
             map.shift(Pn @ H.T @ np.linalg.solve(Z, z))
             map.subtract(np.linalg.solve(np.linalg.cholesky(Z), H @ Pn))
-        here = [map._at[map._hand] for map in maps]
-        a, b = (map._near.between(at, at) for map, at in zip(maps, here, strict=True))
+        here = [map._spot_of[map._active_states] for map in maps]
+        a, b = (map._small.between(at, at) for map, at in zip(maps, here, strict=True))
         assert np.array_equal(*here) and close(a, b)
     assert (True in triangles) == lower
     assert close(maps[0].x, maps[1].x) and close(maps[0].P, maps[1].P)

@@ -6,14 +6,14 @@ import pickle
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.compiled import program, step
+from ekfslam_tutorial.fast.compiled import program, step
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
 from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks
 
 from .interpreter import build
-from .scenes import POINTS, Pair, raw
+from .scenes import POINTS, Scenes, raw
 
 SENSOR = RangeBearing(0.1, 0.02)
 
@@ -47,7 +47,7 @@ AS = {
 @pytest.mark.parametrize("noise", [False, True], ids=["R of the sensor", "R for each"])
 @pytest.mark.parametrize("form", AS)
 def test_controls_and_measurements(form, noise, joint, interpreted, rng):
-    pair, given = Pair(SENSOR, joint=joint), AS[form]
+    pair, given = Scenes(SENSOR, joint=joint), AS[form]
     for _ in range(3):
         pair.move(given(np.array([1.0, 0.02, 0.05])), given(np.eye(3) + 1e-3))
         R = given(np.array([np.eye(2)] * 5)) if noise else None
@@ -68,7 +68,7 @@ def test_parameters_of_sensors(form, interpreted):
 @pytest.mark.parametrize("form", AS)
 def test_priors_of_a_landmark(form, interpreted, rng):
     given = AS[form]
-    pair = Pair(BearingOnly2(0.02), lmk_type=AhmPnt(2), n=given([1.0]), N=given([[1.0]]))
+    pair = Scenes(BearingOnly2(0.02), lmk_type=AhmPnt(2), n=given([1.0]), N=given([[1.0]]))
     for _ in range(2):
         pair.move(np.array([0.1, 0.3, 0.05]))
         pair.look(raw(range(5), pair.measured(rng)))
@@ -81,8 +81,8 @@ def test_known_states(form, joint, interpreted, rng):
     """Nothing is estimated, or the sensor's frame only: known robots and landmarks are whatever the user gave."""
     given = AS[form]
     for calibrate in (False, True):
-        pair = Pair(SENSOR, joint=joint)
-        for scene in (pair.plain, pair.compiled):
+        pair = Scenes(SENSOR, joint=joint)
+        for scene in pair.all:
             scene.map.remove(scene.rob.r)
             scene.rob = Rob(1, scene.rob.motion, x=given(np.zeros(3)))
             scene.sen = Sen(1, 1, SENSOR, Frame2, x=given(np.zeros(3)))
@@ -97,7 +97,7 @@ def test_an_empty_map_with_numba():
     """A map in which nothing is, ever was, or is left."""
     assert step.build is not build
     for states in (0, 1, 2):
-        pair = Pair(SENSOR)
+        pair = Scenes(SENSOR)
         scene = pair.compiled
         scene.map.remove(scene.rob.r)
         scene.map = type(scene.map)(compiled=True) if states == 0 else scene.map
@@ -110,7 +110,7 @@ def test_an_empty_map_with_numba():
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda map: pickle.loads(pickle.dumps(map))], ids=["copy", "pickle"])
 def test_copies_of_a_map_go_on_alone(copied, interpreted, rng):
-    pair = Pair(SENSOR)
+    pair = Scenes(SENSOR)
     pair.go(rng), pair.go(rng)
     old = pair.compiled.map
     x, P = old.x.copy(), old.P.copy()

@@ -15,7 +15,7 @@ import pytest
 
 from ekfslam_tutorial.analysis import monte_carlo
 from ekfslam_tutorial.cli.files import find_scenario
-from ekfslam_tutorial.compiled import program
+from ekfslam_tutorial.fast.compiled import program
 from ekfslam_tutorial.toolbox import UserData
 
 STEP = """
@@ -27,10 +27,10 @@ class Watch(event.Listener):
     def on_end(self, event): pass
 watch = event.install_listener("numba:compile", Watch())
 with watch:
-    from ekfslam_tutorial.compiled import step
-    from ekfslam_tutorial.ekf import Map
+    from ekfslam_tutorial.fast.compiled import step
+    from ekfslam_tutorial.fast import FastMap
     from ekfslam_tutorial.geometry import Frame3
-    map = Map(compiled=True)
+    map = FastMap(compiled=True)
     r = map.add([0.0, 0, 0, 2, 0, 0, 0], np.eye(7))
     done = step.normalized(map, r, Frame3)
 print(done, map.x[3], len(compilations))
@@ -148,10 +148,10 @@ def test_numba_comes_only_when_it_is_asked_for(tmp_path):
     code = """
 import sys
 from ekfslam_tutorial import analysis, ekf, slam, toolbox
-from ekfslam_tutorial.ekf import Map
-Map()
+from ekfslam_tutorial.fast import FastMap
+FastMap()
 print("numba" in sys.modules)
-Map(compiled=True)
+FastMap(compiled=True)
 print("numba" in sys.modules)
 """
     out, err = start(tmp_path, code).communicate(timeout=60)

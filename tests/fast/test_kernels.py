@@ -1,4 +1,4 @@
-"""The loops on the map's storage against the functions of `ekf/filter.py`.
+"""The loops on the map's storage against the functions of `fast/filter.py`.
 
 A tolerance of 1e-11 of the largest number: sums of a few hundred products, in another order.
 """
@@ -13,21 +13,21 @@ import numba
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.compiled import filter, kernels, step
-from ekfslam_tutorial.compiled.tile import subtract_rows
-from ekfslam_tutorial.ekf import (
-    Map,
+from ekfslam_tutorial.fast import (
+    FastMap,
     augment,
     correct,
     covariance,
     cross,
+    fast_map,
     innovation,
     predict,
-    stochastic_map,
     transform,
     update,
 )
-from ekfslam_tutorial.ekf.stochastic_map import LINE, WIDTH, roomy, square, whole, zeros
+from ekfslam_tutorial.fast.compiled import filter, kernels, step
+from ekfslam_tutorial.fast.compiled.tile import subtract_rows
+from ekfslam_tutorial.fast.storage import LINE, WIDTH, aligned, roomy, square, whole
 from ekfslam_tutorial.models.motion import Odometry2
 
 N_R, M = 3, 2
@@ -45,7 +45,7 @@ def scene(request, rng, monkeypatch):
     Of the covariance both triangles are there, or the upper one is NaN, as if nobody had ever written to it.
     """
     n = 130 if request.param == "large" else 8  # 400 states and more, where a map keeps one triangle by itself
-    map = Map(compiled=True)
+    map = FastMap(compiled=True)
     r, first, s = (
         map.add(rng.normal(size=N_R), np.eye(N_R)),
         map.add(np.ones(2), np.eye(2)),
@@ -58,8 +58,8 @@ def scene(request, rng, monkeypatch):
         map.remove(gone)
     del lmks[n // 2], lmks[2]
     if request.param != "both":
-        monkeypatch.setattr(stochastic_map, "ONE_TRIANGLE", 0)
-        monkeypatch.setattr(stochastic_map, "ONE_TRIANGLE_COMPILED", 0, raising=False)
+        monkeypatch.setattr(fast_map, "ONE_TRIANGLE", 0)
+        monkeypatch.setattr(fast_map, "ONE_TRIANGLE_COMPILED", 0, raising=False)
         map._Pn[np.triu_indices(map.n, 1)] = np.nan
         map._lower = True
     return map, r, s, lmks
@@ -148,7 +148,7 @@ def test_a_new_state(scene, known, rng):
     x, P, n, lower = map.storage
     L = np.concatenate([L_r, L_s], -1)
     P_lm, P_ll = np.full((4, n), np.nan), B @ B.T
-    assert kernels.join(P, n, lower, filter.begin(r), filter.begin(s), 3, 3, L, P_lm, P_ll)
+    assert kernels.join(P, n, lower, filter.start_of(r), filter.start_of(s), 3, 3, L, P_lm, P_ll)
     assert np.array_equal(P_ll, P_ll.T)
     got = map.insert(np.ones(4), P_ll, P_lm)
     assert got == augment(other, np.ones(4), ((r, L_r), (s, L_s)), B @ B.T)
@@ -177,10 +177,10 @@ def test_expectations(scene, known, rng):
     rows, J, _ = stack(lmks[:5], 3, (), rng)
     rows = None if "l" in known else rows
     x, P, n, lower = map.storage
-    cols, at = kernels.columns_of(filter.begin(r), filter.begin(s), 3, 3, 3, rows is None)
+    cols, at = kernels.columns_of(filter.start_of(r), filter.start_of(s), 3, 3, 3, rows is None)
     E = np.full((5, M, M), np.nan)
     for k in range(5):
-        kernels.covariance_of(P, lower, J, cols, at, filter.NO_ROWS if rows is None else rows, k, 6, E[k])
+        kernels.covariance_of(P, lower, J, cols, at, filter.NO_INDICES if rows is None else rows, k, 6, E[k])
         blocks = [(a, b[0]) for a, b in blocks_of(r, s, None, J, [k])[:2]]
         blocks.append((None if rows is None else lmks[k], J[k, :, 6:]))
         assert close(E[k], covariance(cross(map, blocks), blocks)) and np.array_equal(E[k], E[k].T)
@@ -230,7 +230,7 @@ def test_tiles_of_a_processor_with_fewer_registers(tmp_path):
         import numpy as np
         features = llvmlite.binding.get_host_cpu_features() | {"avx512f": False}
         llvmlite.binding.get_host_cpu_features = lambda: llvmlite.binding.FeatureMap(features)
-        from ekfslam_tutorial.compiled import kernels
+        from ekfslam_tutorial.fast.compiled import kernels
         assert kernels.COLUMNS == 4
         rng = np.random.default_rng(0)
         P, Wt = np.zeros((40, 40), order="F"), rng.normal(size=(5, 32))
@@ -278,14 +278,14 @@ def test_elimination(m, first, rng):
 @pytest.mark.parametrize("n", [1, 8, 31, 32, 33, 203])
 def test_rows_of_zeros_begin_with_a_line(n):
     """Of all rows that are whole lines, whoever asks, numpy or the loops."""
-    for function in zeros, kernels.zeros:
+    for function in aligned, kernels.aligned:
         A = function(5, whole(n) + LINE)
         assert A.flags.c_contiguous and not A.any() and A.ctypes.data % (8 * LINE) == A.strides[0] % (8 * LINE) == 0
     assert whole(n) == kernels.whole(n) == WIDTH * np.ceil(n / WIDTH)
 
 
 def test_many_rows_are_left_to_blas(rng):
-    map = Map(compiled=True)
+    map = FastMap(compiled=True)
     r = map.add(rng.normal(size=3), np.eye(3))
     rows = np.array([np.arange(a.start, a.stop) for a in (map.add(np.ones(2), np.eye(2)) for _ in range(4))])
     z, J = np.zeros((filter.MANY_ROWS + 1, 1)), rng.normal(size=(4, 2, 8))
@@ -303,7 +303,7 @@ def test_an_innovation_that_is_not_finite_changes_nothing(scene, bad, rng):
 
 
 def test_a_state_of_the_wrong_length_is_not_moved_with_its_neighbour():
-    map = Map(compiled=True)
+    map = FastMap(compiled=True)
     short = map.add(np.zeros(2), np.eye(2))
     map.add(np.ones(3), np.eye(3))
     assert not step.move(map, short, Odometry2(), np.ones(3), np.eye(3), 0.1)

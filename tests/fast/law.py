@@ -1,0 +1,148 @@
+"""The law of the wing, **fast is plain**: what is done with both engines, and how what comes out is compared.
+
+Tolerances: both do the same sums in another order, so each step adds some 1e-15 of the numbers it works with; a
+correction multiplies what is there by how much it depends on the state. In 40 frames that stays below 1e-9 of a number,
+or of the standard deviations that it belongs to.
+"""
+
+import copy
+from dataclasses import replace
+from functools import partial
+from importlib.util import find_spec
+from typing import NamedTuple
+
+import numpy as np
+
+from ekfslam_tutorial import fast, slam
+from ekfslam_tutorial.toolbox import universal_slam
+
+TOL = 1e-9
+NUMBERS = "e", "v", "E_r", "E_s", "y", "R", "z", "E", "E_l", "md2"
+FLAGS = "sen", "lmk", "index", "measured", "matched", "updated", "visible"
+LMK = "id", "type", "r", "slot", "n_search", "n_match", "n_inlier"
+
+
+class Engine(NamedTuple):
+    """Map and steps."""
+
+    new_map: object
+    move: object
+    correct_known_lmks: object
+    init_new_lmks: object
+
+
+def _fast(new_map):
+    return Engine(new_map, fast.move, fast.correct_known_lmks, fast.init_new_lmks)
+
+
+PLAIN = Engine(slam.new_map, slam.move, slam.correct_known_lmks, slam.init_new_lmks)
+HOW = {"numpy": {}, "compressed": {"compressed": True}}
+if find_spec("numba"):
+    HOW |= {"compiled": {"compiled": True}, "compressed, compiled": {"compressed": True, "compiled": True}}
+
+
+def fast_engines(active=8):
+    """All kinds of fast maps; the compressed ones settle often."""
+    few = lambda capacity=None, **how: fast.CompressedMap(capacity, active, **how)
+    engines = {"numpy": _fast(fast.new_map), "compressed": _fast(few)}
+    if find_spec("numba"):
+        engines["compiled"] = _fast(partial(fast.new_map, compiled=True))
+        engines["compressed, compiled"] = _fast(partial(few, compiled=True))
+    return engines
+
+
+# --- what is compared ------------------------------------------------------------------------------------------------
+
+
+def near(a, b, floor=1e-12):
+    """Return True if two arrays are the same up to rounding of their largest number, or of the floor."""
+    if a is None or b is None:
+        return a is b
+    a, b = np.asarray(a, float), np.asarray(b, float)
+    scale = np.abs(b[np.isfinite(b)]).max(initial=floor)
+    return a.shape == b.shape and np.allclose(a, b, rtol=TOL, atol=TOL * scale, equal_nan=True)
+
+
+def assert_same_maps(plain, quick, whole=True):
+    """Mean, covariance and who owns what; a difference is measured by the standard deviations.
+
+    Asking a compressed map for all of P settles it: without `whole` it is asked for means and blocks only.
+    """
+    assert np.array_equal(plain.used, quick.used) and plain.ranges == quick.ranges
+    assert (plain.n, plain.n_used, plain.capacity) == (quick.n, quick.n_used, quick.capacity)
+    std = np.sqrt(np.diag(plain.P).clip(0)) + 1e-7
+    pairs = [(plain.P[r, r], quick.block(r), std[r]) for r in plain.ranges]
+    if whole:
+        assert (np.abs(quick.P - quick.P.T) <= TOL * np.outer(std, std)).all()
+        pairs = [(plain.P, quick.P, std)]
+        worst_x = np.abs(plain.x - quick.x).max(initial=0.0)
+    else:
+        worst_x = max((np.abs(plain.x[r] - quick.state(r)).max() for r in plain.ranges), default=0.0)
+    worst_P = max(((np.abs(a - b) / np.outer(s, s)).max(initial=0.0) for a, b, s in pairs), default=0.0)
+    assert not worst_x > TOL * max(1.0, np.abs(plain.x).max(initial=0.0)), worst_x
+    assert not worst_P > 1e3 * TOL, worst_P
+
+
+def assert_same_obs(plain, quick):
+    """All that an observation tells."""
+    for name in FLAGS:
+        assert getattr(plain, name) == getattr(quick, name), name
+    assert repr(plain).split(", expected")[0] == repr(quick).split(", expected")[0]
+    if not plain.visible:
+        return  # its numbers may be infinite, and then mean nothing
+    for name in NUMBERS:
+        if name == "E" and np.isnan(quick.E).all():
+            continue  # no measurement can belong to it, so nobody has asked for its covariance
+        floor = {"md2": 1.0, "z": np.abs(plain.e).max()}.get(name, 1e-12)  # a small z is left of two large numbers
+        assert near(getattr(quick, name), getattr(plain, name), floor), name
+    assert [r for r, _ in plain.blocks] == [r for r, _ in quick.blocks]
+    assert all(near(J_q, J) for (_, J), (_, J_q) in zip(plain.blocks, quick.blocks, strict=True))
+
+
+def assert_same_lmks(plain, quick):
+    """Two dicts of landmarks: what each is, where it is, what has happened to it."""
+    assert list(plain) == list(quick)
+    for a, b in zip(plain.values(), quick.values(), strict=True):
+        for name in LMK:
+            assert getattr(a, name) == getattr(b, name), name
+        assert near(b.first, a.first)
+
+
+def assert_same_frames(plain, quick, whole):
+    """Two snapshots."""
+    assert plain.events == quick.events and plain.refused == quick.refused
+    assert_same_lmks(plain.lmks, quick.lmks)
+    assert_same_maps(plain.map, quick.map, whole)
+    assert plain.obs.keys() == quick.obs.keys()
+    for key, o in plain.obs.items():
+        assert_same_obs(o, quick.obs[key])
+
+
+# --- whole runs ------------------------------------------------------------------------------------------------------
+
+
+def runs(data, how, recording=None):
+    """A run of the plain engine, and one of the fast one with these options."""
+    plain = replace(data.options, engine="plain", compiled=False, compressed=False)
+    quick = replace(data.options, **{"engine": "fast", "compiled": False, "compressed": False} | how)
+    return [universal_slam(replace(data, options=options), recording) for options in (plain, quick)]
+
+
+def assert_same_runs(data, how, recording=None, frames=None):
+    """Run a scenario with both engines; they are compared after each frame.
+
+    Returns
+    -------
+    plain, quick : Snapshot
+        The last ones.
+    kinds : set of (str, bool)
+        Kinds of all events, and whether they went well.
+    """
+    kinds = set()
+    for i, (a, b) in enumerate(zip(*runs(data, how, recording), strict=True)):
+        assert_same_frames(a, b, whole="compressed" not in how)
+        kinds |= {(e.kind, e.flag) for e in a.events}
+        if i + 1 == frames:
+            break
+    assert_same_maps(a.map, copy.deepcopy(b.map))
+    return a, b, kinds

@@ -1,0 +1,158 @@
+"""Landmarks in groups: what is noted of them is always what asking each landmark anew would give."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.fast.notes import Groups
+from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
+from ekfslam_tutorial.slam import Lmk
+
+KINDS = EucPnt(2), EucPnt(3), IdpPnt(), AhmPnt(), HmgPnt()
+
+
+def regrouped(lmks):
+    """The groups, by asking each landmark: type, whether known, which, ranges, places in the map."""
+    groups = []
+    for i, lmk in enumerate(lmks):
+        known = lmk.r is None
+        own = next((g for g in groups if g[0] == lmk.type and g[1] == known), None)
+        if own is None:
+            groups.append(own := (lmk.type, known, [], [], None if known else []))
+        own[2].append(i)
+        own[3].append(lmk.r)
+        if not known:
+            own[4].append(list(range(lmk.r.start, lmk.r.stop)))
+    return groups
+
+
+def remembered(groups, lmks):
+    """The same, as it is noted."""
+    groups.follow(list(lmks))
+    return [(g.kind, g.known, g.places, g.ranges, None if g.known else g.indices.tolist()) for g in groups.all]
+
+
+class History:
+    """Landmarks to which anything may happen. Their ranges need no map: each new one lies behind all others."""
+
+    def __init__(self, rng):
+        self.rng, self.lmks, self.end, self.id = rng, {}, 0, 0
+
+    def kind(self):
+        """A type: one of those that are there, or an equal one that is another object."""
+        kind = KINDS[self.rng.integers(len(KINDS))]
+        return kind if self.rng.random() < 0.5 else replace(kind)
+
+    def range(self, kind):
+        self.end += kind.size + int(self.rng.integers(3))
+        return slice(self.end - kind.size, self.end)
+
+    def new(self, id):
+        kind = self.kind()
+        known = self.rng.random() < 0.3
+        return Lmk(id, kind, x=np.zeros(kind.size)) if known else Lmk(id, kind, r=self.range(kind))
+
+    def any(self):
+        return list(self.lmks)[self.rng.integers(len(self.lmks))]
+
+    # --- what may happen ---
+
+    def birth(self):
+        self.id += 1
+        self.lmks[self.id] = self.new(self.id)
+
+    def death(self):
+        del self.lmks[self.any()]
+
+    def reparametrisation(self):
+        """As `tidy` does it: another type, and the head of the range."""
+        lmk = self.lmks[self.any()]
+        if lmk.r is not None and lmk.type.size > 2:
+            lmk.type, lmk.r = KINDS[0], slice(lmk.r.start, lmk.r.start + 2)
+
+    def change_of_place(self):
+        lmk = self.lmks[self.any()]
+        lmk.r = self.range(lmk.type)  # one that was known is in the map from now on
+
+    def becoming_known(self):
+        lmk = self.lmks[self.any()]
+        lmk.x, lmk.r = np.zeros(lmk.type.size), None
+
+    def change_of_type(self):
+        """An equal one, or another one of the same length."""
+        lmk = self.lmks[self.any()]
+        lmk.type = HmgPnt() if lmk.type.size == HmgPnt().size else replace(lmk.type)
+
+    def second_life(self):
+        """Under the same id, in the same place of the dict or at its end."""
+        id = self.any()
+        if self.rng.random() < 0.5:
+            del self.lmks[id]
+        self.lmks[id] = self.new(id)
+
+    def lists(self):
+        """Lists in which a sensor may be asked about them."""
+        all = list(self.lmks.values())
+        return all, all, all, sorted(all, key=lambda lmk: lmk.id), all[::-1], all[: len(all) // 2], all[1::2]
+
+
+RARE = "death", "reparametrisation", "change_of_place", "becoming_known", "change_of_type", "second_life"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_whatever_happens_the_groups_are_those_of_asking_each_landmark(seed):
+    """Two notes of the same landmarks. Births are frequent, as in a run: groups must outgrow their first storage."""
+    rng = np.random.default_rng(seed)
+    history, notes, handed, largest = History(rng), (Groups(), Groups()), [], 0
+    kept = 0  # how often one went on with what it had
+    for _ in range(500):
+        name = "birth" if not history.lmks or rng.random() < 0.6 else RARE[rng.integers(len(RARE))]
+        getattr(history, name)()
+        for groups in notes:
+            if rng.random() < 0.7:
+                lists, before = history.lists(), groups.all
+                lmks = list(lists[rng.integers(len(lists))])
+                assert remembered(groups, lmks) == regrouped(lmks), name
+                kept += groups.all is before
+                handed += [(g.indices, g.indices.copy()) for g in groups.all if not g.known]
+                largest = max(largest, *(len(g.lmks) for g in groups.all), 0) if lmks else largest
+    assert all(np.array_equal(view, then) for view, then in handed)
+    assert largest > 16 and kept > 50
+
+
+def test_what_was_handed_out_stays_right_while_the_group_grows():
+    groups, lmks, handed = Groups(), [], []
+    for i in range(100):
+        lmks.append(Lmk(i, EucPnt(2), r=slice(3 + 2 * i, 5 + 2 * i)))
+        groups.follow(list(lmks))
+        (group,) = groups.all
+        handed.append(group.indices)
+        groups.follow(list(lmks))
+        assert groups.all == [group]  # nothing was done anew
+    for n, rows in enumerate(handed, 1):
+        assert np.array_equal(rows, 3 + np.arange(2 * n).reshape(n, 2))
+
+
+def test_a_list_may_grow_in_place():
+    groups, lmks = Groups(), []
+    for i in range(5):
+        lmks.append(Lmk(i, EucPnt(2), r=slice(2 * i, 2 * i + 2)))
+        assert remembered(groups, lmks) == regrouped(lmks)
+    lmks[2] = Lmk(9, EucPnt(3), r=slice(20, 23))
+    assert remembered(groups, lmks) == regrouped(lmks)
+
+
+def test_a_landmark_that_is_refused_leaves_nothing_behind():
+    """A range of another length than the type says; without that landmark all is as if it had never been there."""
+    groups, good = Groups(), [Lmk(i, EucPnt(2), r=slice(2 * i, 2 * i + 2)) for i in range(3)]
+    bad = Lmk(7, EucPnt(2), r=slice(10, 13))
+    for first in 0, 2:
+        groups.follow(good[:first])
+        with pytest.raises(ValueError):
+            groups.follow([*good, bad])
+        assert remembered(groups, good) == regrouped(good)
+    with pytest.raises(ValueError):
+        groups.follow([*good, bad])
+    bad.r = slice(10, 12)
+    assert remembered(groups, [*good, bad]) == regrouped([*good, bad])

@@ -1,0 +1,130 @@
+"""Fast is plain: every scenario of the package, frame by frame, with each kind of fast map."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial import datasets
+from ekfslam_tutorial.fast import tables
+from ekfslam_tutorial.slam import Jcbb, NearestNeighbour
+from ekfslam_tutorial.toolbox import Data, UserData, universal_slam
+from ekfslam_tutorial.toolbox.run_state import run_state
+
+from .law import HOW, assert_same_runs
+
+SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
+TWINS = {"lost_in_the_woods": "lost_in_the_woods_twin", "victoria_park": "victoria_park_twin"}
+TWINS |= {f"mrclam_{name}": "mrclam_twin" for name in ("joint", "localisation", "single", "twin")}
+SIMULATED = sorted({path.stem for path in SCENARIOS.glob("*.toml")} - set(TWINS))
+FRAMES = 30
+EXPECTED = {
+    "cloister_idp": {("innovation", False), ("correction", True)},  # a gate
+    "two_robots_four_cameras": {("deletion", True), ("correction", True)},
+}
+
+interpreted = pytest.mark.usefixtures("interpreted")
+each_kind = pytest.mark.parametrize("how", HOW.values(), ids=HOW)
+both_ways = pytest.mark.parametrize("joint", [False, True], ids=["one by one", "joint"])
+
+
+def scenario(name, frames=FRAMES, **options):
+    data = UserData.from_toml(SCENARIOS / f"{name}.toml")
+    return replace(data, options=replace(data.options, **options), time=replace(data.time, last=frames))
+
+
+@interpreted
+@each_kind
+@both_ways
+@pytest.mark.parametrize("name", SIMULATED)
+def test_simulated_scenarios(name, joint, how):
+    """Their options: a gate, deletions, reparametrisation, a limit of updates, self-calibration, several robots."""
+    seen = assert_same_runs(scenario(name, joint=joint), how)[2]
+    assert seen >= EXPECTED.get(name, {("correction", True)})
+
+
+@interpreted
+@each_kind
+@pytest.mark.parametrize("name", TWINS)
+def test_logs(name, how, tmp_path, monkeypatch):
+    """The log of a data set's twin: other robots are met, sensors do not look in each frame."""
+    data = scenario(name, frames=None)
+    params = {key: value for key, value in data.data.params.items() if key in ("robots", "robot")}
+    data = replace(data, data=Data(name=TWINS[name], params=params | {"duration": 25.0}))
+    data, recording = datasets.prepare(data)
+    seen = assert_same_runs(data, how, recording, frames=120)[2]
+    assert ("correction", True) in seen
+
+
+OPTIONS = [
+    dict(association=NearestNeighbour()),
+    dict(association=Jcbb()),
+    dict(association=NearestNeighbour(), n_updates=2),
+    dict(capacity=20),
+    dict(max_lmks=5),
+    dict(n_updates=3, md2_threshold=2.0),
+    dict(reproject=False),
+    dict(min_match_ratio=0.9, min_inlier_ratio=0.9, md2_threshold=2.0, min_search=3),
+    dict(reopen_after=2, md2_threshold=0.5),
+    dict(first_estimates=True),
+]
+
+
+@interpreted
+@each_kind
+@both_ways
+@pytest.mark.parametrize("options", OPTIONS, ids=lambda options: ", ".join(options))
+def test_options_in_the_plane(options, joint, how, monkeypatch):
+    """Landmarks in view are looked for first, as where there are many."""
+    monkeypatch.setattr(tables, "MANY", 4)
+    seen = assert_same_runs(scenario("range_bearing_2d", joint=joint, **options), how)[2]
+    expected = {"capacity": "refused", "max_lmks": "refused", "min_match_ratio": "deletion", "reopen_after": "recovery"}
+    assert all((kind, True) in seen for option, kind in expected.items() if option in options)
+    assert "md2_threshold" not in options or ("innovation", False) in seen
+
+
+@interpreted
+@each_kind
+@pytest.mark.parametrize(
+    "options", [dict(reproject=False), dict(capacity=60), dict(lin_test=0.5, min_rho=0.1)], ids=str
+)
+def test_options_in_space(options, how):
+    seen = assert_same_runs(scenario("cloister_idp", **options), how)[2]
+    assert "capacity" not in options or ("refused", True) in seen
+
+
+@interpreted
+@each_kind
+@both_ways
+def test_self_calibration_in_the_plane(joint, how):
+    data = scenario("range_bearing_2d", joint=joint)
+    sensor = replace(data.sensors[0], frame_in_map=True, position_std=0.05, orientation_std_deg=3.0)
+    plain, _, seen = assert_same_runs(replace(data, sensors=[sensor]), how)
+    assert plain.sens[0].r is not None and ("correction", True) in seen
+
+
+@interpreted
+@each_kind
+def test_a_run_that_is_taken_up_ends_as_if_it_had_not_been_stopped(how):
+    data = scenario("cloister_idp", 12, **how)
+    *_, whole = universal_slam(data)
+    run = universal_slam(data)
+    half = [next(run) for _ in range(6)][-1]
+    *_, end = universal_slam(data, resume=run_state(half, data))
+    exact = "compressed" not in how  # what is active is settled when it is stored
+    assert np.array_equal(end.map.x, whole.map.x) if exact else np.allclose(end.map.x, whole.map.x, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "joint"), [("range_bearing_2d", True), ("cloister_idp", False)])
+def test_the_same_with_numba(name, joint):
+    """What is interpreted everywhere else is compiled here: by the first takes a second, each of the second two."""
+    pytest.importorskip("numba", reason="numba, the extra `compiled`, is not installed")
+    from ekfslam_tutorial.fast.compiled import step
+
+    from .interpreter import build
+
+    assert step.build is not build
+    assert_same_runs(scenario(name, joint=joint), HOW["compiled"], frames=25)
+    programs = [program for _, program in step._programs.values() if program]
+    assert programs and all(callable(p[0] if isinstance(p, tuple) else p) for p in programs)
