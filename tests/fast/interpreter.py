@@ -11,7 +11,8 @@ from numba import typeof, types
 from numba.core.registry import cpu_target
 from numba.core.sigutils import normalize_signature
 
-from ekfslam_tutorial.fast.compiled import kernels, step
+from ekfslam_tutorial.fast import programs
+from ekfslam_tutorial.fast.compiled import kernels
 
 NAMES = {name: name.replace("a", "arc", 1) for name in ("acos", "asin", "atan", "atan2")}
 NAMES |= {name: name for name in ("cos", "sin", "tan", "sqrt", "exp", "log", "sinh", "cosh", "tanh", "hypot")}
@@ -65,5 +66,5 @@ def looked_at(code, wanted):
 
 def forget():
     """Forget all programs."""
-    step._programs.clear()
-    step._traced.cache_clear()
+    programs.known.clear()
+    programs._tried.cache_clear()

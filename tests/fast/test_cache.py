@@ -15,6 +15,7 @@ import pytest
 
 from ekfslam_tutorial.analysis import monte_carlo
 from ekfslam_tutorial.cli.files import find_scenario
+from ekfslam_tutorial.fast import traces
 from ekfslam_tutorial.fast.compiled import program
 from ekfslam_tutorial.toolbox import UserData
 
@@ -140,7 +141,7 @@ def test_threads_share_a_program(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, -0.0, 1e-320, 0.1 + 0.2, True])
 def test_numbers_of_a_model_are_written_to_the_last_bit(value):
-    got = eval(program._name(value))
+    got = eval(traces.name_of(value))
     assert np.float64(got).tobytes() == np.float64(value).tobytes() or np.isnan(value) and np.isnan(got)
 
 

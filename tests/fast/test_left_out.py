@@ -11,7 +11,7 @@ COMPILED = ["--set", "time.last=5", "--set", "options.compiled=true"]
     ("scenario", "note"), [("omnicam", "computed by numpy: born: OmniCam, AhmPnt"), ("range_bearing_2d", None)]
 )
 def test_run_says_what_was_not_compiled(tmp_path, capsys, monkeypatch, scenario, note):
-    monkeypatch.setattr("ekfslam_tutorial.fast.compiled.step._programs", {})
+    monkeypatch.setattr("ekfslam_tutorial.fast.programs.known", {})
     assert main(["run", scenario, "--out", str(tmp_path), *COMPILED]) == 0
     told = capsys.readouterr().err
     assert "takes some seconds more" in told

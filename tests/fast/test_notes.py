@@ -27,9 +27,9 @@ def regrouped(lmks):
     return groups
 
 
-def remembered(groups, lmks):
+def remembered(groups, lmks, changes=0):
     """The same, as it is noted."""
-    groups.follow(list(lmks))
+    groups.follow(list(lmks), changes)
     return [(g.kind, g.known, g.places, g.ranges, None if g.known else g.indices.tolist()) for g in groups.all]
 
 
@@ -37,7 +37,7 @@ class History:
     """Landmarks to which anything may happen. Their ranges need no map: each new one lies behind all others."""
 
     def __init__(self, rng):
-        self.rng, self.lmks, self.end, self.id = rng, {}, 0, 0
+        self.rng, self.lmks, self.end, self.id, self.changes = rng, {}, 0, 0, 0
 
     def kind(self):
         """A type: one of those that are there, or an equal one that is another object."""
@@ -109,11 +109,12 @@ def test_whatever_happens_the_groups_are_those_of_asking_each_landmark(seed):
     for _ in range(500):
         name = "birth" if not history.lmks or rng.random() < 0.6 else RARE[rng.integers(len(RARE))]
         getattr(history, name)()
+        history.changes += name != "birth"  # of a map: it counts what comes and goes
         for groups in notes:
             if rng.random() < 0.7:
                 lists, before = history.lists(), groups.all
                 lmks = list(lists[rng.integers(len(lists))])
-                assert remembered(groups, lmks) == regrouped(lmks), name
+                assert remembered(groups, lmks, history.changes) == regrouped(lmks), name
                 kept += groups.all is before
                 handed += [(g.indices, g.indices.copy()) for g in groups.all if not g.known]
                 largest = max(largest, *(len(g.lmks) for g in groups.all), 0) if lmks else largest
@@ -125,10 +126,10 @@ def test_what_was_handed_out_stays_right_while_the_group_grows():
     groups, lmks, handed = Groups(), [], []
     for i in range(100):
         lmks.append(Lmk(i, EucPnt(2), r=slice(3 + 2 * i, 5 + 2 * i)))
-        groups.follow(list(lmks))
+        groups.follow(list(lmks), 0)
         (group,) = groups.all
         handed.append(group.indices)
-        groups.follow(list(lmks))
+        groups.follow(list(lmks), 0)
         assert groups.all == [group]  # nothing was done anew
     for n, rows in enumerate(handed, 1):
         assert np.array_equal(rows, 3 + np.arange(2 * n).reshape(n, 2))
@@ -148,11 +149,11 @@ def test_a_landmark_that_is_refused_leaves_nothing_behind():
     groups, good = Groups(), [Lmk(i, EucPnt(2), r=slice(2 * i, 2 * i + 2)) for i in range(3)]
     bad = Lmk(7, EucPnt(2), r=slice(10, 13))
     for first in 0, 2:
-        groups.follow(good[:first])
+        groups.follow(good[:first], 0)
         with pytest.raises(ValueError):
-            groups.follow([*good, bad])
+            groups.follow([*good, bad], 0)
         assert remembered(groups, good) == regrouped(good)
     with pytest.raises(ValueError):
-        groups.follow([*good, bad])
+        groups.follow([*good, bad], 0)
     bad.r = slice(10, 12)
     assert remembered(groups, [*good, bad]) == regrouped([*good, bad])

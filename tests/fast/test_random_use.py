@@ -202,7 +202,7 @@ class Machine(RuleBasedStateMachine):
         self.scenes.each(change)
 
     def become_known(self, data):
-        """Elsewhere; its old place in the map stays, with nobody in it."""
+        """Elsewhere; its old place in the map is free then."""
         dx = data.draw(st.floats(-1.0, 1.0))
         id = self._any(data, lambda lmk: lmk.r is not None)
         if id is None or self.first:
@@ -211,6 +211,7 @@ class Machine(RuleBasedStateMachine):
 
         def change(scene):
             lmk = scene.lmks[id]
+            scene.map.remove(lmk.r)
             lmk.x, lmk.r = x + dx, None
             scene.obs.clear()
 
