@@ -45,12 +45,12 @@ class Innovation:
         if not np.isfinite(self.z).all():
             raise ValueError(f"the innovation must be finite, got {np.asarray(self.z).tolist()}")
         try:
-            iL = np.linalg.inv(np.linalg.cholesky(self.Z))
+            L = np.linalg.cholesky(self.Z)
         except np.linalg.LinAlgError:
-            iL = np.array(np.nan)
-        if not np.isfinite(iL).all():
+            L = np.array(np.nan)
+        if not np.isfinite(L).all():
             raise ValueError(f"the innovation covariance must be positive definite, got {np.asarray(self.Z).tolist()}")
-        return iL
+        return np.linalg.inv(L)
 
     @property
     def w(self):

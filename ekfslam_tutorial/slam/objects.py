@@ -18,7 +18,7 @@ def _state(map, obj):
     """State of an object: a copy, so what was read from the map stays what it was when the map goes on."""
     if obj.r is None and obj.x is None:
         raise ValueError(f"{type(obj).__name__} {obj.id} has no state yet: put it into the map, or give it a known x")
-    return np.array(obj.x) if obj.r is None else map.state(obj.r)
+    return np.array(obj.x, float) if obj.r is None else map.state(obj.r)
 
 
 def states(map, objs):

