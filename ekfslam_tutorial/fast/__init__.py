@@ -29,6 +29,7 @@ Names of the core are taken from `core.py`. Nothing in the core imports the wing
 from .batch import Batch
 from .births import init_new_lmks
 from .compressed_map import CompressedMap
+from .extra import check_compiled
 from .fast_map import FastMap
 from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform, update
 from .steps import correct_known_lmks, move, new_map
@@ -39,6 +40,7 @@ __all__ = [
     "FastMap",
     "Innovation",
     "augment",
+    "check_compiled",
     "correct",
     "correct_known_lmks",
     "covariance",

@@ -61,7 +61,7 @@ def _started(map, rob, sen, lmks, id, y, R, opt):
         check_first_estimates(rob.motion.frame, [kind])
         L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
-    r = augment(map, l, blocks, L_y.dot(R).dot(L_y.T) + L_n.dot(N).dot(L_n.T))
+    r = augment(map, l, blocks, L_y @ R @ L_y.T + L_n @ N @ L_n.T)
     return _in_a_slot(map, lmks, Lmk(id, kind, r=r, n=n, N=N, first=l if opt.first_estimates else None))
 
 
@@ -78,7 +78,7 @@ def _in_a_slot(map, lmks, lmk):
 
 def _well_inside(map, sensor, y, margin):
     """Return True if a measurement would still be visible if each of its numbers were off by the margin."""
-    if margin:
+    if margin or y.shape != (len(sensor.R),):
         return well_inside(sensor, y, margin)
     seen = compiled().inside(sensor, y) if map.compiled else None
     return bool(np.all(sensor.visible(y, sensor.retro(y)[0]))) if seen is None else seen

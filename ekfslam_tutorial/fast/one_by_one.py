@@ -25,8 +25,13 @@ def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
 
     search = _Search(map, rob, sen, table, raw, opt, Rf, Sf)
     in_view = [k for k in order if visible[k]]
-    for k in most_uncertain(table, in_view, opt.n_updates):
+    wanted = most_uncertain(table, in_view, opt.n_updates)
+    for k in wanted:
         search.look(k, matches.pairs.get(table.lmks[k].id))
+    for k in wanted:  # after all has gone well
+        lmk = table.lmks[k]
+        lmk.n_search, lmk.n_match = lmk.n_search + 1, lmk.n_match + table.matched[k]
+        lmk.n_inlier += table.updated[k]
     return search.events + delete_bad(map, rob, sen, lmks, [o for o in expected if visible[o.k]], opt), matches.new
 
 
@@ -41,13 +46,11 @@ class _Search:
         """Look for one landmark: match, project again if its expectation is stale, gate, correct."""
         map, rob, sen, table, opt = self.map, self.rob, self.sen, self.table, self.opt
         lmk, found, PHt = table.lmks[k], index is not None, None
-        lmk.n_search += 1
         table.measured[k], table.matched[k], table.index[k] = True, found, index
         self.events.append(Event("search", rob.id, sen.id, lmk.id, found))
         if not found:
             return
 
-        lmk.n_match += 1
         if opt.reproject and self.stale:
             self._project_again(k)
         if not table.has_E or (self.stale and not opt.reproject):  # E is not there, or not that of now
@@ -62,7 +65,6 @@ class _Search:
         if not accepted:
             return
 
-        lmk.n_inlier += 1
         camera = camera_position(self.Rf, self.Sf) if opt.reparametrize else None
         if PHt is None:
             correct_with(map, table, [k], inn.z[None], R)
