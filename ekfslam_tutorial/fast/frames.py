@@ -8,7 +8,7 @@ from .filter import transform
 
 def frame_of(map, obj, kind):
     """Return the frame, of this kind, that the state of a robot or a sensor begins with."""
-    noted, x = map.notes.of(obj), obj.state(map) if obj.r is None else map.state(obj.r)
+    noted, x = map.notes.of(obj), np.asarray(obj.state(map), float) if obj.r is None else map.state(obj.r)
     if len(x) != kind.size:
         x = x[: kind.size]
     last = noted.frame

@@ -32,7 +32,7 @@ def quick(scene):
     """The same map as a quick one, and the table of all landmarks."""
     map, Rf, Sf = FastMap(), scene.rob.frame(scene.map), scene.sen.frame(scene.map)
     map.add(scene.map.x, scene.map.P)
-    return map, sightings(map, scene.rob, scene.sen, map.notes.groups(scene.lmks), Rf, Sf)
+    return map, sightings(map, scene.rob, scene.sen, scene.lmks, Rf, Sf)
 
 
 @pytest.mark.parametrize("d", [2, 3])
