@@ -6,11 +6,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from ekfslam_tutorial.fast.symbols import NotTraceable, Symbol, Tape
 
 from ekfslam_tutorial.fast import programs
 from ekfslam_tutorial.fast.compiled import step
 from ekfslam_tutorial.geometry import Frame2
-from ekfslam_tutorial.fast.symbols import NotTraceable, Symbol, Tape
 from ekfslam_tutorial.models import landmarks, motion, sensors
 from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
