@@ -40,7 +40,7 @@ def _part(map, rob, sen, group, Rf, Sf, in_view):
         lmks, r, places, kinds = ([each[i] for i in at] for each in (lmks, r, places, kinds))
     if not lmks:
         return None
-    l = np.array([lmk.x for lmk in lmks]) if indices is None else map.state(indices)
+    l = np.array([lmk.x for lmk in lmks], float) if indices is None else map.state(indices)
     ranges = frame_range(rob, Rf), sen.r, indices
     part = _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
     part = part or _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges)
