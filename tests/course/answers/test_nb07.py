@@ -1,4 +1,4 @@
-"""Answers to the exercises of notebook 07 that are in no list of the package."""
+"""Answers to the exercises of notebook 07 that are in no list of the package: wrong ones, and odd right ones."""
 
 import numpy as np
 import scipy.linalg
@@ -11,21 +11,12 @@ from ekfslam_tutorial.course.exercises.nb07_mutual import mutual_nearest
 from ekfslam_tutorial.course.exercises.nb07_new import new_ones
 from ekfslam_tutorial.geometry import wrap
 
-from .probes import Probes, judged_rightly
-
-probes = Probes()
-wrong, right = probes.wrong, probes.right
-
-
-@probes.each
-def test_the_check_is_right_about_it(id, says, answer):
-    judged_rightly(id, says, answer)
-
+from .collector import answer_to, check_of
 
 # --- 07.1 choose ---
 
 
-@wrong("07.1", "plausible|ambiguous|guess")
+@answer_to("07.1", hint="plausible|ambiguous|guess")
 def clearly_nearer_one_wins(zs, Zs, confidence):
     i, d2 = choose(zs, Zs, confidence)
     inside = np.flatnonzero(d2 <= chi2.ppf(confidence, np.shape(zs)[1]))
@@ -34,56 +25,56 @@ def clearly_nearer_one_wins(zs, Zs, confidence):
     return i, d2
 
 
-@wrong("07.1", "index|None, not|must be")
+@answer_to("07.1", hint="index|None, not|must be")
 def true_or_false(zs, Zs, confidence):
     i, d2 = choose(zs, Zs, confidence)
     return i is not None, d2
 
 
-@wrong("07.1", "index|counted from 0")
+@answer_to("07.1", hint="index|counted from 0")
 def a_mask(zs, Zs, confidence):
     d2 = choose(zs, Zs, confidence)[1]
     return d2 <= chi2.ppf(confidence, np.shape(zs)[1]), d2
 
 
-@wrong("07.1", "d2 = z|whole")
+@answer_to("07.1", hint="d2 = z|whole")
 def likelihood_instead_of_distance(zs, Zs, confidence):
     i, d2 = choose(zs, Zs, confidence)
     return i, d2 + np.log(np.linalg.det(2 * np.pi * Zs))
 
 
-@wrong("07.1", "whole|inv")
+@answer_to("07.1", hint="whole|inv")
 def determinant_for_the_inverse(zs, Zs, confidence):
     d2 = np.array([z @ z / np.linalg.det(Z) for z, Z in zip(zs, Zs, strict=True)])
     return choose(zs, Zs, confidence)[0], d2
 
 
-@wrong("07.1", "2 results|return i, d2")
+@answer_to("07.1", hint="2 results|return i, d2")
 def index_only(zs, Zs, confidence):
     return choose(zs, Zs, confidence)[0]
 
 
-@wrong("07.1", "None")
+@answer_to("07.1", hint="None")
 def empty_list_for_none(zs, Zs, confidence):
     i, d2 = choose(zs, Zs, confidence)
     return ([] if i is None else i), d2
 
 
-@wrong("07.1", "m degrees of freedom")
+@answer_to("07.1", hint="m degrees of freedom")
 def sigma_rule_of_one_dimension(zs, Zs, confidence):
     d2 = choose(zs, Zs, confidence)[1]
     inside = np.flatnonzero(np.sqrt(d2) < 2.576)
     return (int(inside[0]) if len(inside) == 1 else None), d2
 
 
-@wrong("07.1", "m degrees of freedom")
+@answer_to("07.1", hint="m degrees of freedom")
 def density_for_the_quantile(zs, Zs, confidence):
     d2 = choose(zs, Zs, confidence)[1]
     inside = np.flatnonzero(chi2.pdf(d2, zs.shape[1]) > 1 - confidence)
     return (int(inside[0]) if len(inside) == 1 else None), d2
 
 
-@right("07.1")
+@answer_to("07.1", right=True)
 def survival_function(zs, Zs, confidence):
     L = np.linalg.cholesky(Zs)
     w = [scipy.linalg.solve_triangular(a, z, lower=True) for a, z in zip(L, zs, strict=True)]
@@ -92,7 +83,7 @@ def survival_function(zs, Zs, confidence):
     return (i.item() if i.size == 1 else None), d2
 
 
-@right("07.1")
+@answer_to("07.1", right=True)
 def sorted_distances(zs, Zs, confidence):
     d2 = [np.dot(z, np.dot(np.linalg.pinv(Z), z)) for z, Z in zip(zs, Zs, strict=True)]
     order, limit = np.argsort(d2), chi2.isf(1 - confidence, len(zs[0]))
@@ -100,7 +91,7 @@ def sorted_distances(zs, Zs, confidence):
     return (order[0] if best < limit < second else None), np.array(d2)
 
 
-@right("07.1")
+@answer_to("07.1", right=True)
 def eigenvectors_of_Z(zs, Zs, confidence):
     w, V = np.linalg.eigh(Zs)
     a = (np.transpose(V, (0, 2, 1)) @ zs[..., None])[..., 0]
@@ -114,33 +105,33 @@ def eigenvectors_of_Z(zs, Zs, confidence):
 # --- 07.2 mutual_nearest ---
 
 
-@wrong("07.2", "not None")
+@answer_to("07.2", hint="not None")
 def none_for_no_pair(D, limit):
     return [None if j < 0 else int(j) for j in mutual_nearest(D, limit)]
 
 
-@wrong("07.2", "-1|entry for each")
+@answer_to("07.2", hint="-1|entry for each")
 def only_the_pairs(D, limit):
     return [int(j) for j in mutual_nearest(D, limit) if j >= 0]
 
 
-@wrong("07.2", "entry for each|shape")
+@answer_to("07.2", hint="entry for each|shape")
 def list_of_pairs(D, limit):
     return [(i, int(j)) for i, j in enumerate(mutual_nearest(D, limit)) if j >= 0]
 
 
-@wrong("07.2", "counted from 0|must be \\[1, 0, 2\\]")
+@answer_to("07.2", hint="counted from 0|must be \\[1, 0, 2\\]")
 def counted_from_one(D, limit):
     j = mutual_nearest(D, limit)
     return np.where(j >= 0, j + 1, -1)
 
 
-@wrong("07.2", "root|squared|limit")
+@answer_to("07.2", hint="root|squared|limit")
 def root_of_the_distances(D, limit):
     return mutual_nearest(np.sqrt(D), limit)
 
 
-@wrong("07.2", "least|second best|nearer|must be")
+@answer_to("07.2", hint="least|second best|nearer|must be")
 def hungarian(D, limit):
     j = np.full(len(D), -1)
     for i, a in zip(*scipy.optimize.linear_sum_assignment(D), strict=True):
@@ -149,19 +140,19 @@ def hungarian(D, limit):
     return j
 
 
-@wrong("07.2", "empty|nothing|argmin|no landmark")
+@answer_to("07.2", hint="empty|nothing|argmin|no landmark")
 def argmin_of_nothing(D, limit):
     j = np.argmin(D, axis=1)
     back = np.argmin(D, axis=0)
     return np.where((back[j] == np.arange(len(D))) & (D.min(1) <= limit), j, -1)
 
 
-@wrong("07.2", "gate|too far|limit")
+@answer_to("07.2", hint="gate|too far|limit")
 def gate_by_the_mean(D, limit):
     return mutual_nearest(D, np.mean(D) if np.size(D) else limit)
 
 
-@wrong("07.2", "changes its input")
+@answer_to("07.2", hint="changes its input")
 def crosses_out_in_place(D, limit):
     j = np.full(len(D), -1)
     while np.size(D) and D.min() <= limit:
@@ -171,7 +162,7 @@ def crosses_out_in_place(D, limit):
     return j
 
 
-@right("07.2")
+@answer_to("07.2", right=True)
 def dictionary_of_the_landmarks(D, limit):
     k, n = D.shape
     wants = {a: min(range(k), key=lambda i: D[i, a]) for a in range(n)} if k else {}
@@ -182,7 +173,7 @@ def dictionary_of_the_landmarks(D, limit):
     return j
 
 
-@right("07.2")
+@answer_to("07.2", right=True)
 def infinity_appended(D, limit):
     k, n = np.shape(D)
     E = np.full((k + 1, n + 1), np.inf)
@@ -192,7 +183,7 @@ def infinity_appended(D, limit):
     return np.array([a if a < n and back[a] == i else -1 for i, a in enumerate(near)], dtype=float)
 
 
-@right("07.2")
+@answer_to("07.2", right=True)
 def ranks_of_rows_and_columns(D, limit):
     D = np.asarray(D)
     rows, columns = D.argsort(1).argsort(1), D.argsort(0).argsort(0)
@@ -205,44 +196,44 @@ def ranks_of_rows_and_columns(D, limit):
 # --- 07.3 jointly_compatible ---
 
 
-@wrong("07.3", "joint distance|stacked|d2")
+@answer_to("07.3", hint="joint distance|stacked|d2")
 def sum_of_single_distances(zs, Hs, P, R, confidence):
     d2 = sum(z @ np.linalg.solve(H @ P @ H.T + R, z) for z, H in zip(zs, Hs, strict=True))
     Z = jointly_compatible(zs, Hs, P, R, confidence)[2]
     return d2 <= chi2.ppf(confidence, 2 * len(zs)), d2, Z
 
 
-@wrong("07.3", "joint d2")
+@answer_to("07.3", hint="joint d2")
 def every_pair_passes_its_own_gate(zs, Hs, P, R, confidence):
     _, d2, Z = jointly_compatible(zs, Hs, P, R, confidence)
     single = [z @ np.linalg.solve(H @ P @ H.T + R, z) for z, H in zip(zs, Hs, strict=True)]
     return max(single) <= chi2.ppf(confidence, 2), d2, Z
 
 
-@wrong("07.3", "2 ?m|limit|quantile")
+@answer_to("07.3", hint="2 ?m|limit|quantile")
 def m_degrees_of_freedom(zs, Hs, P, R, confidence):
     _, d2, Z = jointly_compatible(zs, Hs, P, R, confidence)
     return d2 <= chi2.ppf(confidence, len(zs)), d2, Z
 
 
-@wrong("07.3", "True or False")
+@answer_to("07.3", hint="True or False")
 def probability_for_ok(zs, Hs, P, R, confidence):
     _, d2, Z = jointly_compatible(zs, Hs, P, R, confidence)
     return chi2.cdf(d2, 2 * len(zs)), d2, Z
 
 
-@wrong("07.3", "shape|pair")
+@answer_to("07.3", hint="shape|pair")
 def list_of_blocks(zs, Hs, P, R, confidence):
     ok, d2, _ = jointly_compatible(zs, Hs, P, R, confidence)
     return ok, d2, [H @ P @ H.T + R for H in Hs]
 
 
-@wrong("07.3", "\\bR\\b|pair|kron")
+@answer_to("07.3", hint="\\bR\\b|pair|kron")
 def R_divided_by_the_pairs(zs, Hs, P, R, confidence):
     return jointly_compatible(zs, Hs, P, R / len(zs), confidence)
 
 
-@wrong("07.3", "order|stack|d2|z' inv")
+@answer_to("07.3", hint="order|stack|d2|z' inv")
 def ranges_first_then_bearings(zs, Hs, P, R, confidence):
     _, _, Z = jointly_compatible(zs, Hs, P, R, confidence)
     z = np.asarray(zs).T.ravel()
@@ -250,20 +241,20 @@ def ranges_first_then_bearings(zs, Hs, P, R, confidence):
     return d2 <= chi2.ppf(confidence, len(z)), d2, Z
 
 
-@wrong("07.3", "P|H P H|diagonal")
+@answer_to("07.3", hint="P|H P H|diagonal")
 def covariance_of_the_landmarks_only(zs, Hs, P, R, confidence):
     Q = P.copy()
     Q[:3, 3:], Q[3:, :3] = 0, 0
     return jointly_compatible(zs, Hs, Q, R, confidence)
 
 
-@wrong("07.3", "number|shape|d2")
+@answer_to("07.3", hint="number|shape|d2")
 def d2_as_a_matrix(zs, Hs, P, R, confidence):
     ok, d2, Z = jointly_compatible(zs, Hs, P, R, confidence)
     return ok, np.array([[d2]]), Z
 
 
-@right("07.3")
+@answer_to("07.3", right=True)
 def block_by_block(zs, Hs, P, R, confidence):
     m = len(zs)
     Z = np.zeros((2 * m, 2 * m))
@@ -274,7 +265,7 @@ def block_by_block(zs, Hs, P, R, confidence):
     return bool(w @ w < chi2.isf(1 - confidence, 2 * m)), np.sum(w**2), Z
 
 
-@right("07.3")
+@answer_to("07.3", right=True)
 def block_diag_and_inverse(zs, Hs, P, R, confidence):
     H = Hs.reshape(-1, Hs.shape[-1])
     Z = H @ P @ H.T + scipy.linalg.block_diag(*[R] * len(zs))
@@ -283,7 +274,7 @@ def block_diag_and_inverse(zs, Hs, P, R, confidence):
     return chi2.cdf(d2, z.size) <= confidence, d2, Z.tolist()
 
 
-@right("07.3")
+@answer_to("07.3", right=True)
 def one_pair_after_the_other(zs, Hs, P, R, confidence):
     """Condition each pair on those before it: the distances add up."""
     _, _, Z = jointly_compatible(zs, Hs, P, R, confidence)
@@ -300,31 +291,31 @@ def one_pair_after_the_other(zs, Hs, P, R, confidence):
 # --- 07.4 new_ones ---
 
 
-@wrong("07.4", "all|every")
+@answer_to("07.4", hint="all|every")
 def far_from_the_first_landmark(ys, es, Es, R, confidence):
     _, D = new_ones(ys, es, Es, R, confidence)
     return [i for i in range(len(ys)) if not len(es) or D[i, 0] > chi2.ppf(confidence, 2)], D
 
 
-@wrong("07.4", "every|all|mean")
+@answer_to("07.4", hint="every|all|mean")
 def far_on_the_average(ys, es, Es, R, confidence):
     _, D = new_ones(ys, es, Es, R, confidence)
     return [i for i in range(len(ys)) if not len(es) or D[i].mean() > chi2.ppf(confidence, 2)], D
 
 
-@wrong("07.4", "empty map|no landmark|zero-size|every measurement is new")
+@answer_to("07.4", hint="empty map|no landmark|zero-size|every measurement is new")
 def minimum_of_nothing(ys, es, Es, R, confidence):
     _, D = new_ones(ys, es, Es, R, confidence)
     return [i for i in range(len(ys)) if D[i].min() > chi2.ppf(confidence, 2)], D
 
 
-@wrong("07.4", "shape|k x n|table|transpose")
+@answer_to("07.4", hint="shape|k x n|table|transpose")
 def table_transposed(ys, es, Es, R, confidence):
     new, D = new_ones(ys, es, Es, R, confidence)
     return new, D.T
 
 
-@wrong("07.4", "inv|Z")
+@answer_to("07.4", hint="inv|Z")
 def covariances_multiplied(ys, es, Es, R, confidence):
     D = np.zeros((len(ys), len(es)))
     for i, y in enumerate(ys):
@@ -334,24 +325,24 @@ def covariances_multiplied(ys, es, Es, R, confidence):
     return [i for i in range(len(ys)) if all(D[i] > chi2.ppf(confidence, 2))], D
 
 
-@wrong("07.4", "E_j|Z|distances")
+@answer_to("07.4", hint="E_j|Z|distances")
 def first_covariance_for_all(ys, es, Es, R, confidence):
     return new_ones(ys, es, np.array([Es[0]] * len(Es)) if len(Es) else Es, R, confidence)
 
 
-@wrong("07.4", "list|indices")
+@answer_to("07.4", hint="list|indices")
 def a_set(ys, es, Es, R, confidence):
     new, D = new_ones(ys, es, Es, R, confidence)
     return {i: ys[i] for i in new}, D
 
 
-@wrong("07.4", "indices|list")
+@answer_to("07.4", hint="indices|list")
 def measurements_not_indices(ys, es, Es, R, confidence):
     new, D = new_ones(ys, es, Es, R, confidence)
     return ys[new], D
 
 
-@wrong("07.4", "z = y_i - e_j")
+@answer_to("07.4", hint="z = y_i - e_j")
 def wrapped_with_abs(ys, es, Es, R, confidence):
     D = np.zeros((len(ys), len(es)))
     for i, y in enumerate(ys):
@@ -362,13 +353,13 @@ def wrapped_with_abs(ys, es, Es, R, confidence):
     return [i for i in range(len(ys)) if all(D[i] > chi2.ppf(confidence, 2))], D
 
 
-@wrong("07.4", "confidence|chi2.ppf")
+@answer_to("07.4", hint="confidence|chi2.ppf")
 def fixed_gate(ys, es, Es, R, confidence):
     _, D = new_ones(ys, es, Es, R, confidence)
     return [i for i in range(len(ys)) if all(D[i] > 9.21)], D
 
 
-@right("07.4")
+@answer_to("07.4", right=True)
 def masked_minimum(ys, es, Es, R, confidence):
     D = np.full((len(ys), len(es)), np.nan)
     for j in range(len(es)):
@@ -379,7 +370,7 @@ def masked_minimum(ys, es, Es, R, confidence):
     return np.where(~old)[0], D
 
 
-@right("07.4")
+@answer_to("07.4", right=True)
 def while_loop_and_tuples(ys, es, Es, R, confidence):
     new, table, i = (), [], 0
     while i < len(ys):
@@ -395,7 +386,10 @@ def while_loop_and_tuples(ys, es, Es, R, confidence):
     return new, np.array(table).reshape(len(ys), len(es))
 
 
-@right("07.4")
+@answer_to("07.4", right=True)
 def exponential_limit(ys, es, Es, R, confidence):
     _, D = new_ones(ys, es, Es, R, confidence)
     return [i for i, row in enumerate(D) if (row > -2 * np.log(1 - confidence)).all()], D
+
+
+test_the_check_is_right_about_it = check_of(__name__)

@@ -1,4 +1,4 @@
-"""Answers to the exercises of notebook 19 that are in no list of the package."""
+"""Answers to the exercises of notebook 19 that are in no list of the package: wrong ones, and odd right ones."""
 
 import numpy as np
 import pytest
@@ -7,16 +7,7 @@ from ekfslam_tutorial.course import registry
 from ekfslam_tutorial.course.exercises.nb19_gps import gps_error
 from ekfslam_tutorial.course.exercises.nb19_scan import sort_scan
 
-from .probes import Probes, judged_rightly
-
-probes = Probes()
-wrong, right = probes.wrong, probes.right
-
-
-@probes.each
-def test_the_check_is_right_about_it(id, says, answer):
-    judged_rightly(id, says, answer)
-
+from .collector import answer_to, check_of
 
 # --- 19.2 labels are no quantities ---
 
@@ -27,7 +18,7 @@ def test_a_label_is_not_half_or_twice_another(misconception):
     assert "Yours" not in message and "rong sign" not in message, message
 
 
-@right("19.2")
+@answer_to("19.2", right=True)
 def numbers_with_a_point(D, gate, new_gate):
     return sort_scan(D, gate, new_gate).astype(float)
 
@@ -35,7 +26,7 @@ def numbers_with_a_point(D, gate, new_gate):
 # --- 19.3 who stays in the map ---
 
 
-@wrong("19.3", "This scan counts, too")
+@answer_to("19.3", hint="This scan counts, too")
 def asks_in_a_loop_and_counts_after(searched, found, visible, matched, min_search, min_ratio):
     gone, s, m = [], searched.copy(), found.copy()
     for i in np.flatnonzero(visible):
@@ -46,7 +37,7 @@ def asks_in_a_loop_and_counts_after(searched, found, visible, matched, min_searc
     return s, m, gone
 
 
-@wrong("19.3", "At least.* min_search: >=")
+@answer_to("19.3", hint="At least.* min_search: >=")
 def too_patient_by_one(searched, found, visible, matched, min_search, min_ratio):
     s, m = searched + visible, found + matched
     return s, m, [i for i in range(len(s)) if visible[i] and s[i] > min_search and m[i] < min_ratio * s[i]]
@@ -55,8 +46,11 @@ def too_patient_by_one(searched, found, visible, matched, min_search, min_ratio)
 # --- 19.4 a path beside GPS ---
 
 
-@wrong("19.4", "order of fixes")
+@answer_to("19.4", hint="order of fixes")
 def sorted_in_place(t, path, fixes, share):
     d = gps_error(t, path, fixes, share)[0]
     d.sort()
     return d, np.sqrt(np.mean(d[: int(share * len(d))] ** 2))
+
+
+test_the_check_is_right_about_it = check_of(__name__)

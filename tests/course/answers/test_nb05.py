@@ -1,9 +1,7 @@
-"""Answers to the exercises of notebook 05 that are in no list of the package: wrong ones and odd right ones."""
+"""Answers to the exercises of notebook 05 that are in no list of the package: wrong ones, and odd right ones."""
 
 import numpy as np
-import pytest
 
-from ekfslam_tutorial.course import registry
 from ekfslam_tutorial.course.exercises.nb04_inverse import inverse_observation
 from ekfslam_tutorial.course.exercises.nb05_augment import augment
 from ekfslam_tutorial.course.exercises.nb05_correct import correct
@@ -12,18 +10,7 @@ from ekfslam_tutorial.course.exercises.nb05_observe import observe
 from ekfslam_tutorial.course.exercises.nb05_predict import predict
 from ekfslam_tutorial.geometry import wrap
 
-ANSWERS = []
-
-
-def answer_to(id, right=False):
-    """Collect an answer: its exercise, and whether it is right."""
-
-    def collect(function):
-        ANSWERS.append(pytest.param(id, right, function, id=f"{id}: {function.__name__}"))
-        return function
-
-    return collect
-
+from .collector import answer_to, check_of
 
 # --- 05.1 ---
 
@@ -253,11 +240,4 @@ def known_ones_by_uncertainty_ids_as_a_tuple(x, P, ids, u, U, seen, ys, R):
     return x, P, out
 
 
-@pytest.mark.parametrize(("id", "right", "answer"), ANSWERS)
-def test_the_check_is_right_about_it(id, right, answer):
-    verdict = registry.get(id).judge(answer)
-    if right:
-        assert verdict.passed, f"{verdict.link}: {verdict.message}"
-    else:
-        assert verdict.status == "failed"
-        assert verdict.hint and verdict.message
+test_the_check_is_right_about_it = check_of(__name__)

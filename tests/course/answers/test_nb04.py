@@ -1,26 +1,13 @@
-"""Answers to the exercises of notebook 04 that are in no list of the package: wrong ones and odd right ones."""
+"""Answers to the exercises of notebook 04 that are in no list of the package: wrong ones, and odd right ones."""
 
 import numpy as np
-import pytest
 
-from ekfslam_tutorial.course import registry
 from ekfslam_tutorial.course.exercises.nb04_blocks import new_blocks
 from ekfslam_tutorial.course.exercises.nb04_effect import effect_on
 from ekfslam_tutorial.course.exercises.nb04_inverse import inverse_observation
 from ekfslam_tutorial.course.exercises.nb04_moved import moved
 
-ANSWERS = []
-
-
-def answer_to(id, right=False):
-    """Collect an answer: its exercise, and whether it is right."""
-
-    def collect(function):
-        ANSWERS.append(pytest.param(id, right, function, id=f"{id}: {function.__name__}"))
-        return function
-
-    return collect
-
+from .collector import answer_to, check_of
 
 # --- 04.1 ---
 
@@ -229,11 +216,4 @@ def one_number_after_the_other(P, H, R, b):
     return (Q @ H.T @ np.linalg.inv(R))[b], Q[b, b]
 
 
-@pytest.mark.parametrize(("id", "right", "answer"), ANSWERS)
-def test_the_check_is_right_about_it(id, right, answer):
-    verdict = registry.get(id).judge(answer)
-    if right:
-        assert verdict.passed, f"{verdict.link}: {verdict.message}"
-    else:
-        assert verdict.status == "failed"
-        assert verdict.hint and verdict.message
+test_the_check_is_right_about_it = check_of(__name__)

@@ -1,4 +1,4 @@
-"""Answers to the exercises of notebook 12 that are in no list of the package."""
+"""Answers to the exercises of notebook 12 that are in no list of the package: wrong ones, and odd right ones."""
 
 import numpy as np
 import scipy.optimize
@@ -9,47 +9,38 @@ from ekfslam_tutorial.course.exercises.nb12_pin_hole import pin_hole
 from ekfslam_tutorial.course.exercises.nb12_undistort import undistort
 from ekfslam_tutorial.course.exercises.nb12_visible import visible
 
-from .probes import Probes, judged_rightly
-
-probes = Probes()
-wrong, right = probes.wrong, probes.right
-
-
-@probes.each
-def test_the_check_is_right_about_it(id, says, answer):
-    judged_rightly(id, says, answer)
-
+from .collector import answer_to, check_of
 
 # --- 12.1 distort ---
 
 
-@wrong("12.1", "UD_d.*column|2 rows")
+@answer_to("12.1", hint="UD_d.*column|2 rows")
 def one_row_for_each_of_d(up, d):
     ud, UD_up, UD_d = distort(up, d)
     return ud, UD_up, UD_d.T
 
 
-@wrong("12.1", "d may have any length|IndexError")
+@answer_to("12.1", hint="d may have any length|IndexError")
 def always_two_numbers_in_d(up, d):
     r2 = up @ up
     f = 1 + d[0] * r2 + d[1] * r2**2
     return f * up, f * np.eye(2) + 2 * (d[0] + 2 * d[1] * r2) * np.outer(up, up), np.outer(up, [r2, r2**2])
 
 
-@wrong("12.1", "r = .up|the point")
+@answer_to("12.1", hint="r = .up|the point")
 def sum_for_the_length(up, d):
     _, UD_up, UD_d = distort(up, d)
     return up * (1 + abs(up.sum()) ** (2 * np.arange(1, len(d) + 1)) @ d), UD_up, UD_d
 
 
-@wrong("12.1", "UD_up")
+@answer_to("12.1", hint="UD_up")
 def derivative_by_r_for_that_by_r2(up, d):
     ud, _, UD_d = distort(up, d)
     k, r = np.arange(1, len(d) + 1), np.linalg.norm(up)
     return ud, (1 + r ** (2 * k) @ d) * np.eye(2) + (2 * k * r ** (2 * k - 1)) @ d * np.outer(up, up), UD_d
 
 
-@wrong("12.1", r"up = \[0, 0\]|UD_up")
+@answer_to("12.1", hint=r"up = \[0, 0\]|UD_up")
 def divided_by_r(up, d):
     ud, _, UD_d = distort(up, d)
     k, r = np.arange(1, len(d) + 1), np.linalg.norm(up)
@@ -57,14 +48,14 @@ def divided_by_r(up, d):
     return ud, (1 + r ** (2 * k) @ d) * np.eye(2) + (2 * k * r ** (2 * k)) @ d * np.outer(e, e), UD_d
 
 
-@wrong("12.1", "changes its input")
+@answer_to("12.1", hint="changes its input")
 def bent_in_place(up, d):
     _, UD_up, UD_d = distort(up, d)
     up *= 1 + (up @ up) ** np.arange(1, len(d) + 1) @ d
     return up, UD_up, UD_d
 
 
-@right("12.1")
+@answer_to("12.1", right=True)
 def horner(up, d):
     r2, f, g = up[0] ** 2 + up[1] ** 2, 0.0, 0.0
     for di in [*d[::-1], 1.0]:
@@ -75,7 +66,7 @@ def horner(up, d):
     return [f * c for c in up], J, np.reshape(columns, (2, len(d)))
 
 
-@right("12.1")
+@answer_to("12.1", right=True)
 def complex_step(up, d):
     def g(p):
         return p * (1 + sum(di * (p[0] ** 2 + p[1] ** 2) ** (i + 1) for i, di in enumerate(d)))
@@ -87,47 +78,47 @@ def complex_step(up, d):
 # --- 12.2 pin_hole ---
 
 
-@wrong("12.2", "no distortion|pixel")
+@answer_to("12.2", hint="no distortion|pixel")
 def whole_pixels(p, k, d):
     u, *J = pin_hole(p, k, d)
     return np.round(u), *J
 
 
-@wrong("12.2", "U_p")
+@answer_to("12.2", hint="U_p")
 def points_by_pixels(p, k, d):
     u, U_p, U_k, U_d = pin_hole(p, k, d)
     return u, U_p.T, U_k, U_d
 
 
-@wrong("12.2", "U_k")
+@answer_to("12.2", hint="U_k")
 def u_and_v_of_k_swapped(p, k, d):
     u, U_p, U_k, U_d = pin_hole(p, k, d)
     return u, U_p, U_k[::-1], U_d
 
 
-@wrong("12.2", "U_d")
+@answer_to("12.2", hint="U_d")
 def U_d_at_the_ideal_point_only(p, k, d):
     u, U_p, U_k, U_d = pin_hole(p, k, d)
     return u, U_p, U_k, U_d / (1 + d.sum())
 
 
-@wrong("12.2", "any depth.*each z")
+@answer_to("12.2", hint="any depth.*each z")
 def not_nearer_than_a_tenth_of_a_metre(p, k, d):
     return pin_hole(np.array([p[0], p[1], max(p[2], 0.1)]), k, d)
 
 
-@wrong("12.2", "U_p")
+@answer_to("12.2", hint="U_p")
 def U_p_without_the_sign_of_the_depth(p, k, d):
     u, U_p, U_k, U_d = pin_hole(p, k, d)
     return u, U_p * np.sign(p[2]), U_k, U_d
 
 
-@wrong("12.2", "return u, U_p, U_k, U_d|4 results|shapes")
+@answer_to("12.2", hint="return u, U_p, U_k, U_d|4 results|shapes")
 def the_pixel_only(p, k, d):
     return pin_hole(p, k, d)[0]
 
 
-@right("12.2")
+@answer_to("12.2", right=True)
 def homogeneous(p, k, d):
     u0, v0, au, av = k
     ud, UD_up, UD_d = distort(np.divide(p, p[2])[:2], d)
@@ -136,7 +127,7 @@ def homogeneous(p, k, d):
     return C @ [*ud, 1], C[:, :2] @ UD_up @ UP_p, [[1, 0, ud[0], 0], [0, 1, 0, ud[1]]], C[:, :2] @ UD_d
 
 
-@right("12.2")
+@answer_to("12.2", right=True)
 def by_five_point_differences(p, k, d):
     g = lambda p, k, d: pin_hole(p, k, d)[0]
     args, out = [p, k, d], [g(p, k, d)]
@@ -151,38 +142,38 @@ def by_five_point_differences(p, k, d):
 # --- 12.3 visible ---
 
 
-@wrong("12.3", "ahead|z > 0|behind|front")
+@answer_to("12.3", hint="ahead|z > 0|behind|front")
 def nothing_nearer_than_half_a_metre(p, u, size, fold):
     return visible(p, u, size, fold) & (p[:, 2] > 0.5)
 
 
-@wrong("12.3", "fold")
+@answer_to("12.3", hint="fold")
 def the_fold_in_pixels(p, u, size, fold):
     return visible(p, u, size, np.inf) & (np.linalg.norm(u - size / 2, axis=1) < fold * size[0])
 
 
-@wrong("12.3", "truth value|shape|one")
+@answer_to("12.3", hint="truth value|shape|one")
 def one_answer_for_all(p, u, size, fold):
     return bool(visible(p, u, size, fold).all())
 
 
-@wrong("12.3", "shape|truth value|one")
+@answer_to("12.3", hint="shape|truth value|one")
 def the_numbers_of_those_seen(p, u, size, fold):
     return np.flatnonzero(visible(p, u, size, fold))
 
 
-@wrong("12.3", "ambiguous|&|truth value")
+@answer_to("12.3", hint="ambiguous|&|truth value")
 def joined_with_and(p, u, size, fold):
     return p[:, 2] > 0 and np.all(u >= 0, axis=1) and np.all(u <= size, axis=1)
 
 
-@wrong("12.3", "truth value")
+@answer_to("12.3", hint="truth value")
 def conditions_counted(p, u, size, fold):
     r = np.hypot(p[:, 0], p[:, 1]) / np.abs(p[:, 2])
     return 1 * (p[:, 2] > 0) + np.all((u >= 0) & (u <= size), axis=1) + (r < fold)
 
 
-@right("12.3")
+@answer_to("12.3", right=True)
 def one_after_the_other(p, u, size, fold):
     seen = []
     for (x, y, z), (a, b) in zip(p, u, strict=True):
@@ -190,7 +181,7 @@ def one_after_the_other(p, u, size, fold):
     return seen
 
 
-@right("12.3")
+@answer_to("12.3", right=True)
 def product_of_zeros_and_ones(p, u, size, fold):
     angle = np.arctan2(np.linalg.norm(p[:, :2], axis=1), p[:, 2])  # more than a right angle behind the camera
     return np.prod([angle < np.arctan(fold), *(u.T >= 0), *(u <= size).T], axis=0)
@@ -199,32 +190,32 @@ def product_of_zeros_and_ones(p, u, size, fold):
 # --- 12.4 proj_euc_pnt ---
 
 
-@wrong("12.4", "U_l")
+@answer_to("12.4", hint="U_l")
 def the_point_moves_like_the_robot(Rf, Sf, k, d, l):
     u, U_r, U_s, U_k, U_d, _ = proj_euc_pnt(Rf, Sf, k, d, l)
     return u, U_r, U_s, U_k, U_d, U_r[:, :3]
 
 
-@wrong("12.4", "U_s")
+@answer_to("12.4", hint="U_s")
 def frame_of_the_camera_in_the_world(Rf, Sf, k, d, l):
     u, U_r, _, U_k, U_d, U_l = proj_euc_pnt(Rf, Sf, k, d, l)
     ls, LS_c, _ = Rf.compose(Sf)[0].to_frame(l)
     return u, U_r, pin_hole(ls, k, d)[1] @ LS_c, U_k, U_d, U_l
 
 
-@wrong("12.4", "U_r")
+@answer_to("12.4", hint="U_r")
 def the_robot_does_not_turn(Rf, Sf, k, d, l):
     u, U_r, *rest = proj_euc_pnt(Rf, Sf, k, d, l)
     return u, np.hstack([U_r[:, :3], np.zeros((2, 4))]), *rest
 
 
-@wrong("12.4", "U_k|U_d|shape|[Ss]ix")
+@answer_to("12.4", hint="U_k|U_d|shape|[Ss]ix")
 def the_order_of_the_arguments(Rf, Sf, k, d, l):
     u, U_r, U_s, U_k, U_d, U_l = proj_euc_pnt(Rf, Sf, k, d, l)
     return u, U_l, U_r, U_s, U_k, U_d
 
 
-@right("12.4")
+@answer_to("12.4", right=True)
 def by_the_composed_frame(Rf, Sf, k, d, l):
     C, C_r, C_s = Rf.compose(Sf)
     ls, LS_c, LS_l = C.to_frame(l)
@@ -232,7 +223,7 @@ def by_the_composed_frame(Rf, Sf, k, d, l):
     return u, U_ls @ LS_c @ C_r, U_ls @ LS_c @ C_s, U_k, U_d, U_ls @ LS_l
 
 
-@right("12.4")
+@answer_to("12.4", right=True)
 def the_point_moves_against_the_robot(Rf, Sf, k, d, l):
     u, U_r, U_s, U_k, U_d, _ = proj_euc_pnt(Rf, Sf, k, d, l)
     return [u.tolist(), U_r.tolist(), U_s.tolist(), U_k, U_d, -U_r[:, :3]]
@@ -241,7 +232,7 @@ def the_point_moves_against_the_robot(Rf, Sf, k, d, l):
 # --- 12.5 undistort ---
 
 
-@wrong("12.5", "there and back|fold|steps|round trip")
+@answer_to("12.5", hint="there and back|fold|steps|round trip")
 def six_divisions(ud, d):
     up = ud.copy()
     for _ in range(6):
@@ -249,7 +240,7 @@ def six_divisions(ud, d):
     return up, np.linalg.inv(distort(up, d)[1])
 
 
-@wrong("12.5", "there and back|round trip")
+@answer_to("12.5", hint="there and back|round trip")
 def a_series(ud, d):
     d2, d4 = [*d, 0, 0][:2]
     r2 = ud @ ud
@@ -257,19 +248,19 @@ def a_series(ud, d):
     return up, np.linalg.inv(distort(up, d)[1])
 
 
-@wrong("12.5", "there and back|ideal|one answer|steps")
+@answer_to("12.5", hint="there and back|ideal|one answer|steps")
 def the_largest_root(ud, d):
     up = _along_the_radius(ud, d, max)
     return up, np.linalg.inv(distort(up, d)[1])
 
 
-@wrong("12.5", r"\[0, 0\]")
+@answer_to("12.5", hint=r"\[0, 0\]")
 def direction_of_nothing(ud, d):
     up = np.linalg.norm(undistort(ud, d)[0]) * ud / np.linalg.norm(ud)
     return up, undistort(ud, d)[1]
 
 
-@wrong("12.5", "UP_ud")
+@answer_to("12.5", hint="UP_ud")
 def inverse_to_first_order(ud, d):
     up, _ = undistort(ud, d)
     return up, 2 * np.eye(2) - distort(up, d)[1]
@@ -286,21 +277,24 @@ def _along_the_radius(ud, d, which):
     return ud / rd * which(z.real for z in roots if abs(z.imag) < 1e-9 and z.real > 0)
 
 
-@right("12.5")
+@answer_to("12.5", right=True)
 def roots_of_a_polynomial(ud, d):
     up = _along_the_radius(ud, d, min)
     return up, np.linalg.inv(distort(up, d)[1])
 
 
-@right("12.5")
+@answer_to("12.5", right=True)
 def solved_by_scipy(ud, d):
     up = scipy.optimize.fsolve(lambda up: distort(up, d)[0] - ud, ud, xtol=1e-13)
     return up, np.linalg.pinv(distort(up, d)[1]).tolist()
 
 
-@right("12.5")
+@answer_to("12.5", right=True)
 def three_hundred_divisions(ud, d):
     up = 1.0 * ud
     for _ in range(300):
         up = ud / (1 + sum(di * (up @ up) ** (i + 1) for i, di in enumerate(d)))
     return up, np.linalg.solve(distort(up, d)[1], np.eye(2))
+
+
+test_the_check_is_right_about_it = check_of(__name__)
