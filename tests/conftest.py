@@ -3,6 +3,8 @@
 import os
 import shutil
 import signal
+import subprocess
+import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -10,6 +12,7 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 # What a shell starts in the background ignores Ctrl-C, and so do its children: the tests of Ctrl-C could not work.
@@ -68,3 +71,25 @@ def chromium():
 def rng():
     """A random generator that starts anew, with the same seed, in each test."""
     return np.random.default_rng(20260401)
+
+
+@pytest.fixture
+def ekfslam_process():
+    """Return a function that starts `ekfslam` with these words in a process of its own, its output in pipes.
+
+    What still runs at the end of the test is killed, with all that it started.
+    """
+    processes = []
+
+    def start(*words, **environment):
+        command = [sys.executable, "-m", "ekfslam_tutorial", *map(str, words)]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        processes.append(subprocess.Popen(command, **pipes, text=True, env=os.environ | environment))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        if process.poll() is None:
+            for one in [*psutil.Process(process.pid).children(recursive=True), process]:
+                one.kill()
+        process.communicate()

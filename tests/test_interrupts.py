@@ -1,11 +1,9 @@
 """Ctrl-C in long work: one line, exit code 130, and a word on how to go on."""
 
 import signal
-import subprocess
 import sys
 import time
 
-import psutil
 import pytest
 
 from ekfslam_tutorial.cli import main
@@ -13,36 +11,49 @@ from ekfslam_tutorial.cli import main
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one child process")
 
 
-def started(*words):
-    command = [sys.executable, "-m", "ekfslam_tutorial", *map(str, words)]
-    return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-
-def wait_until(true, seconds=60):
-    end = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < end, "it did not come so far"
+def wait_for(path, process):
+    """Wait until a process has written a file, however busy the computer is."""
+    while not path.exists():
+        assert process.poll() is None, process.stderr.read()
         time.sleep(0.05)
 
 
-def test_slides_that_are_being_run(tmp_path):
-    target = tmp_path / "talk.html"
-    run = started("lecture", "03", "--run", "--slides", target)
-    wait_until(lambda: psutil.Process(run.pid).children())
-    time.sleep(2)  # the kernel starts, or a cell runs: nbclient has another error for each
+# IPython runs this file when the kernel starts: there it waits, or in the first cell.
+MOMENTS = {
+    "the kernel starts": "begun()",
+    "a cell runs": "get_ipython().events.register('pre_run_cell', begun)",
+}
+BEGUN = """
+def begun(*_):
+    import pathlib, time
+    pathlib.Path({path!r}).touch()
+    time.sleep(3600)
+
+"""
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_slides_that_are_being_run(moment, tmp_path, ekfslam_process):
+    """nbclient has another error for each moment."""
+    startup, out, here = tmp_path / "profile_default" / "startup", tmp_path / "out", tmp_path / "here"
+    startup.mkdir(parents=True), out.mkdir()
+    (startup / "waits.py").write_text(BEGUN.format(path=str(here)) + MOMENTS[moment])
+    run = ekfslam_process("lecture", "03", "--run", "--slides", out / "talk.html", IPYTHONDIR=str(tmp_path))
+    wait_for(here, run)
     run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=60)
-    assert err.endswith("ekfslam lecture: stopped\n") and out == "" and run.returncode == 130
+    said, err = run.communicate()
+    assert err.endswith("ekfslam lecture: stopped\n") and said == "" and run.returncode == 130
     assert "nbclient" not in err  # a kernel that is stopped while it starts may have its own last words
-    assert not list(tmp_path.iterdir())
+    assert not list(out.iterdir())
 
 
-def test_a_run_that_is_kept_says_how_to_go_on(tmp_path, capsys):
-    words = ["run", "range_bearing_2d", "--set", "time.last=100000", "--checkpoint", "20", "--out", str(tmp_path)]
-    run = started(*words)
-    wait_until((tmp_path / "checkpoint.npz").exists)
+def test_a_run_that_is_kept_says_how_to_go_on(tmp_path, capsys, ekfslam_process):
+    """The first checkpoint is the moment; without the signal the run would take minutes."""
+    words = ["range_bearing_2d", "--checkpoint", "20", "--out", str(tmp_path)]
+    run = ekfslam_process("run", *words, "--set", "time.last=1000000")
+    wait_for(tmp_path / "checkpoint.npz", run)
     run.send_signal(signal.SIGINT)
-    _, err = run.communicate(timeout=60)
+    _, err = run.communicate()
     assert run.returncode == 130 and "--resume goes on" in err
-    assert main(["run", "range_bearing_2d", "--set", "time.last=30", "--checkpoint", "20", "--out", str(tmp_path)]) == 0
+    assert main(["run", *words, "--set", "time.last=30"]) == 0
     assert "of an earlier run is written over; --resume would go on with it" in capsys.readouterr().err

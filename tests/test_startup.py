@@ -27,10 +27,17 @@ def test_the_package_itself_imports_nothing():
 
 
 def test_the_package_is_there_at_once():
-    """It takes 1 ms here; asked are 0.3 s. The least of three, since others use the machine as well."""
-    clock = "import time; t = time.perf_counter(); import ekfslam_tutorial; print(time.perf_counter() - t)"
-    runs = [subprocess.run([sys.executable, "-c", clock], capture_output=True, text=True, check=True) for _ in range(3)]
-    assert min(float(run.stdout) for run in runs) < 0.3
+    """It takes 1 ms here; asked are 0.3 s, of the processor: other programs do not count."""
+    clock = "import time; t = time.process_time(); import ekfslam_tutorial; print(time.process_time() - t)"
+    run = subprocess.run([sys.executable, "-c", clock], capture_output=True, text=True, check=True)
+    assert float(run.stdout) < 0.3
+
+
+def test_the_version_is_told_at_once():
+    """The command imports nothing heavy before it knows what is asked."""
+    code = "import sys; sys.argv = ['ekfslam', '--version']\nfrom ekfslam_tutorial.cli import main\n"
+    brought = loaded(f"{code}try: main()\nexcept SystemExit: pass")
+    assert "ekfslam_tutorial.cli.main" in brought and brought & {"numpy", "scipy", "matplotlib", "IPython"} == set()
 
 
 @pytest.mark.parametrize("code", ["from ekfslam_tutorial import slam, toolbox", NOTEBOOK], ids=["core", "notebook"])

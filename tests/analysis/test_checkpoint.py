@@ -17,7 +17,8 @@ from ekfslam_tutorial.toolbox import UserData, universal_slam
 from ekfslam_tutorial.toolbox.files import value_file
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "data" / "scenarios"
-INSTANTS = 50
+INSTANTS, FREE = 50, 3
+FRAMES = 500  # more than all instants together may bring
 # Everything that a run can have in its map: poses, velocities, frames of sensors, landmarks that change their type,
 # landmarks that are known, that are deleted, first estimates, one triangle, far states.
 CASES = {
@@ -84,13 +85,15 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_end(tmp_path):
     whole.mkdir(), stopped.mkdir()
     drive(whole)
     for _ in range(INSTANTS):
-        begun, tell = fresh.Pipe(duplex=False)
-        child = fresh.Process(target=drive, args=(stopped, 0.002, tell))
+        here, there = fresh.Pipe()
+        child = fresh.Process(target=drive, args=(stopped, there))
         child.start()
-        tell.close()  # so that there is an end to read if it fails
-        for _ in range(rng.integers(1, 7)):  # frames, not seconds: it comes on however busy the computer is
-            begun.recv()
-        time.sleep(rng.uniform(0.0, 0.01))  # from here on it is hit at any moment of three frames or so
+        there.close()  # so that there is an end to read if it fails
+        frames = rng.integers(1, 7)  # frames, not seconds: it comes on however busy the computer is
+        here.send(frames + FREE)  # nor does it get to its end before the blow
+        for _ in range(frames):
+            here.recv()
+        time.sleep(rng.uniform(0.0, 0.01))  # it is hit at any moment of these frames, or a little later
         child.kill()
         child.join()
         assert child.exitcode == -signal.SIGKILL  # it was still running
@@ -101,19 +104,25 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_end(tmp_path):
     assert (stopped / "end.bin").read_bytes() == (whole / "end.bin").read_bytes()
 
 
-def drive(folder, pause=0.0, tell=None):
-    """A run of the lecture's world that keeps itself every third frame and writes its end. Goes on if it can."""
-    data, recording = source(scenario("range_bearing_2d", 500))
+def drive(folder, parent=None):
+    """A run of the lecture's world that keeps itself every third frame and writes its end. Goes on if it can.
+
+    A parent sends how many frames to make; it is told of each. After them, this process waits to be killed.
+    """
+    data, recording = source(scenario("range_bearing_2d", FRAMES))
     kept, history = folder / "checkpoint.npz", History()
     state = resume(kept, data, recording, history) if kept.exists() else None
     run = universal_slam(data, recording, resume=state)
     keeper = Checkpoint(kept, data, recording, history, every=3, n_frames=len(run))
+    left = parent.recv() if parent else FRAMES
     for s in run:
-        if tell is not None:
-            tell.send(s.k)
+        if parent:
+            parent.send(s.k)
         history.add(s)
         keeper.add(s)
-        time.sleep(pause)
+        left -= 1
+        if parent and left == 0:
+            parent.recv()
     (folder / "end.bin").write_bytes(repr(bits(history)).encode())
 
 

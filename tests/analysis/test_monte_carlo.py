@@ -171,17 +171,41 @@ def test_stopped_and_resumed_is_as_if_it_had_not_been_stopped(table, tmp_path, m
     assert [p.name for p in tmp_path.iterdir()] == ["runs.npz"]
 
 
-def test_a_signal_keeps_what_other_threads_have_done(tmp_path):
-    """A real Ctrl-C while an executor is at work."""
-    data, path = scenario(SLOW, time={"dt": 0.5, "last": 40}), tmp_path / "runs.npz"
-    timer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+@pytest.mark.parametrize("looked", [True, False], ids=["taken", "not taken yet"])
+def test_a_signal_keeps_what_other_threads_have_done(looked, tmp_path, monkeypatch):
+    """Ctrl-C when three runs are done and the fourth is at work, whether or not their results have been looked at."""
+    data, path = scenario(SLOW), tmp_path / "runs.npz"
+    at_work, stopped, score, taken = threading.Event(), threading.Event(), run_scores.score_block, []
+
+    def score_block(*block):
+        """The fourth run ends after the signal has been answered."""
+        if block[1][0] == seeds[3]:
+            at_work.set()
+            stopped.wait()
+        return score(*block)
+
+    def ctrl_c(futures):
+        """The main thread waits for results here: the signal meets it before the first, or after the third."""
+        for future in as_completed(futures) if looked else ():
+            yield future
+            taken.append(future)
+            if len(taken) == 3:
+                break
+        at_work.wait()
+        signal.raise_signal(signal.SIGINT)
+        raise AssertionError("the signal was not heard")
+
+    seeds, as_completed = run_seeds(data.seed, 30), module.as_completed
+    monkeypatch.setattr(module, "score_block", score_block)
+    monkeypatch.setattr(module, "as_completed", ctrl_c)
     with ThreadPoolExecutor(1) as one:
-        timer.start()
-        part = monte_carlo(data, 300, one, path=path)
-    assert 0 < len(part.runs) < 300 and not part.complete
-    some = monte_carlo(data, len(part.runs))
-    assert np.array_equal(part.position, some.position[: len(part.runs)])
-    assert len(series.read(path)[1]) == len(part.runs)
+        try:
+            part = monte_carlo(data, 30, one, path=path)
+        finally:
+            stopped.set()
+    assert list(part.runs) == [0, 1, 2] and not part.complete and len(taken) == (3 if looked else 0)
+    assert np.array_equal(part.position, monte_carlo(data, 3).position)
+    assert len(series.read(path)[1]) == 3
 
 
 def test_before_the_first_run_ctrl_c_is_ctrl_c(monkeypatch):
