@@ -30,21 +30,21 @@ def name(pair):
 
 @every
 def test_the_solution_passes_quickly(exercise):
-    started = time.perf_counter()
+    started = time.process_time()
     verdict = exercise.judge(exercise.reference)
     assert verdict.passed, f"{verdict.link}: {verdict.message}"
-    assert time.perf_counter() - started < 1.0  # the limit for a student, who may be slower, is 1.5 s
+    assert time.process_time() - started < 1.0  # the limit for a student, who may be slower, is 1.5 s
 
 
 @pytest.mark.parametrize("pair", WRONG, ids=name)
 def test_a_misconception_is_rejected_with_its_own_hint(pair):
     exercise, misconception = pair
-    started = time.perf_counter()
+    started = time.process_time()
     verdict = exercise.judge(misconception.answer)
     assert verdict.status == "failed", f"{verdict.status}"
     assert verdict.misconception == misconception.name, f"{verdict.link}: {verdict.message}"
     assert verdict.hint == misconception.hint
-    assert time.perf_counter() - started < 2.0
+    assert time.process_time() - started < 2.0
 
 
 @pytest.mark.parametrize("pair", RIGHT, ids=name)
