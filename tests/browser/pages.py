@@ -26,3 +26,15 @@ def place(page, key):
     box = map_of(page).bounding_box()
     x, y = page.evaluate("key => { const i = player.scene.items.find(i => i.key === key); return [i.x, i.y] }", key)
     return box["x"] + x, box["y"] + y
+
+
+def resize(page, width, height):
+    """Give the window another size, and wait until the page has heard of it and has been laid out anew."""
+    page.set_viewport_size({"width": width, "height": height})
+    page.evaluate(
+        """async ([width, height]) => {
+            while (innerWidth !== width || innerHeight !== height) await new Promise(requestAnimationFrame)
+            for (const _ of [1, 2]) await new Promise(requestAnimationFrame)
+        }""",
+        [width, height],
+    )

@@ -14,11 +14,11 @@ import pytest
 from ekfslam_tutorial.course import registry
 from ekfslam_tutorial.course.build import exercise_cells
 
-from .conftest import ROOT, START_S
+from .conftest import ROOT, RUN_S, START_S
+from .pages import resize
 
 ALL = sorted(path.name for path in (ROOT / "notebooks").glob("*.ipynb"))
 NOTEBOOKS = ALL if os.environ.get("EKFSLAM_BROWSER") == "all" else [n for n in ALL if n[:2] in ("02", "05", "14")]
-RUN_S = 240
 
 # A wrong answer to an exercise: what to change in the solution.
 WRONG = {
@@ -52,9 +52,9 @@ TEXT_OF_CELL = "i => window.jupyterapp.shell.currentWidget.content.widgets[i].ou
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_a_notebook_in_the_browser(lab, page, name):
     folder, url = lab
-    page.set_viewport_size({"width": 1400, "height": 1000})
+    resize(page, 1400, 1000)
     page.goto(url(name))
-    page.wait_for_selector(".jp-Notebook .jp-Cell", timeout=1000 * START_S)
+    page.wait_for_selector(".jp-Notebook .jp-Cell")
     page.evaluate(RUN_ALL)
 
     nb = nbformat.read(folder / name, as_version=4)
@@ -96,7 +96,7 @@ def move_a_slider(page, nb):
     if run.count():
         run.click()
     changed = "([panel, src]) => panel.querySelector('img')?.src !== src"
-    page.wait_for_function(changed, arg=[panel.element_handle(), before], timeout=20_000)
+    page.wait_for_function(changed, arg=[panel.element_handle(), before])
 
 
 def give_answers(page, nb):
@@ -123,7 +123,7 @@ def answer(page, i, text):
     page.keyboard.press("Shift+Enter")
     page.keyboard.press("Shift+Enter")
     done = f"([i, before]) => ({COUNT_OF_CELL})(i) > before && ({TEXT_OF_CELL})(i).includes(']')"
-    page.wait_for_function(done, arg=[i + 1, before], timeout=30_000)
+    page.wait_for_function(done, arg=[i + 1, before])
     return " ".join(page.evaluate(TEXT_OF_CELL, i + 1).split())
 
 

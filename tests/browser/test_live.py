@@ -7,10 +7,11 @@ from urllib.parse import urlsplit
 import nbformat
 import pytest
 
-from .conftest import ROOT, START_S, foreign
+from .conftest import ROOT, RUN_S, START_S, foreign
+from .pages import resize
 from .test_lab import RUN_ALL
 
-pytestmark = [pytest.mark.browser, pytest.mark.timeout(START_S + 120)]
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(START_S + RUN_S)]
 FRAMES_PER_SECOND = 20  # at least, with 70 landmarks
 
 # All 70 landmarks are seen, mapped and measured in every frame.
@@ -44,10 +45,10 @@ def notebook(cells):
 def test_the_live_view_shows_the_run_as_it_goes(lab, page, capsys):
     pytest.importorskip("anywidget", reason="the package anywidget is not installed")
     folder, url = lab
-    page.set_viewport_size({"width": 1400, "height": 1000})
+    resize(page, 1400, 1000)
     nbformat.write(notebook(CELLS), folder / "live.ipynb")
     page.goto(url("live.ipynb"))
-    page.wait_for_selector(".jp-Notebook .jp-Cell", timeout=1000 * START_S)
+    page.wait_for_selector(".jp-Notebook .jp-Cell")
     page.evaluate(f"() => {{ window.done = ({RUN_ALL})() }}")
     page.evaluate(SEE_STATES)
     page.evaluate("() => window.done")
@@ -105,7 +106,7 @@ def best_second(times):
 def test_a_stored_notebook_as_a_static_page(page, tmp_path):
     """`jupyter nbconvert --to html` of a notebook as it is stored: no kernel, no server, no network, and it plays."""
     command = [sys.executable, "-m", "nbconvert", "--to", "html", "--log-level=ERROR", f"--output-dir={tmp_path}"]
-    subprocess.run([*command, str(ROOT / "notebooks" / "05_range_bearing_ekf_slam.ipynb")], check=True, timeout=60)
+    subprocess.run([*command, str(ROOT / "notebooks" / "05_range_bearing_ekf_slam.ipynb")], check=True)
 
     from_player = []
     page.on("request", lambda r: from_player.append(r.url) if r.frame.parent_frame and foreign(r.url) else None)

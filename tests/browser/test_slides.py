@@ -6,6 +6,8 @@ import pytest
 
 from ekfslam_tutorial.course import build, slides
 
+from .pages import resize
+
 PATHS = sorted(build.notebooks_folder().glob("*.ipynb"))
 LETTERS_PX = 20  # of running text, on 720 lines; code is smaller
 PICTURE_PX = 380  # height; of a stage of 720
@@ -62,5 +64,5 @@ def test_keys_and_the_folded_code(page, tmp_path):
     assert not code.is_visible()
     page.locator("section.now summary").click()
     assert code.is_visible()
-    page.set_viewport_size({"width": 1920, "height": 1200})
+    resize(page, 1920, 1200)
     assert page.locator("#deck").bounding_box()["width"] == pytest.approx(1920, abs=1)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+PATIENCE_MS = 200_000  # for what must come in a page; beside eight other programs it may take long
 
 
 @pytest.fixture(scope="session")
@@ -47,6 +48,7 @@ def visit(chromium, address):
 
     def visit(name, width=1280, height=720, wait=True):
         context = chromium.new_context(viewport={"width": width, "height": height})
+        context.set_default_timeout(PATIENCE_MS)
         contexts.append(context)
         page = context.new_page()
         page.on("pageerror", lambda error: wrong.append(f"{name}: {error}"))
