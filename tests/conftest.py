@@ -93,3 +93,28 @@ def ekfslam_process():
             for one in [*psutil.Process(process.pid).children(recursive=True), process]:
                 one.kill()
         process.communicate()
+
+
+LONG_FIRST = (
+    "course/test_notebooks.py",
+    "course/test_widgets.py",
+    "datasets/test_mrclam_real.py",
+    "course/test_bent_answers.py",
+    "course/test_exercises.py",
+    "course/test_nbgrader.py",
+    "test_cli.py",
+    "analysis/",
+    "browser/test_lab.py",
+    "site/",
+)
+"""What takes longest, half a minute or more: workers begin with it, so that none waits for another at the end."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Put the longest files first; else the order stays."""
+
+    def place(item):
+        return next((i for i, name in enumerate(LONG_FIRST) if f"tests/{name}" in item.nodeid), len(LONG_FIRST))
+
+    items.sort(key=place)
