@@ -1,15 +1,19 @@
 """The notebooks themselves: stubs, solutions, pictures and language, as every notebook of the course has them."""
 
 import ast
+import contextlib
+import io
 import itertools
 import json
 import re
+import subprocess
+import sys
 import types
 
 import matplotlib.pyplot as plt
 import pytest
 
-from ekfslam_tutorial.course import build, registry
+from ekfslam_tutorial.course import build, fleet, logbook, registry
 from ekfslam_tutorial.course.exercise import Exercise
 from ekfslam_tutorial.course.quiz import Quiz
 
@@ -116,53 +120,118 @@ def test_a_notebook_with_a_lost_check_is_refused():
 # --- running it, with answers of all kinds ---
 
 
-def run(path, monkeypatch, answer_of):
-    """Run the code cells of a notebook in this process; `answer_of(exercise)` takes the student's place.
+class Book:
+    """A notebook that is being run in this process, in one namespace, as by a student who answers again and again.
 
-    Returns
-    -------
-    list of str
-        What `check` printed.
+    At first every code cell is run; with other answers those cells only that they can make a difference to, and a fleet
+    has four runs: that the cells go on is asked, not what they find.
     """
-    lines = []
 
+    def __init__(self, path):
+        self.cells, self.all_run = code_cells(read(path)), False
+        self.space = {"__name__": "__main__", "__builtins__": __builtins__, "display": self.display}
+
+    @staticmethod
     def display(*objects, **options):
-        pass
+        """Show nothing."""
 
-    monkeypatch.setattr("ekfslam_tutorial.course.figures.display", display)
-    monkeypatch.setattr("ekfslam_tutorial.course.widgets.display", display)
-    space = {"__name__": "__main__", "display": display}
-    module = types.ModuleType("notebook")
-    space["__builtins__"] = module.__dict__.get("__builtins__", __builtins__)
-    for cell in code_cells(read(path)):
-        if "exercise" in tags(cell):
-            continue
-        source = build.source(cell)
-        found = build.CHECK.search(source) if "check" in tags(cell) else None
-        if found:
-            exercise = registry.get(found[1])
-            answer = answer_of(exercise)
-            lines.append(f"{exercise.id} {exercise.judge(answer).status}")
-            space[found[2]] = answer
-        else:
-            exec(compile(source, f"{path.name}: {cell.get('id')}", "exec"), space)
-        plt.close("all")
-    return lines
+    def run(self, answer_of, progress):
+        """Answer the exercises by `answer_of(exercise, space)`; return what each check prints."""
+        told = []
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("ekfslam_tutorial.course.figures.display", self.display)
+            patch.setattr("ekfslam_tutorial.course.widgets.display", self.display)
+            patch.setenv(logbook.VARIABLE, str(progress))
+            patch.setenv("EKFSLAM_CHECK_SECONDS", "200")
+            if self.all_run:
+                patch.setattr(fleet, "run", four_runs(fleet.run))
+            for cell in self.cells if not self.all_run else self.depending_on_answers():
+                source = build.source(cell)
+                if "exercise" in tags(cell):
+                    continue
+                if "check" in tags(cell):
+                    id, name = build.CHECK.search(source).groups()
+                    self.space[name] = answer_of(registry.get(id), self.space)
+                with contextlib.redirect_stdout(io.StringIO()) as printed:
+                    exec(compile(source, f"cell {cell.get('id')}", "exec"), self.space)
+                if "check" in tags(cell):
+                    told.append(printed.getvalue())
+                plt.close("all")
+        self.all_run = True
+        return told
+
+    def depending_on_answers(self):
+        """The cells with checks, and those that read what an answer, or a cell like this, has bound or changed."""
+        touched = set()
+        for cell in self.cells:
+            tree = ast.parse(build.source(cell))
+            if "check" in tags(cell) or touched & {n.id for n in ast.walk(tree) if isinstance(n, ast.Name)}:
+                yield cell
+                touched |= bound(tree) | {n for n in changed(tree) if not isinstance(self.space[n], types.ModuleType)}
 
 
-@every
+def four_runs(run):
+    """A small fleet instead of a large one."""
+    return lambda scenario, formulas, runs=20, *args, **more: run(scenario, formulas, min(runs, 4), *args, **more)
+
+
+def bound(tree):
+    """Names that a cell gives to something."""
+    nodes = list(ast.walk(tree))
+    names = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    return names | {n.name for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+
+
+def changed(tree):
+    """Names at whose objects a cell writes or calls a method: x in x.a = 1, x[0] = 1, x.append(1)."""
+    nodes = list(ast.walk(tree))
+    targets = [n for n in nodes if isinstance(n, ast.Attribute | ast.Subscript) and isinstance(n.ctx, ast.Store)]
+    targets += [n.func for n in nodes if isinstance(n, ast.Call) and isinstance(n.func, ast.Attribute)]
+    for target in targets:
+        while isinstance(target, ast.Attribute | ast.Subscript):
+            target = target.value
+        if isinstance(target, ast.Name) and target.id not in local(tree):
+            yield target.id
+
+
+def local(tree):
+    """Names of arguments of functions, and of what functions and comprehensions bind."""
+    inner = (ast.FunctionDef, ast.Lambda, ast.comprehension)
+    found = [n for outer in ast.walk(tree) if isinstance(outer, inner) for n in ast.walk(outer)]
+    return {n.arg for n in found if isinstance(n, ast.arg)} | {
+        n.id for n in found if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    }
+
+
+@pytest.fixture(scope="module", params=PATHS, ids=lambda p: p.name)
+def book(request, tmp_path_factory):
+    """A notebook that has been run once, solved: the texts of the solutions are in its exercise cells."""
+
+    def solution(exercise, space):
+        exec(compile(exercise.source(), f"the solution of {exercise.id}", "exec"), space)
+        return space[exercise.name]
+
+    book = Book(request.param)
+    book.solved = book.run(solution, tmp_path_factory.mktemp("solved") / "progress.json")
+    return book
+
+
+def assert_all_passed(told):
+    assert told and all(re.fullmatch(r"\[\d\d\.\w+\] passed\n", text) for text in told), told
+
+
+def test_the_solved_notebook_runs(book):
+    assert_all_passed(book.solved)
+
+
 @pytest.mark.parametrize("round", [0, 1, 2])
-def test_the_notebook_goes_on_with_every_kind_of_right_answer(path, round, monkeypatch, capsys):
-    def variant(exercise):
-        return exercise.variants[round % len(exercise.variants)].answer
-
-    lines = run(path, monkeypatch, variant)
-    assert lines and all(line.endswith(" passed") for line in lines), lines
+def test_the_notebook_goes_on_with_every_kind_of_right_answer(book, round, own_progress):
+    lines = book.run(lambda exercise, _: exercise.variants[round % len(exercise.variants)].answer, own_progress)
+    assert_all_passed(lines)
 
 
-@every
-def test_the_notebook_goes_on_with_lists(path, monkeypatch, capsys):
-    def lists(exercise):
+def test_the_notebook_goes_on_with_lists(book, own_progress):
+    def lists(exercise, _):
         if not isinstance(exercise, Exercise):
             return exercise.reference
 
@@ -175,8 +244,15 @@ def test_the_notebook_goes_on_with_lists(path, monkeypatch, capsys):
 
         return answer
 
-    lines = run(path, monkeypatch, lists)
-    assert all(line.endswith(" passed") for line in lines), lines
+    assert_all_passed(book.run(lists, own_progress))
+
+
+def test_a_solved_copy_runs_in_a_kernel(tmp_path):
+    """By the two commands for teachers; the first notebook stands for all, which are run above."""
+    assert build.main(["solved", str(tmp_path)]) == 0
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--nbval-lax", "--nbval-current-env"]
+    run = subprocess.run([*command, str(tmp_path / PATHS[0].name)], cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 0 and " passed" in run.stdout, run.stdout[-2000:]
 
 
 # --- what a reader sees ---

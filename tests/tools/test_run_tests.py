@@ -37,6 +37,7 @@ def test_one_bad_run_fails_the_whole(capsys, bad):
 
 
 def test_a_run_of_pytest_is_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_tests, "TOGETHER", [])
     (tmp_path / "test_trial.py").write_text("def test_good(): pass\ndef test_bad(): assert False\n")
     monkeypatch.chdir(tmp_path)
     result = run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")
@@ -44,6 +45,7 @@ def test_a_run_of_pytest_is_counted(tmp_path, monkeypatch):
 
 
 def test_a_run_that_finds_no_test_is_bad(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_tests, "TOGETHER", [])
     monkeypatch.chdir(tmp_path)
     assert not run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")["ok"]
 
