@@ -14,6 +14,11 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from hypothesis import settings
+
+# The same examples each time: to look for new ones is the work of tools/fuzz.py. No limit in seconds for any of them.
+settings.register_profile("the same each time", derandomize=True, deadline=None)
+settings.load_profile("the same each time")
 
 # What a shell starts in the background ignores Ctrl-C, and so do its children: the tests of Ctrl-C could not work.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

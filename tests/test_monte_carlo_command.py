@@ -94,6 +94,7 @@ def test_ctrl_c_keeps_what_is_done_and_resume_goes_on(tmp_path, capsys, ekfslam_
 def test_a_cluster_by_its_address(tmp_path):
     distributed = pytest.importorskip("distributed", reason="the package distributed is not installed")
     cluster = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": ":0"}
+    cluster["local_directory"] = str(tmp_path / "dask")
     with distributed.LocalCluster(**cluster, silence_logs=60) as local:
         address = local.scheduler_address
         assert ekfslam("range_bearing_2d", "--runs", 6, "--dask", address, "--out", tmp_path / "a", *SHORT) == 0

@@ -309,11 +309,12 @@ def test_bad_input_is_one_sentence(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal on this system")
-def test_a_cluster_that_loses_a_worker_loses_no_run(monkeypatch):
+def test_a_cluster_that_loses_a_worker_loses_no_run(tmp_path, monkeypatch):
     """Two workers in processes of their own; one is killed while it has tasks done and tasks to do."""
     distributed = pytest.importorskip("distributed", reason="the package distributed is not installed")
     data, runs, killed = scenario(SLOW, time={"dt": 0.5, "last": 20}), 60, []
     cluster = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0", "silence_logs": 60}
+    cluster["local_directory"] = str(tmp_path)
     with distributed.LocalCluster(**cluster) as local, distributed.Client(local) as client:
         pids, take = client.run(os.getpid), series.Series.take
 
