@@ -15,7 +15,6 @@ from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, place
 from .given import given
 from .world import R, U
 
-
 # What is measured: the quick steps, and the readable ones. Their names stand here and nowhere else in this folder.
 FAST = fast
 PLAIN = SimpleNamespace(

@@ -16,6 +16,8 @@ far state that is needed becomes active by the same formulas, with a virtual sta
 is active, all is *settled* at once: one product of large matrices, which is what computers do fastest.
 """
 
+from typing import ClassVar
+
 import numpy as np
 
 from .columns import Columns
@@ -45,6 +47,8 @@ class CompressedMap:
     compiled : bool
         As in `FastMap`.
     """
+
+    all_active: ClassVar[bool] = False
 
     def __init__(self, capacity=None, active=100, *, compiled=False):
         if not isinstance(active, (int, np.integer)) or active < 1:

@@ -4,6 +4,7 @@ What a map of the wing has beyond that interface, its second section, is what `f
 """
 
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
@@ -43,6 +44,8 @@ class FastMap:
     n_used : int
         Number of states in use.
     """
+
+    all_active: ClassVar[bool] = True  # `CompressedMap` keeps the covariance of some states only up to date
 
     def __init__(self, capacity=None, *, compiled=False):
         if capacity is not None and (not isinstance(capacity, (int, np.integer)) or capacity < 1):

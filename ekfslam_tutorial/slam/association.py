@@ -7,7 +7,6 @@ near is decided in the measurement space, in units of sigma, and angles are wrap
 """
 
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -31,7 +30,6 @@ class Matches:
     new: list = field(default_factory=list)
 
 
-@lru_cache(maxsize=1024)
 def gate(confidence, dof):
     """Chi-square quantile: a right match passes the gate with this probability."""
     return float(chi_square.quantile(confidence, dof))

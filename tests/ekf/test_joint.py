@@ -58,7 +58,12 @@ def test_a_long_history_beside_full_matrices(rng):
     lmks = [map.add(rng.normal(size=2), np.eye(2)) for _ in range(12)]
     dense = Textbook(map.x, map.P)
     for k in range(60):
-        X_x, X_u, U, x = np.eye(3) + 0.1 * rng.normal(size=(3, 3)), rng.normal(size=(3, 2)), 0.01 * np.eye(2), np.ones(3)
+        X_x, X_u, U, x = (
+            np.eye(3) + 0.1 * rng.normal(size=(3, 3)),
+            rng.normal(size=(3, 2)),
+            0.01 * np.eye(2),
+            np.ones(3),
+        )
         predict(map, robot, x, X_x, X_u, U)
         F, Q, big_x = np.eye(map.n), np.zeros((map.n, map.n)), dense.x.copy()
         F[robot, robot], Q[robot, robot], big_x[robot] = X_x, X_u @ U @ X_u.T, x

@@ -6,10 +6,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from ekfslam_tutorial.fast.symbols import NotTraceable, Symbol, Tape
 
 from ekfslam_tutorial.fast import programs
 from ekfslam_tutorial.fast.compiled import step
+from ekfslam_tutorial.fast.symbols import NotTraceable, Symbol, Tape
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models import landmarks, motion, sensors
 from ekfslam_tutorial.models.landmarks import EucPnt

@@ -9,8 +9,8 @@ import copy
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.fast.compiled import step
 from ekfslam_tutorial.fast import FastMap, augment, covariance, cross
+from ekfslam_tutorial.fast.compiled import step
 from ekfslam_tutorial.geometry import Frame2, Frame3, e2q
 from ekfslam_tutorial.models import retro_project
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt

@@ -11,8 +11,8 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from ekfslam_tutorial.fast.symbols import NotTraceable, Symbol, Symbols, Tape
 
+from ekfslam_tutorial.fast.symbols import NotTraceable, Symbol, Symbols, Tape
 from ekfslam_tutorial.geometry import Frame2, Frame3, e2q
 from ekfslam_tutorial.models import check_landmark, check_motion, check_sensor, expect, observe, retro_project
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt

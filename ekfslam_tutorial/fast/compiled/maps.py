@@ -4,9 +4,9 @@ from math import sqrt
 
 import numpy as np
 
+from ..smallness import EXPLAINED, FLOOR, STILL, TINY, TRIALS
 from ..storage import LINE, WIDTH
 from ..triangle import BLOCK
-from ..virtual import EXPLAINED, FLOOR, STILL, TINY, TRIALS
 from .filter import MANY_ROWS, integers, machine_code
 from .kernels import aligned, compiled, downdate, put, rows_of, whole
 from .tile import subtract_rows

@@ -5,7 +5,6 @@ import numpy as np
 from .. import programs
 from ..core import Tape
 from ..expectation import may_be_seen
-from ..fast_map import FastMap
 from ..programs import program
 from ..traces import straight_code, trace_birth, trace_expectation, trace_inside, trace_move, trace_orientation
 from .filter import MANY_ROWS, NO_INDICES, RANGE, floats, noises, start_of
@@ -103,7 +102,7 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, indices, every):
     e, v, visible = np.empty((K, m)), np.empty((K, d)), np.empty(K, bool)
     J, E = np.empty((K, m, size)), np.empty((K, m, m))
     _, P, n, lower = map.storage
-    if not isinstance(map, FastMap):  # not all is active
+    if not map.all_active:
         run(Rf.x, Sf.x, l, P, lower, -1, -1, NO_INDICES, True, False, e, v, visible, J, E)
         return e, v, visible, J, None
     indices = NO_INDICES if known else indices
