@@ -86,10 +86,10 @@ def batch_slam(data, seeds):
         raise ValueError("a batch needs at least one seed")
     *_, tim = create_slam_structures(data)
     n_frames = tim.last - tim.first + 1
-    return Run(_frames(data, _Worlds(data, seeds, n_frames), tim.first, n_frames), n_frames)
+    return Run(_frames(data, _Worlds(data, seeds, n_frames), tim.first, n_frames), n_frames, "fast, all runs at once")
 
 
-ONLY = {"joint": False, "reopen_after": None, "n_inits": None, "init_margin": 0.0}
+ONLY = {"engine": "fast", "joint": False, "reopen_after": None, "n_inits": None, "init_margin": 0.0}
 ONLY |= {"max_lmks": None, "capacity": None, "min_match_ratio": 0.0, "min_inlier_ratio": 0.0}
 """Options that batched runs have no other values of."""
 

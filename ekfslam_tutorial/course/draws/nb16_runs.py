@@ -67,7 +67,7 @@ def entry_points(filled, frames=3):
     scenario = SCENARIO | {"time": {"dt": 0.2, "last": frames}, "sensor": [{"type": "my_sensor", **NEAR}]}
     del scenario["sensor"][0]["max_range"]
     try:
-        for _ in universal_slam(UserData.from_dict(scenario, models=[sensor])):
+        for _ in universal_slam(UserData.from_dict(scenario, models=[sensor]), engine="plain"):
             pass
     except NotImplementedError:
         return calls, next(reversed(calls))
@@ -133,7 +133,7 @@ def many(data, seeds=range(1, 21)):
     """
     robots, landmarks = [], []
     for seed in seeds:
-        *_, now = universal_slam(data, seed=seed)
+        *_, now = universal_slam(data, seed=seed, engine="plain")
         rob = now.robs[0]
         F, n = rob.frame(now.map), rob.motion.frame.size
         truth = rob.motion.frame(now.truth[rob.id])
