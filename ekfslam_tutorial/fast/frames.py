@@ -21,6 +21,16 @@ def frame_of(map, obj, kind):
     return last
 
 
+def normal_frame(map, obj, kind):
+    """Return the frame in its normal form, as `normalize` left it, unless it has been changed since the last motion.
+
+    A correction by another robot moves it, too. Twice gives other last bits than once, so what was normalised before a
+    motion counts no more: a run that is taken up from a file ends as if it had not been stopped.
+    """
+    F = frame_of(map, obj, kind)
+    return F if F is map.notes.of(obj).normal else normalize(map, obj, kind)
+
+
 def normalize(map, obj, kind):
     """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading.
 
@@ -37,7 +47,8 @@ def normalize(map, obj, kind):
         map.set_mean(o, F.normalized()[0].x[F.dim :])
     elif not map.compiled or not compiled().normalized(map, obj.r, type(F)):
         transform(map, o, *oriented(F))
-    return frame_of(map, obj, kind)
+    map.notes.of(obj).normal = F = frame_of(map, obj, kind)
+    return F
 
 
 def frame_range(obj, F):

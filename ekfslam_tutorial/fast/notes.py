@@ -20,14 +20,16 @@ class Noted:
         Held here, so that its id stays its own.
     frame : Frame2, Frame3 or None
         The frame that was last asked for.
+    normal : Frame2, Frame3 or None
+        The frame as it was last normalised, since the last motion of any robot.
     control : tuple
         Motion model, shape of the control, and shape and bytes of its covariance, that were last found to be good.
     """
 
-    __slots__ = ("control", "frame", "obj")
+    __slots__ = ("control", "frame", "normal", "obj")
 
     def __init__(self, obj):
-        self.obj, self.frame, self.control = obj, None, (None, None, None)
+        self.obj, self.frame, self.normal, self.control = obj, None, None, (None, None, None)
 
 
 class Notes:
@@ -50,6 +52,11 @@ class Notes:
                 self._of.clear()
             self._of[id(obj)] = noted = Noted(obj)
         return noted
+
+    def forget_normal(self):
+        """A robot moves: no frame counts as normalised."""
+        for noted in self._of.values():
+            noted.normal = None
 
     def groups(self, lmks):
         """Return the groups of the landmarks of this dict, up to date."""

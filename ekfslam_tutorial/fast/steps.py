@@ -8,7 +8,7 @@ from .core import note_first_estimates, transport
 from .extra import compiled
 from .fast_map import FastMap
 from .filter import predict
-from .frames import frame_of, normalize, normalized_state
+from .frames import normal_frame, normalize, normalized_state
 from .joint import correct_jointly
 from .one_by_one import correct_one_by_one
 from .straight import moved
@@ -33,6 +33,8 @@ def move(map, rob, dt):
     """Motion of a robot by its control: see `slam.move`."""
     check_motion(map, rob, dt)
     kind = rob.motion.frame
+    map.notes.forget_normal()
+    normalize(map, rob, kind)
     if map.compiled and rob.r is not None and rob.first is None:
         if compiled().move(map, rob.r, rob.motion, rob.u, rob.U, dt):
             normalize(map, rob, kind)
@@ -52,7 +54,7 @@ def move(map, rob, dt):
 def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     """Correct the map with the landmarks that are in it: see `slam.correct_known_lmks`."""
     check_measurements(raw, sen)
-    Rf, Sf = frame_of(map, rob, rob.motion.frame), frame_of(map, sen, sen.frame_type)
+    Rf, Sf = normal_frame(map, rob, rob.motion.frame), normal_frame(map, sen, sen.frame_type)
     if opt.first_estimates:
         note_first_estimates(map, rob, lmks)
     for key in [key for key in obs if key[0] == sen.id]:

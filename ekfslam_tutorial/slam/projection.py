@@ -30,7 +30,6 @@ def place(map, obj, x, P=None):
         obj.x, obj.r = np.array(x, float), None
     else:
         obj.x, obj.r = None, map.add(x, P)
-        normalize(map, obj)
 
 
 def frame_range(obj, F):
@@ -41,7 +40,8 @@ def frame_range(obj, F):
 def normalize(map, obj):
     """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading.
 
-    Its covariance goes through the Jacobian of that: with a quaternion, nothing of it is left along q.
+    Its covariance goes through the Jacobian of that: with a quaternion, nothing of it is left along q. A correction
+    moves all that is correlated with what was seen, other robots and sensors, too; so each step begins with this.
     """
     if obj.r is not None:
         F = obj.frame(map)

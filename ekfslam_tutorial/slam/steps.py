@@ -40,6 +40,7 @@ def move(map, rob, dt):
         If the control or its covariance is not finite or has the wrong shape.
     """
     check_control(rob, dt)
+    normalize(map, rob)
     before = rob.state(map)
     x, X_x, X_u = rob.motion.move(before, np.asarray(rob.u, float), dt)
     if rob.r is None:
@@ -89,6 +90,8 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
         If a measurement is not finite or has the wrong shape.
     """
     check_raw(raw, sen)
+    normalize(map, rob)
+    normalize(map, sen)
     if opt.first_estimates:
         note_first_estimates(map, rob, lmks)
     for key in [key for key in obs if key[0] == sen.id]:

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.ekf import CompressedMap, Map
+from ekfslam_tutorial.ekf import Map
 from ekfslam_tutorial.ekf.html import CELLS
+from ekfslam_tutorial.fast import CompressedMap, FastMap
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
 SCENARIO = Path(__file__).resolve().parents[2] / "data" / "scenarios" / "two_robots_four_cameras.toml"
@@ -54,7 +55,7 @@ def test_the_states_of_a_snapshot_are_those_of_the_map(snapshot):
     np.testing.assert_allclose([float(v) for v in rows[0][2].split()], snapshot.robs[0].state(snapshot.map), rtol=6e-3)
 
 
-@pytest.mark.parametrize("kind", [Map, CompressedMap])
+@pytest.mark.parametrize("kind", [Map, FastMap, CompressedMap])
 def test_a_map_knows_its_states_also_after_some_have_gone(kind):
     m = kind()
     a, b, c = (m.add(np.arange(k), np.eye(k)) for k in (3, 2, 2))
