@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ekfslam_tutorial import fast, slam
 from ekfslam_tutorial.geometry import Frame3
-from ekfslam_tutorial.slam import correct_known_lmks, init_new_lmks, move
 
 from .scenario import LANDMARKS, TYPES
 
+ENGINES = {"plain": slam, "fast": fast}
 KINDS = {"search": 0, "innovation": 1, "correction": 2, "initialisation": 3, "deletion": 4}
 
 
@@ -34,7 +35,7 @@ class Run:
     covariances: dict | None
 
 
-def replay(scenario, births=False):
+def replay(scenario, births=False, engine="plain"):
     """Run the filter on the recorded controls and measurements; all decisions are its own.
 
     Parameters
@@ -42,22 +43,25 @@ def replay(scenario, births=False):
     scenario : Scenario
     births : bool
         See `Scenario.start`.
+    engine : str
+        Whose steps: "plain" or "fast".
 
     Returns
     -------
     Run
     """
-    map, robots, sensors, opt = scenario.start(births)
+    steps = ENGINES[engine]
+    map, robots, sensors, opt = scenario.start(births, steps.new_map)
     lmks, obs, events, poses = {}, {}, [], []
     for frame in range(scenario.n_frames):
         n_max = opt.n_inits[frame > 0]
         for i, rob in robots.items():
             rob.u = scenario.control(frame, i)
-            move(map, rob, scenario.data["Time"]["dt"])
+            steps.move(map, rob, scenario.data["Time"]["dt"])
             for s in rob.sensors:
                 raw = scenario.raw(frame, s)
-                happened, new = correct_known_lmks(map, rob, sensors[s], lmks, obs, raw, opt)
-                happened += init_new_lmks(map, rob, sensors[s], lmks, raw, new, opt, n_max)
+                happened, new = steps.correct_known_lmks(map, rob, sensors[s], lmks, obs, raw, opt)
+                happened += steps.init_new_lmks(map, rob, sensors[s], lmks, raw, new, opt, n_max)
                 events += [row(event, frame + 1) for event in happened if event.kind in KINDS]
         poses.append([rob.state(map)[:7].copy() for rob in robots.values()])
     found = {id: lmk.point(map) for id, lmk in lmks.items()}

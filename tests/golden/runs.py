@@ -1,4 +1,4 @@
-"""Whole runs against recorded ones: `python -m tests.golden.runs DIR [NAME ...]`.
+"""Whole runs against recorded ones: `python -m tests.golden.runs DIR [NAME ...] [--engine fast]`.
 
 DIR holds `runs/NAME.json` and `runs/NAME.npz`, recorded from another program, and `exact/NAME.npz`, from an independent
 implementation of exact formulas. Controls and measurements are replayed, and one JSON line is printed for each
@@ -15,14 +15,14 @@ import sys
 import traceback
 from pathlib import Path
 
-from .replay import exact, recorded, replay
+from .replay import ENGINES, exact, recorded, replay
 from .scenario import BIRTHS, TYPES, Scenario
 from .scores import score
 
 LINES = "lines are not part of this package"
 
 
-def compare_run(folder, name):
+def compare_run(folder, name, engine="plain"):
     """Replay one run and compare it with all its references.
 
     Parameters
@@ -30,6 +30,8 @@ def compare_run(folder, name):
     folder : Path
         Holds `runs/` and `exact/`.
     name : str
+    engine : str
+        Whose steps replay it: "plain" or "fast".
 
     Yields
     ------
@@ -40,13 +42,15 @@ def compare_run(folder, name):
     if scenario.type not in TYPES:
         yield {"run": name, "skipped": LINES}
         return
-    run, reference = replay(scenario), recorded(scenario)
+    run, reference = replay(scenario, engine=engine), recorded(scenario)
     path = folder / "exact" / f"{name}.npz"
     if path.exists():
         yield {"run": name, "against": "exact"} | score(run, exact(path))
     yield {"run": name, "against": "recorded"} | score(run, reference)
     if scenario.type in BIRTHS:
-        yield {"run": name, "against": "recorded+birth"} | score(replay(scenario, births=True), reference)
+        yield {"run": name, "against": "recorded+birth"} | score(
+            replay(scenario, births=True, engine=engine), reference
+        )
 
 
 def names(folder):
@@ -59,6 +63,7 @@ def main(argv=None):
     parser = argparse.ArgumentParser(prog="python -m tests.golden.runs", description=__doc__.splitlines()[0])
     parser.add_argument("dir", type=Path, help="folder that holds runs/ and exact/")
     parser.add_argument("names", nargs="*", help="runs to replay; all, if none is named")
+    parser.add_argument("--engine", choices=ENGINES, default="plain", help="whose steps replay them (default: plain)")
     args = parser.parse_args(argv)
     there = names(args.dir)
     if not there:
@@ -69,7 +74,7 @@ def main(argv=None):
     ok = True
     for name in args.names or there:
         try:
-            for line in compare_run(args.dir, name):
+            for line in compare_run(args.dir, name, args.engine):
                 print(json.dumps(line), flush=True)
         except Exception as error:
             ok = False

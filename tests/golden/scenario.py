@@ -66,13 +66,15 @@ class Scenario:
         """Positions of a state in the recorded map, counted from 0; empty if it is not in the map."""
         return np.ravel(self.arrays[f"range_{what}"]).astype(int) - 1
 
-    def start(self, births=False):
+    def start(self, births=False, new_map=Map):
         """A map with the robots and sensors at their places, and the options.
 
         Parameters
         ----------
         births : bool
             Take the landmark class whose birth imitates the recorded approximation.
+        new_map : callable
+            Makes a map of a capacity.
 
         Returns
         -------
@@ -81,7 +83,7 @@ class Scenario:
         sensors : dict of int to Sen
         opt : Options
         """
-        map = Map(self.arrays["map_x"].shape[1])
+        map = new_map(self.arrays["map_x"].shape[1])
         robots = {i: self._robot(i, robot) for i, robot in numbered(self.data["Robot"])}
         sensors = {i: self._sensor(i, sensor) for i, sensor in numbered(self.data["Sensor"])}
         for i, sensor in sensors.items():

@@ -9,7 +9,7 @@ import pytest
 from ekfslam_tutorial.geometry import check_jacobians
 
 from .births import RecordedAhmPnt, RecordedHmgPnt, approximate_unit
-from .replay import Run
+from .replay import ENGINES, Run
 from .runs import LINES, compare_run, main, names
 from .scores import score, sigmas
 from .synthetic import KNOWN_KINDS, make
@@ -56,8 +56,8 @@ def broken(line):
     return bad
 
 
-def check(folder, name):
-    lines = list(compare_run(folder, name))
+def check(folder, name, engine="plain"):
+    lines = list(compare_run(folder, name, engine))
     assert lines
     for line in lines:
         if "skipped" not in line:
@@ -65,15 +65,21 @@ def check(folder, name):
     return lines
 
 
+both_engines = pytest.mark.parametrize("engine", ENGINES)
+
+
+@both_engines
 @pytest.mark.parametrize("name", names(KEPT))
-def test_kept_runs(name):
-    against = [line["against"] for line in check(KEPT, name)]
+def test_kept_runs(name, engine):
+    against = [line["against"] for line in check(KEPT, name, engine)]
     assert against[:2] == ["exact", "recorded"]
     assert ("recorded+birth" in against) == (name == "constvel_noise")
 
 
-def test_all_runs(golden_dir):
-    compared = {line["run"] for name in names(golden_dir) for line in check(golden_dir, name) if "against" in line}
+@both_engines
+def test_all_runs(golden_dir, engine):
+    lines = [line for name in names(golden_dir) for line in check(golden_dir, name, engine)]
+    compared = {line["run"] for line in lines if "against" in line}
     assert compared == {name for name in names(golden_dir) if not name.startswith("lin_")}
 
 
