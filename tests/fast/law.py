@@ -121,28 +121,31 @@ def assert_same_frames(plain, quick, whole):
 # --- whole runs ------------------------------------------------------------------------------------------------------
 
 
-def runs(data, how, recording=None):
-    """A run of the plain engine, and one of the fast one with these options."""
-    plain = replace(data.options, engine="plain", compiled=False, compressed=False)
-    quick = replace(data.options, **{"engine": "fast", "compiled": False, "compressed": False} | how)
-    return [universal_slam(replace(data, options=options), recording) for options in (plain, quick)]
+def runs(data, recording, hows):
+    """A run of the plain engine, and one of the fast one with each of these options."""
+    settings = [{"engine": "plain"}, *({"engine": "fast"} | how for how in hows)]
+    off = {"compiled": False, "compressed": False}
+    options = [replace(data.options, **off | setting) for setting in settings]
+    return [universal_slam(replace(data, options=each), recording) for each in options]
 
 
-def assert_same_runs(data, how, recording=None, frames=None):
-    """Run a scenario with both engines; they are compared after each frame.
+def assert_same_runs(data, recording=None, frames=None, hows=tuple(HOW.values())):
+    """Run a scenario with the plain engine and with all kinds of the fast one; they are compared after each frame.
 
     Returns
     -------
-    plain, quick : Snapshot
-        The last ones.
+    plain : Snapshot
+        The last one.
     kinds : set of (str, bool)
         Kinds of all events, and whether they went well.
     """
     kinds = set()
-    for i, (a, b) in enumerate(zip(*runs(data, how, recording), strict=True)):
-        assert_same_frames(a, b, whole="compressed" not in how)
-        kinds |= {(e.kind, e.flag) for e in a.events}
+    for i, (plain, *quick) in enumerate(zip(*runs(data, recording, hows), strict=True)):
+        for how, each in zip(hows, quick, strict=True):
+            assert_same_frames(plain, each, whole="compressed" not in how)
+        kinds |= {(e.kind, e.flag) for e in plain.events}
         if i + 1 == frames:
             break
-    assert_same_maps(a.map, copy.deepcopy(b.map))
-    return a, b, kinds
+    for each in quick:
+        assert_same_maps(plain.map, copy.deepcopy(each.map))
+    return plain, kinds

@@ -35,34 +35,31 @@ def scenario(name, frames=FRAMES, **options):
 
 
 @interpreted
-@each_kind
 @both_ways
 @pytest.mark.parametrize("name", SIMULATED)
-def test_simulated_scenarios(name, joint, how):
+def test_simulated_scenarios(name, joint):
     """Their options: a gate, deletions, reparametrisation, a limit of updates, self-calibration, several robots."""
-    seen = assert_same_runs(scenario(name, joint=joint), how)[2]
+    seen = assert_same_runs(scenario(name, joint=joint))[1]
     assert seen >= EXPECTED.get(name, {("correction", True)})
 
 
 @interpreted
-@each_kind
 @pytest.mark.parametrize("name", TWINS)
-def test_logs(name, how):
+def test_logs(name):
     """The log of a data set's twin: other robots are met, sensors do not look in each frame."""
     data = scenario(name, frames=None)
     params = {key: value for key, value in data.data.params.items() if key in ("robots", "robot")}
     data = replace(data, data=Data(name=TWINS[name], params=params | {"duration": 25.0}))
     data, recording = datasets.prepare(data)
-    seen = assert_same_runs(data, how, recording, frames=120)[2]
+    seen = assert_same_runs(data, recording, frames=120)[1]
     assert ("correction", True) in seen
 
 
 @interpreted
-@each_kind
-def test_the_log_that_has_no_twin(how, data_dir):
+def test_the_log_that_has_no_twin(data_dir):
     """All landmarks are known, and the log is a real one."""
     data, recording = datasets.prepare(scenario("lost_in_the_woods", frames=None))
-    assert ("correction", True) in assert_same_runs(data, how, recording, frames=120)[2]
+    assert ("correction", True) in assert_same_runs(data, recording, frames=120)[1]
 
 
 OPTIONS = [
@@ -80,35 +77,32 @@ OPTIONS = [
 
 
 @interpreted
-@each_kind
 @both_ways
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda options: ", ".join(options))
-def test_options_in_the_plane(options, joint, how, monkeypatch):
+def test_options_in_the_plane(options, joint, monkeypatch):
     """Landmarks in view are looked for first, as where there are many."""
     monkeypatch.setattr(tables, "MANY", 4)
-    seen = assert_same_runs(scenario("range_bearing_2d", joint=joint, **options), how)[2]
+    seen = assert_same_runs(scenario("range_bearing_2d", joint=joint, **options))[1]
     expected = {"capacity": "refused", "max_lmks": "refused", "min_match_ratio": "deletion", "reopen_after": "recovery"}
     assert all((kind, True) in seen for option, kind in expected.items() if option in options)
     assert "md2_threshold" not in options or ("innovation", False) in seen
 
 
 @interpreted
-@each_kind
 @pytest.mark.parametrize(
     "options", [dict(reproject=False), dict(capacity=60), dict(lin_test=0.5, min_rho=0.1)], ids=str
 )
-def test_options_in_space(options, how):
-    seen = assert_same_runs(scenario("cloister_idp", **options), how)[2]
+def test_options_in_space(options):
+    seen = assert_same_runs(scenario("cloister_idp", **options))[1]
     assert "capacity" not in options or ("refused", True) in seen
 
 
 @interpreted
-@each_kind
 @both_ways
-def test_self_calibration_in_the_plane(joint, how):
+def test_self_calibration_in_the_plane(joint):
     data = scenario("range_bearing_2d", joint=joint)
     sensor = replace(data.sensors[0], frame_in_map=True, position_std=0.05, orientation_std_deg=3.0)
-    plain, _, seen = assert_same_runs(replace(data, sensors=[sensor]), how)
+    plain, seen = assert_same_runs(replace(data, sensors=[sensor]))
     assert plain.sens[0].r is not None and ("correction", True) in seen
 
 
@@ -133,6 +127,6 @@ def test_the_same_with_numba(name, joint):
     from .interpreter import build
 
     assert step.build is not build
-    assert_same_runs(scenario(name, joint=joint), HOW["compiled"], frames=25)
+    assert_same_runs(scenario(name, joint=joint), frames=25, hows=(HOW["compiled"],))
     made = {write for (write, *_), (_, program) in programs.known.items() if program}
     assert {step._write_expected, step._write_born, step._write_inside} <= made
