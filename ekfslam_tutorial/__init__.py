@@ -3,7 +3,9 @@
 The folders are the floors of a house. Each one builds only on those above it:
 
 ``geometry``, ``models``, ``ekf``, ``slam``
-    The core: numpy and scipy only.
+    The core, written to be read: numpy and scipy only.
+``fast``
+    The wing: the same steps, quicker. Nothing in the core imports it.
 ``simulation``, ``toolbox``, ``datasets``, ``analysis``, ``graphics``
     Worlds, whole SLAM runs, real logs, measures of error, figures.
 ``course``, ``cli``

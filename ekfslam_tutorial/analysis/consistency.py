@@ -1,4 +1,4 @@
-"""Whether a filter knows how wrong it is: NEES, NIS, and the chi-square bands they should stay in.
+"""Does a filter know how wrong it is? NEES, NIS, and the chi-square bands they should stay in.
 
 The terms are those of Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
 Navigation", Wiley 2001, section 5.4.
@@ -171,7 +171,7 @@ class Honesty:
 
     @property
     def honest(self):
-        """Whether nothing speaks against the filter; what is not known does not."""
+        """True if nothing speaks against the filter; what is not known does not."""
         return not {"over-confident", "too cautious", "no"} & set(self.verdicts().values())
 
     def __repr__(self):

@@ -21,7 +21,7 @@ class History:
     Parameters
     ----------
     gauge : str
-        Whether the map's frame is that of the truth: 'fixed'; or 'free', when the map is to be aligned with the truth
+        'fixed' if the map's frame is that of the truth; or 'free', when the map is to be aligned with the truth
         first; or 'auto', to see whether the robots start where the truth says.
 
     Examples
@@ -93,7 +93,7 @@ class History:
 
     @staticmethod
     def _same_frame(s):
-        """Whether the first map is in the frame of the truth: known landmarks, or robots that start where they are."""
+        """True if the first map is in the frame of the truth: known landmarks, or robots that start where they are."""
         if any(lmk.r is None for lmk in s.lmks.values()):
             return True
         for rob in s.robs:

@@ -59,7 +59,7 @@ class MonteCarlo:
 
     @property
     def complete(self):
-        """Whether all runs are done."""
+        """True if all runs are done."""
         return len(self.runs) == self.wanted
 
     def over_time(self, name):

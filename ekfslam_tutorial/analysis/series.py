@@ -120,7 +120,7 @@ def read(path):
 
 
 def unfinished(path):
-    """Whether a file is there that holds less runs than were wanted."""
+    """Return True if a file is there that holds less runs than were wanted."""
     with contextlib.suppress(FileNotFoundError, ValueError):
         head, runs, _ = read(path)
         return len(runs) < head["wanted"]

@@ -52,7 +52,7 @@ def python():
 
 
 def package(name, least, cure):
-    """Whether a package is there, new enough, and can be imported."""
+    """Say if a package is there, new enough, and can be imported."""
     try:
         version = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
@@ -73,7 +73,7 @@ def _key(version):
 
 
 def kernel():
-    """Whether notebooks run on this Python: where the kernel of this environment points to."""
+    """Say if notebooks run on this Python: where the kernel of this environment points to."""
     spec = Path(sys.prefix, "share", "jupyter", "kernels", "python3", "kernel.json")
     cure = "python -m ipykernel install --sys-prefix"
     try:
@@ -88,7 +88,7 @@ def kernel():
 
 
 def widgets():
-    """Whether JupyterLab has the browser side of ipywidgets."""
+    """Say if JupyterLab has the browser side of ipywidgets."""
     folder = Path(sys.prefix, "share", "jupyter", "labextensions", "@jupyter-widgets", "jupyterlab-manager")
     if folder.is_dir():
         return "widgets", "the widget manager of JupyterLab is installed", ""
@@ -96,13 +96,13 @@ def widgets():
 
 
 def files(name, there):
-    """Whether files that come with the package are there."""
+    """Say if files that come with the package are there."""
     cure = "" if there else "install the package again, or run in a complete clone of the repository"
     return name, f"{len(there)} found", cure
 
 
 def data():
-    """Whether the folder of real logs that the user names exists. Not to have them is no problem."""
+    """Say if the folder of real logs that the user names exists. Not to have them is no problem."""
     named = os.environ.get("EKFSLAM_DATA", "")
     gone = [p for p in named.split(os.pathsep) if p and not Path(p).expanduser().is_dir()]
     if gone:
@@ -115,7 +115,7 @@ def data():
 
 
 def compiled():
-    """Whether steps can be compiled, and where the programs are kept. Not to have numba is no problem."""
+    """Say if steps can be compiled, and where the programs are kept. Not to have numba is no problem."""
     extra = "python -m pip install --upgrade 'ekfslam_tutorial[compiled]'"
     if importlib.util.find_spec("numba") is None:
         return "compiled", f"no numba: `compiled = true` needs it ({extra})", ""
@@ -132,7 +132,7 @@ def compiled():
 
 
 def results():
-    """Whether results can be written here."""
+    """Say if results can be written here."""
     if os.access(".", os.W_OK):
         return "results", "can be written below this folder", ""
     return "results", f"cannot be written below {Path.cwd()}", "change to a folder of your own, or use --out DIR"

@@ -33,7 +33,7 @@ def diagnose(got, want, rtol=1e-5) -> str:
 
 
 def same(a, b, rtol=1e-5, atol=1e-9) -> bool:
-    """Whether two arrays of one shape are equal but for rounding, relative to their largest entry."""
+    """Return True if two arrays of one shape are equal but for rounding, relative to their largest entry."""
     scale = np.max(np.abs(b), initial=0.0)
     return bool(np.all(np.abs(np.subtract(a, b)) <= atol + rtol * scale))
 

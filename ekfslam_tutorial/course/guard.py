@@ -130,7 +130,7 @@ def misses_arguments(function, names):
 
 
 def equal(a, b, rtol=0.0, atol=0.0):
-    """Whether two results are the same: arrays, numbers, lists, dictionaries, objects with attributes.
+    """Return True if two results are the same: arrays, numbers, lists, dictionaries, objects with attributes.
 
     A list of numbers equals the array of the same numbers; a column does not equal a vector.
     """

@@ -136,7 +136,7 @@ class Status:
     path : Path or None
         Where it is; None if it was not found.
     ok : bool or None
-        Whether it could be read as a whole; None if that was not tried.
+        True if it could be read as a whole; None if that was not tried.
     message : str
         The same in words.
     """

@@ -56,7 +56,7 @@ class RobotLog:
     truth : ndarray, shape (g, 4)
         [t, x, y, theta] (s, m, m, rad), times strictly rising; no rows when there is no ground truth.
     dense : bool
-        Whether the truth may be interpolated.
+        True if the truth may be interpolated.
     """
 
     robot: int

@@ -1,14 +1,14 @@
-"""How far states depend on those at hand, for the compressed filter: the matrix G of b = b_0 + G v.
+"""How far states depend on the active ones, for the compressed filter: the matrix G of b = b_0 + G v.
 
-Each state that comes to hand has a virtual one. With A for those states, and P_0 for the covariance as it was last put
-back, all that is asked of G and of L, the covariance of A with v at the beginning, is
+Each state that becomes active has a virtual one. With A for those states, and P_0 for the covariance as it was last
+settled, all that is asked of G and of L, the covariance of A with v at the beginning, is
 
     P_0[b, A] = G_b L'.
 
 So any L with an inverse will do. The Cholesky factor of P_0[A, A] makes v white, and no number in G is larger than a
 standard deviation; but a state that is a function of others has no inverse. So L is the factor of P_0[A, A] with the
 variances a little larger: `FLOOR`. (To leave out the virtual state of what is a function of others is no way out: what
-rounding has left of its variance is then noise that no other state knows of, and grows each time all is put back.)
+rounding has left of its variance is then noise that no other state knows of, and grows each time all is settled.)
 G itself is worked out where it is needed only; kept are the rows P_0[A, :] and the small L.
 """
 
@@ -24,7 +24,7 @@ from .storage import aligned, whole
 
 
 class VirtualStates:
-    """As many as there are states at hand that came from far.
+    """As many as there are active states that were far.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class VirtualStates:
         self._P = P
 
     def add(self, i, P_i, P_ii):
-        """States come to hand, each with a virtual one.
+        """States become active, each with a virtual one.
 
         Parameters
         ----------

@@ -227,7 +227,7 @@ class MapFig:
         return sensor_body(self.dim, 0 if self._carries_the_eye(self.sens[id].robot) else 0.9 * self.size)
 
     def _carries_the_eye(self, rob) -> bool:
-        """Whether the view is from this robot in space: its own body would only stand in the picture."""
+        """Return True if the view is from this robot in space: its own body would only stand in the picture."""
         return self.dim == 3 and self.view.name == "self" and self.view.sensor.robot == rob
 
     def _place(self, body: BodyArtists, faces, frame, region, k=None) -> None:

@@ -112,7 +112,7 @@ def live():
         world=World.of(np.array([[4.0, 1, 0.5], [5, -1, 1], [6, 0, -0.5]])),
         time=Time(last=2),
     )
-    *_, now = universal_slam(data)
+    *_, now = universal_slam(data, engine="plain")  # its records are those of `slam`
     figures = [MapFig(now), SenFig(now)]
     objects = [now, now.map, *now.robs, *now.sens, *now.lmks.values(), *now.obs.values(), now.raw[1], *figures]
     objects += [*now.sim_robs, *now.sim_sens, now.sim_lmk, now.robs[0].frame(now.map), now.sens[0].model, data]

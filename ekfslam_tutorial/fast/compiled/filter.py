@@ -47,7 +47,7 @@ def start_of(r):
 
 
 def predict(map, r, x, X_x, X_u, U):
-    """`filter.predict`. Whether it could be done."""
+    """`filter.predict`. Returns True if it could be done."""
     if not 0 <= r.start < r.stop <= map.n:
         return False
     k, nu, (spot, *_) = r.stop - r.start, len(U), map.spots(r)
@@ -62,7 +62,7 @@ def predict(map, r, x, X_x, X_u, U):
 
 
 def update(map, blocks, z, R):
-    """`filter.update`. Whether it could be done: by one or two ranges, and after them at most one array of indices."""
+    """`filter.update`, by one or two ranges, and after them at most one array of indices. Returns True if done."""
     z, ranges, Js, sizes, indices = floats(z), [], [], [], None
     if z.ndim == 1:
         z, R = z[None], floats(R)[None]
@@ -98,7 +98,7 @@ def every(K):
 
 
 def correct_some(map, spots, n_r, n_s, J, found, z, R):
-    """`filter.update` by those found of a stack. Whether it could be done; if not, nothing has been changed.
+    """`filter.update` by those found of a stack. Returns True if done; if not, nothing has been changed.
 
     Parameters
     ----------

@@ -102,7 +102,7 @@ def sandwich(A, Q, out):
 
 @compiled
 def predict(P, n, lower, start, x, X_x, X_u, U):
-    """`predict`, of the covariance, if all it takes is finite, x included. Whether it is so."""
+    """`predict`, of the covariance, if all it takes is finite, x included. Returns True if it is so."""
     total = np.sum(x) + np.sum(X_x) + np.sum(X_u) + np.sum(U)
     for i in range(start, start + len(x)):
         for j in range(start, i + 1):
@@ -117,7 +117,7 @@ def predict(P, n, lower, start, x, X_x, X_u, U):
 
 @compiled
 def within(indices, n):
-    """Whether all these indices are of a map of n states."""
+    """Return True if all these indices are of a map of n states."""
     for i in range(indices.shape[0]):
         for c in range(indices.shape[1]):
             if not 0 <= indices[i, c] < n:
@@ -209,7 +209,7 @@ def products(P, n, lower, r, s, indices, n_r, n_s, J, found, A, first):
 
 @compiled
 def eliminate(A, first):
-    """With Z = L L' from column `first` on, A becomes L^-1 A, in place. Whether Z is positive definite.
+    """With Z = L L' from column `first` on, A becomes L^-1 A, in place. Returns True if Z is positive definite.
 
     A has M rows and, from column `first` on, whole(M + 1) columns or more. What is left of Z comes last, as much at a
     time as stays in the fastest cache.
@@ -273,7 +273,7 @@ def update(x, P, n, lower, r, s, indices, n_r, n_s, J, E, found, z, R):
 
 @compiled
 def passes(z, E, R, threshold):
-    """Whether z' (E + R)^-1 z is below the gate: 1 or 0, -1 where `eliminate` says False."""
+    """Return 1 if z' (E + R)^-1 z is below the gate, 0 if not, -1 where `eliminate` says False."""
     m, total = len(z), 0.0
     A = aligned(m, whole(m + 1))  # [Z, z] becomes [L', w]
     A[:, :m], A[:, m] = E + R, z
@@ -310,7 +310,7 @@ def gated(x, P, n, lower, r, s, indices, n_f, J, E, found, z, R, threshold):
 
 @compiled
 def join(P, n, lower, r, s, n_r, n_s, L, P_lm, P_ll):
-    """P_lm = L_x P and P_ll = L_x P L_x' + Q of a new state, `augment`: P_ll is Q before. Whether they are finite."""
+    """P_lm = L_x P and P_ll = L_x P L_x' + Q of a new state, `augment`: P_ll is Q before. Returns True if finite."""
     k = len(L)
     shared = np.empty((max(n_r, n_s), n))
     P_lm[:] = 0.0

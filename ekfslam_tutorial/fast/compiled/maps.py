@@ -79,7 +79,7 @@ def _overwrite(P, lower, indices, P_im):
 
 
 def subtract(map, Wt):
-    """`FastMap.subtract` of W', shape (m, n). Whether it could be done."""
+    """`FastMap.subtract` of W', shape (m, n). Returns True if done."""
     if len(Wt) > MANY_ROWS:
         return False
     m, n = Wt.shape

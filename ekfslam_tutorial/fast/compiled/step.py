@@ -23,7 +23,7 @@ def left_out():
 
 
 def move(map, r, motion, u, U, dt):
-    """`motion.move` and `predict`. Whether it could be done."""
+    """`motion.move` and `predict`. Returns True if done."""
     run = program(_write_move, motion)
     if run is None or r.stop - r.start != motion.size or not isinstance(spot := map.spots(r)[0], slice):
         return False
@@ -49,7 +49,7 @@ def _write_move(motion):
 
 
 def normalized(map, r, frame):
-    """`transform` of the orientation of the frame that begins at r to its normal form. Whether it could be done."""
+    """`transform` of the orientation of the frame that begins at r to its normal form. Returns True if done."""
     run = program(_write_normalized, frame)
     if run is None or not isinstance(spot := map.spots(r)[0], slice):
         return False
@@ -226,7 +226,7 @@ def _write_correction(sensor):
 
 
 def inside(sensor, y):
-    """Whether a measurement is one of something visible: `sensor.visible` of `sensor.retro`. None if not compiled."""
+    """Return True if a measurement is one of something visible, as `straight.inside`. None if not compiled."""
     run = program(_write_inside, sensor)
     return None if run is None else run(floats(y))
 
