@@ -5,6 +5,23 @@ import numpy as np
 TINY = 1e-8  # of the largest number: asymmetry, and eigenvalues below zero, that rounding explains
 
 
+def faults(P):
+    """Return what keeps finite square matrices from being covariances.
+
+    Parameters
+    ----------
+    P : ndarray, shape (..., n, n)
+
+    Returns
+    -------
+    skew, negative : ndarray of bool, shape (...)
+        Where a matrix is not symmetric; where it has an eigenvalue below zero. Rounding is no fault.
+    """
+    tiny = TINY * np.abs(P).max((-2, -1), initial=0.0)
+    skew = np.abs(P - np.swapaxes(P, -2, -1)).max((-2, -1), initial=0.0) > tiny
+    return skew, np.linalg.eigvalsh(P).min(-1, initial=0.0) < -tiny
+
+
 def check_covariance(P, n, name="P"):
     """Refuse what is not a covariance of n numbers.
 
@@ -23,17 +40,18 @@ def check_covariance(P, n, name="P"):
     See Also
     --------
     is_covariance : The same as a question.
+    faults : The same for many matrices at once.
     """
     P = np.asarray(P, float)
     if P.shape != (n, n):
         raise ValueError(f"{name} must have shape {(n, n)}, got {P.shape}")
     if not np.isfinite(P).all():
         raise ValueError(f"{name} must be finite, got {P.tolist()}")
-    tiny = TINY * np.abs(P).max(initial=0.0)
-    if np.abs(P - P.T).max(initial=0.0) > tiny:
+    skew, negative = faults(P)
+    if skew:
         raise ValueError(f"{name} must be symmetric, got {P.tolist()}")
-    smallest = np.linalg.eigvalsh(P).min(initial=0.0)
-    if smallest < -tiny:
+    if negative:
+        smallest = np.linalg.eigvalsh(P).min()
         raise ValueError(f"{name} must be positive semi-definite, its smallest eigenvalue is {smallest:.3g}")
 
 

@@ -4,9 +4,7 @@ from math import isfinite
 
 import numpy as np
 
-from .core import check_control, check_raw
-
-TINY = 1e-8  # as in `ekf`: of the largest number, asymmetry and eigenvalues below zero that rounding explains
+from .core import check_control, check_raw, faults
 
 
 def check_motion(map, rob, dt):
@@ -34,14 +32,7 @@ def check_measurements(raw, sen):
     good = type(ids) is np.ndarray and ids.ndim == 1 and ids.dtype.kind in "iu"
     good = good and _floats(y) and y.shape == (len(ids), m) and isfinite(np.vdot(y, y))
     if good and R is not None:
-        good = np.shape(R) == (len(ids), m, m) and are_covariances(np.asarray(R, float))
+        R = np.asarray(R, float)
+        good = R.shape == (len(ids), m, m) and isfinite(np.vdot(R, R)) and not np.any(faults(R))
     if not good:
         check_raw(raw, sen)
-
-
-def are_covariances(P):
-    """Return True if all matrices of a stack, shape (K, n, n), are what `ekf` takes for covariances."""
-    tiny = TINY * np.abs(P).max((-1, -2), initial=0.0)
-    if not np.isfinite(P).all() or (np.abs(P - np.swapaxes(P, -1, -2)).max((-1, -2), initial=0.0) > tiny).any():
-        return False
-    return bool((np.linalg.eigvalsh(P)[..., 0] >= -tiny).all())

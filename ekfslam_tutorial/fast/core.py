@@ -1,6 +1,7 @@
 """All that the wing takes from `ekf` and `slam`, public names only; and the symbols by which it traces models."""
 
 from ..ekf import MapFull, check_covariance
+from ..ekf.covariances import faults
 from ..ekf.html import map_html, table_html
 from ..slam.association import Jcbb, KnownIds, NearestNeighbour, gate
 from ..slam.first_estimates import check_first_estimates, first_jacobians, note_first_estimates, transport
@@ -24,6 +25,7 @@ __all__ = [
     "check_first_estimates",
     "check_raw",
     "delete_bad",
+    "faults",
     "first_jacobians",
     "free_slot",
     "gate",

@@ -4,6 +4,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from ..ekf.covariances import faults
+
 
 @contextmanager
 def errors_at(place):
@@ -44,9 +46,7 @@ def covariance_stack(what, a, m):
     a = finite_array(what, a, 3)
     if a.shape[1:] != (m, m):
         raise ValueError(f"{what} must be {m} x {m} matrices, got shape {a.shape}")
-    scale = np.abs(a).max((1, 2), initial=0.0)
-    skew = np.abs(a - np.swapaxes(a, 1, 2)).max((1, 2), initial=0.0) > 1e-9 * scale
-    negative = np.linalg.eigvalsh(a).min(-1, initial=0.0) < -1e-9 * scale
+    skew, negative = faults(a)
     for bad, fault in ((skew, "symmetric"), (negative, "positive semi-definite")):
         if bad.any():
             raise ValueError(f"{what} must be {fault}, but row {np.flatnonzero(bad)[0]} is not")
