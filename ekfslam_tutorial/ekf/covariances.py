@@ -39,7 +39,6 @@ def check_covariance(P, n, name="P"):
 
     See Also
     --------
-    is_covariance : The same as a question.
     faults : The same for many matrices at once.
     """
     P = np.asarray(P, float)
@@ -53,12 +52,3 @@ def check_covariance(P, n, name="P"):
     if negative:
         smallest = np.linalg.eigvalsh(P).min()
         raise ValueError(f"{name} must be positive semi-definite, its smallest eigenvalue is {smallest:.3g}")
-
-
-def is_covariance(P):
-    """Return True if P, a square matrix, is what `check_covariance` accepts."""
-    try:
-        check_covariance(P, len(P))
-    except ValueError:
-        return False
-    return True

@@ -162,7 +162,7 @@ def correct(map, PHt, inn):
 
         K = P H' Z^-1,    x = x + K z,    P = P - K H P
 
-    With Z = L L' and W = P H' L^-T the last line is P - W W': symmetric by construction.
+    With Z = L L' and W = P H' L^-T these are x + W L^-1 z and P - W W': symmetric by construction.
 
     Parameters
     ----------
@@ -233,12 +233,12 @@ def augment(map, l, blocks, Q):
         For shapes that do not fit each other, or numbers that are not finite.
     """
     PLt = cross(map, blocks)
-    E, shape = covariance(PLt, blocks), np.shape(l) * 2
-    if not E.shape == np.shape(Q) == shape:
+    P_ll, shape = covariance(PLt, blocks), np.shape(l) * 2
+    if not P_ll.shape == np.shape(Q) == shape:
         raise ValueError(
-            f"a new state of shape {np.shape(l)} needs L_x P L_x' and Q of {shape}, got {E.shape}, {np.shape(Q)}"
+            f"a new state of shape {np.shape(l)} needs L_x P L_x' and Q of {shape}, got {P_ll.shape}, {np.shape(Q)}"
         )
-    P_ll = E + Q
+    P_ll = P_ll + Q
     if not (np.isfinite(P_ll).all() and np.isfinite(l).all()):
         raise ValueError(f"a new state must be finite, got {l} with the covariance {P_ll.tolist()}")
     return map.add(l, P_ll, PLt.T)

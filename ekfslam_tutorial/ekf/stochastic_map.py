@@ -126,6 +126,8 @@ class Map:
             The range of the new state: the head of r.
         """
         head, tail = slice(r.start, r.start + len(x)), slice(r.start + len(x), r.stop)
+        if tail.start < tail.stop and r not in self.ranges:
+            raise ValueError(f"only a whole state can become shorter, and range {r.start}:{r.stop} is none")
         self.x[head], self.P[head], self.P[:, head] = x, P_rm, P_rm.T
         self.P[head, head] = symmetric(P_rr)
         if tail.start < tail.stop:

@@ -7,8 +7,15 @@ import numpy as np
 from .core import check_control, check_raw, faults
 
 
+def check_map(map):
+    """Refuse a map that these steps cannot work on."""
+    if not hasattr(map, "notes"):
+        raise TypeError(f"the steps of `fast` need a map of `fast`: take fast.new_map(), got {type(map).__name__}")
+
+
 def check_motion(map, rob, dt):
     """Refuse a control, a control covariance or a duration that no robot can move by."""
+    check_map(map)
     noted, u, U = map.notes.of(rob), rob.u, rob.U
     motion, shape, covariance = noted.control
     good = motion is rob.motion and _floats(u) and u.shape == shape and isfinite(sum(u.tolist())) and 0 <= dt < np.inf
@@ -26,8 +33,9 @@ def _written(U):
     return (U.shape, U.tobytes()) if _floats(U) else object()
 
 
-def check_measurements(raw, sen):
+def check_measurements(map, raw, sen):
     """Refuse raw measurements that are none of this sensor."""
+    check_map(map)
     m, ids, y, R = len(sen.model.R), raw.ids, raw.y, raw.R
     good = type(ids) is np.ndarray and ids.ndim == 1 and ids.dtype.kind in "iu"
     good = good and _floats(y) and y.shape == (len(ids), m) and isfinite(np.vdot(y, y))

@@ -124,6 +124,11 @@ class CompressedMap:
         self._settle_means()
         return self._whole.x
 
+    @x.setter
+    def x(self, x):
+        """Write all of it: `map.x += dx` does that."""
+        self.x[:] = x
+
     @property
     def P(self):
         """Covariance of all states, shape (n, n). A view, too, good until the next operation on the map."""
@@ -131,6 +136,11 @@ class CompressedMap:
             self._settle()
             self._start_anew()
         return self._whole.P
+
+    @P.setter
+    def P(self, P):
+        """Write all of it."""
+        self.P[:] = P
 
     def flush(self):
         """Settle all that is active; what was used last stays active."""

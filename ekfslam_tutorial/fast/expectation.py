@@ -8,6 +8,8 @@ from math import inf
 
 import numpy as np
 
+from ..models.observation import refuse_derivative
+
 IDENTITIES = {n: np.eye(n).tobytes() for n in range(1, 9)}
 
 
@@ -77,6 +79,9 @@ def expect(Rf, Sf, sensor, lmk, l):
     F, F_r, F_s = Rf.compose(Sf)
     v, V_f, V_l = seen_from(F, sensor, lmk, l)
     e, E_v = sensor.project(v)
+    shape = *e.shape, v.shape[-1]
+    if E_v.shape[-2:] != shape[-2:]:
+        refuse_derivative(sensor, E_v, shape)
     E_f = product(E_v, V_f)
     return e, v, product(E_f, F_r), product(E_f, F_s), product(E_v, V_l)
 

@@ -94,6 +94,11 @@ class FastMap:
         """Mean of all states, shape (n,). A view: writing into it changes the map."""
         return self._xn
 
+    @x.setter
+    def x(self, x):
+        """Write all of it: `map.x += dx` does that."""
+        self.x[:] = x
+
     @property
     def P(self):
         """Covariance of all states, shape (n, n). A view, too, good until the next operation on the map."""
@@ -104,6 +109,11 @@ class FastMap:
                 mirror(self._Pn)
             self._lower = False
         return self._Pn
+
+    @P.setter
+    def P(self, P):
+        """Write all of it."""
+        self.P[:] = P
 
     @property
     def used(self):

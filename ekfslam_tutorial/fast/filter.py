@@ -50,7 +50,7 @@ class Innovation:
     @lazy
     def iL(self):
         """Inverse of the Cholesky factor: Z = L L', Z^-1 = iL' iL."""
-        if not isfinite(self.z.dot(self.z)):
+        if not np.isfinite(self.z).all():
             raise ValueError(f"the innovation must be finite, got {np.asarray(self.z).tolist()}")
         L, info = dpotrf(self.Z, lower=1, clean=1)
         if info != 0 or not isfinite(L[-1, -1]):

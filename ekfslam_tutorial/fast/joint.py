@@ -14,10 +14,12 @@ from .obs import Obs
 from .tables import sightings
 from .tidy import most_uncertain, tidy
 
+LARGEST = np.finfo(float).max  # as a gate: what is too far away for a float does not pass, everything else does
+
 
 def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     """`correct_known_lmks` with `opt.joint`: parameters and results are the same, and the frames of both."""
-    by_id = getattr(opt.association, "by_id", False)  # if not, a measurement near one out of view starts no other
+    by_id = type(opt.association) is KnownIds  # if not, a measurement near one out of view starts no other
     table = sightings(map, rob, sen, lmks, Rf, Sf, in_view=by_id)
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
@@ -87,11 +89,12 @@ def _corrected(map, sen, table, found, no_E, raw, opt):
     """Those by which the map has been corrected."""
     y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
     R = sen.model.R if raw.R is None else np.asarray(raw.R).take(index, 0)
+    threshold = opt.md2_threshold if isfinite(np.vdot(y, y)) else min(opt.md2_threshold, LARGEST)
     if table.J is not None:
         e, spots = table.e, map.spots(*table.ranges, found if no_E is None else no_E)
         E = table.E if no_E is None else np.empty((*e.shape, e.shape[1]))
         done = compiled().correct_found(
-            map, sen.model, spots, table.n, table.J, e, E, no_E, found, index, y, R, opt.md2_threshold
+            map, sen.model, spots, table.n, table.J, e, E, no_E, found, index, y, R, threshold
         )
         if done is not None:
             (z, passed), table.E, table.has_E = done, E, True
@@ -101,8 +104,8 @@ def _corrected(map, sen, table, found, no_E, raw, opt):
         table.keep(map, no_E.tolist())
     z = sen.model.residual(y.take(index, 0), table.e.take(found, 0))
     table.measure(found, index, y, z, R)
-    if isfinite(opt.md2_threshold):
-        passed = np.flatnonzero(_distances(z, table.E[found] + R) < opt.md2_threshold).tolist()
+    if isfinite(threshold):
+        passed = np.flatnonzero(_distances(z, table.E[found] + R) < threshold).tolist()
         if len(passed) < len(found):
             found, z, R = [found[i] for i in passed], z[passed], R if raw.R is None else R[passed]
     if found:

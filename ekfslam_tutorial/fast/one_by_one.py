@@ -1,5 +1,7 @@
 """Active search, one correction after the other: each landmark is projected again from the map as corrected so far."""
 
+import numpy as np
+
 from .core import Event, delete_bad
 from .extra import compiled
 from .filter import correct, covariance, cross, innovation
@@ -57,7 +59,8 @@ class _Search:
             blocks = Obs(table, k).blocks
             PHt = cross(map, blocks)
             table.E[k] = covariance(PHt, blocks)
-        y, R = self.raw.y[index], sen.model.R if self.raw.R is None else self.raw.R[index]
+        y = np.asarray(self.raw.y[index], float)
+        R = sen.model.R if self.raw.R is None else np.asarray(self.raw.R[index], float)
         inn = innovation(sen.model.residual(y, table.e[k]), table.E[k], R)
         table.y[k], table.R[k], table.z[k] = y, R, inn.z
         accepted = inn.md2 < opt.md2_threshold

@@ -1,5 +1,6 @@
 """Programs of models: each is written when it is needed for the first time, from what the model does with symbols."""
 
+from dataclasses import fields
 from functools import lru_cache
 
 KEEP = 256  # programs
@@ -23,16 +24,25 @@ def program(write, a, b=None, c=None):
 def _written(write, *key):
     if not all(isinstance(model, type) or _cannot_change(model) for model in key):
         return None
+    alike = tuple(_text(model) for model in key)
     try:
-        hash(key)
+        hash((key, alike))
     except TypeError:  # parameters in lists
-        return _tried.__wrapped__(write, *key)
-    return _tried(write, *key)
+        return _tried.__wrapped__(write, alike, *key)
+    return _tried(write, alike, *key)
+
+
+def _text(model):
+    """Return what two equal models may still differ in: the code of their methods, and fields that do not count."""
+    kind = model if isinstance(model, type) else type(model)
+    methods = [getattr(each, "__code__", None) for base in kind.__mro__ for each in vars(base).values()]
+    hidden = () if model is kind else (getattr(model, f.name) for f in fields(model) if not f.compare)
+    return tuple(code for code in methods if code is not None), *hidden
 
 
 @lru_cache(KEEP)
-def _tried(write, *key):
-    """Return the program, or None; models that are equal share it."""
+def _tried(write, alike, *key):
+    """Return the program, or None; models that are alike share it."""
     try:
         return write(*key)
     except Exception:  # a model that is not made for symbols may fail in any way; with numbers it says what is wrong

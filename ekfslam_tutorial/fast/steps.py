@@ -53,7 +53,7 @@ def move(map, rob, dt):
 
 def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     """Correct the map with the landmarks that are in it: see `slam.correct_known_lmks`."""
-    check_measurements(raw, sen)
+    check_measurements(map, raw, sen)
     Rf, Sf = normal_frame(map, rob, rob.motion.frame), normal_frame(map, sen, sen.frame_type)
     if opt.first_estimates:
         note_first_estimates(map, rob, lmks)

@@ -24,7 +24,7 @@ from .traces import (
     trace_orientation,
 )
 
-FAILED = ArithmeticError, ValueError  # of Python's math, where numpy gives infinity or NaN
+FAILED = ArithmeticError, ValueError, TypeError  # of Python's math, where numpy gives infinity or NaN
 LONG = 400  # operations for each of a stack: from here on the model's own products of matrices are quicker
 
 
@@ -128,7 +128,7 @@ def _write_birth(frame, sensor, kind):
 def _of_one(arguments, tape, results):
     """The program for lists of floats: it returns the results as arrays, in their order."""
     steps = operations(tape, results.values())
-    lines = [line(at, template.replace("[k, ", "["), args) for at, template, args, _ in steps]
+    lines = [line(at, _for_floats(template), args) for at, template, args, _ in steps]
     return _function(arguments, [*lines, f"return {', '.join(map(_array, results.values()))}"])
 
 
@@ -163,7 +163,13 @@ def _write_expectation(frame, sensor, kind):
 
 
 INFIX = {"{} and {}": "np.logical_and({}, {})", "{} or {}": "np.logical_or({}, {})", "not {}": "np.logical_not({})"}
+INFIX |= {"{} ** {}": "np.power({}, {})"}  # of integers it is still a float: one of both is a symbol
 INFIX |= {"{1} if {0} else {2}": "np.where({0}, {1}, {2})", "math.hypot({}, {})": "np.hypot({}, {})"}
+
+
+def _for_floats(template):
+    """Return the template of an operation for floats: a root of a negative number is an error, not complex."""
+    return "math.pow({}, {})" if template == "{} ** {}" else template.replace("[k, ", "[")
 
 
 def _for_arrays(template):

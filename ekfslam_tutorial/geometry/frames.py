@@ -202,11 +202,6 @@ class Frame2(_Frame):
     def _inverse(a):
         return -a, -ONE
 
-    @property
-    def is_normal(self):
-        """Return True if `normalized` would leave everything as it is: the heading is in (-pi, pi)."""
-        return bool(np.all(np.abs(self.theta) < pi))
-
     def normalized(self):
         """The same frame with its heading in (-pi, pi]; itself, if it is. Returns N, N_f (..., 3, 3).
 
@@ -214,7 +209,8 @@ class Frame2(_Frame):
         --------
         wrap : The same for an angle.
         """
-        N = self if self.is_normal else Frame2(np.concatenate([self.t, wrap(self.o)], -1))
+        inside = np.all(np.abs(self.theta) < pi)
+        N = self if inside else Frame2(np.concatenate([self.t, wrap(self.o)], -1))
         return N, _one_above_the_other(N.x, np.eye(2), ONE)
 
     def minus(self, G):
@@ -274,8 +270,6 @@ class Frame3(_Frame):
 
     _product = staticmethod(q_prod)
     _inverse = staticmethod(q2qc)
-
-    is_normal: ClassVar[bool] = False  # a covariance must always pass through the projector of `normalized`
 
     def normalized(self):
         """The same frame with a unit quaternion. Returns N, N_f (..., 7, 7).

@@ -70,8 +70,22 @@ def expect(Rf, Sf, sensor, lmk, l):
     """
     v, V_r, V_s, V_l = to_sensor(Rf, Sf, sensor, lmk, l)
     e, E_v = sensor.project(v)
-    E_v = np.broadcast_to(E_v, (*e.shape, v.shape[-1]))  # of a linear sensor it may be the same for all
+    shape = *e.shape, v.shape[-1]
+    if np.shape(E_v)[-2:] != shape[-2:]:
+        refuse_derivative(sensor, E_v, shape)
+    E_v = np.broadcast_to(E_v, shape)  # of a linear sensor it may be the same for all
     return e, v, E_v @ V_r, E_v @ V_s, E_v @ V_l
+
+
+def refuse_derivative(sensor, E_v, shape):
+    """Say that the derivative of `sensor.project` has another shape than it should.
+
+    Raises
+    ------
+    ValueError
+    """
+    wanted = f"(..., {shape[-2]}, {shape[-1]})"
+    raise ValueError(f"{type(sensor).__name__}.project: its Jacobian must have shape {wanted}, got {np.shape(E_v)}")
 
 
 def observe(Rf, Sf, sensor, lmk, l):

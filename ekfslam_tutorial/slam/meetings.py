@@ -1,10 +1,13 @@
 """Robots that see each other: the position of a robot is a landmark that moves."""
 
+import numpy as np
+
 from ..ekf import correct, covariance, cross, innovation
 from ..models.landmarks import EucPnt
 from .first_estimates import note_first_estimates
 from .objects import Event, Lmk
 from .projection import frame_range, normalize, project_lmks
+from .steps import check_raw
 
 
 def project_robots(map, rob, sen, others):
@@ -65,17 +68,18 @@ def correct_met_robots(map, rob, sen, robs, raw, opt):
         One of kind meeting for each sighting; its lmk is the id of the robot that was seen, its flag says whether it
         passed the gate.
     """
+    check_raw(raw, sen)
     known = {other.id: other for other in robs if other.id != rob.id}
     events = []
     for each in robs if opt.first_estimates else ():
         note_first_estimates(map, each, {})
-    for i, id in enumerate(raw.ids.tolist()):
+    for i, id in enumerate(np.asarray(raw.ids).tolist()):
         if id not in known:
             continue
         (o,) = project_robots(map, rob, sen, [known[id]])
         R = sen.model.R if raw.R is None else raw.R[i]
         PHt = cross(map, o.blocks)
-        inn = innovation(sen.model.residual(raw.y[i], o.e), covariance(PHt, o.blocks), R)
+        inn = innovation(sen.model.residual(np.asarray(raw.y[i], float), o.e), covariance(PHt, o.blocks), R)
         accepted = inn.md2 < opt.md2_threshold
         events.append(Event("meeting", rob.id, sen.id, id, accepted))
         if accepted:

@@ -81,7 +81,7 @@ class Options:
 
     def __post_init__(self):
         object.__setattr__(self, "n", np.atleast_1d(np.array(self.n, float)))
-        object.__setattr__(self, "N", np.atleast_2d(np.array(self.N, float, order="C")))
+        object.__setattr__(self, "N", np.atleast_2d(np.array(self.N, float)))
         check_covariance(self.N, len(self.n), "the covariance N of the prior")
         self._check()
 

@@ -39,7 +39,7 @@ def reopen_gate(map, rob, events, opt, lmks=()):
     for event in events:
         if event.kind == "innovation":
             rob.n_refused = 0 if event.flag else rob.n_refused + 1
-    if opt.reopen_after is None or rob.r is None or rob.n_refused < opt.reopen_after:
+    if not events or opt.reopen_after is None or rob.r is None or rob.n_refused < opt.reopen_after:
         return []
     F = rob.frame(map)
     position, angle = opt.reopen_std

@@ -63,7 +63,8 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
 
     Active search: all landmarks are projected; the visible ones are matched; those with the most uncertain
     expectation come first, at most `opt.n_updates` of them. Then either each corrects the map on its own, projected
-    again from the map as corrected so far, or, with `opt.joint`, all of them together, as they were projected.
+    again from the map as corrected so far, or, with `opt.joint`, all of them together, as they were projected. (Who
+    comes first does not matter then: without a limit the order is that of `lmks`.)
 
     Parameters
     ----------
@@ -97,7 +98,8 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     for key in [key for key in obs if key[0] == sen.id]:
         del obs[key]
 
-    order = list(lmks.values()) if opt.joint else sorted(lmks.values(), key=lambda lmk: lmk.slot)
+    by_slot = sorted(lmks.values(), key=lambda lmk: lmk.slot)  # it decides between equally uncertain ones
+    order = list(lmks.values()) if opt.joint else by_slot
     expected = project_lmks(map, rob, sen, order)
     seen = [o for o in expected if o.visible]
     obs.update({(sen.id, o.lmk): o for o in (seen if opt.joint else expected)})
