@@ -121,6 +121,9 @@ def assert_same_frames(plain, quick, whole):
 # --- whole runs ------------------------------------------------------------------------------------------------------
 
 
+ALL = tuple(HOW.values())
+
+
 def runs(data, recording, hows):
     """A run of the plain engine, and one of the fast one with each of these options."""
     settings = [{"engine": "plain"}, *({"engine": "fast"} | how for how in hows)]
@@ -129,7 +132,7 @@ def runs(data, recording, hows):
     return [universal_slam(replace(data, options=each), recording) for each in options]
 
 
-def assert_same_runs(data, recording=None, frames=None, hows=tuple(HOW.values())):
+def assert_same_runs(data, recording=None, frames=None, hows=ALL):
     """Run a scenario with the plain engine and with all kinds of the fast one; they are compared after each frame.
 
     Returns
