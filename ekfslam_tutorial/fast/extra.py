@@ -2,6 +2,7 @@
 
 from functools import cache
 from importlib.util import find_spec
+from typing import Any
 
 
 def check_compiled(error):
@@ -11,7 +12,7 @@ def check_compiled(error):
 
 
 @cache
-def compiled():
+def compiled() -> Any:
     """Return the package of compiled code: imported when a map asks for it, because numba takes its time."""
     from . import compiled
 

@@ -28,8 +28,8 @@ class Sightings:
 
     Attributes
     ----------
-    r : list of slice or None
-        Range of each landmark in the map.
+    r, kinds, places : list of slice or None, list of LmkType, list of int
+        Range of each landmark in the map, its type, and where it stands among all: as they are noted.
     untidy : bool
         True if some of the landmarks have something to tidy up after a correction: see `tidy`.
     has_E : bool
@@ -40,7 +40,8 @@ class Sightings:
 
     def __init__(self, sen, lmks, e, v, visible, ranges, E_r=None, E_s=None, E_l=None, *, J=None, n=None):
         self.sen, self.lmks, self.e, self.v, self.visible, self.ranges = sen, lmks, e, v, visible, ranges
-        self.J, self.n, self.has_E, self.r, self.untidy = J, n, False, [], False
+        self.J, self.n, self.has_E, self.untidy = J, n, False, False
+        self.r, self.kinds, self.places = [], [], []
         if J is None:
             vars(self).update(E_r=E_r, E_s=E_s, E_l=E_l)  # not looked up in J, then
         self.K = K = len(e)

@@ -7,6 +7,7 @@ the model itself.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -183,6 +184,6 @@ def _for_arrays(template):
 
 def _function(arguments, lines):
     """Return the function with this body."""
-    namespace = {"math": math, "np": np}
+    namespace: dict[str, Any] = {"math": math, "np": np}
     exec("".join([f"def run({arguments}):\n", *(f"    {each}\n" for each in lines)]), namespace)
     return namespace["run"]

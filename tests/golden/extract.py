@@ -12,7 +12,8 @@ import numpy as np
 
 DATA = Path(__file__).parent / "data"
 FILES = ("rotations", "frames", "motion", "camera", "points")
-RUNS = {"pnt_idp": 40, "pnt_idp_outliers": 40, "phd_euc": 10, "multi_2rob_4sen": 5, "constvel_noise": 8}  # name to number of frames
+RUNS = {"pnt_idp": 40, "pnt_idp_outliers": 40, "phd_euc": 10, "multi_2rob_4sen": 5, "constvel_noise": 8}
+"""Name to number of frames."""
 PARAMETERS = ("name", "branch", "Time", "Opt", "Robot", "Sensor", "senPar", "senFrame", "robSensors", "robCon")
 
 
