@@ -204,7 +204,12 @@ class Frame2(_Frame):
 
     @property
     def is_normal(self):
-        """Return True if `normalized` would leave everything as it is: the heading is in (-pi, pi)."""
+        """Return True if `normalized` would leave everything as it is: the heading is in (-pi, pi).
+
+        See Also
+        --------
+        normalized : Makes it so.
+        """
         return bool(np.all(np.abs(self.theta) < pi))
 
     def normalized(self):

@@ -8,7 +8,12 @@ from typing import Any, Protocol
 
 
 class MotionModel(Protocol):
-    """Motion model, how a robot moves: see `models.motion`."""
+    """Motion model, how a robot moves: see `models.motion`.
+
+    See Also
+    --------
+    check_motion : Tests one.
+    """
 
     frame: Any  # Frame2 or Frame3; the first frame.size numbers of the state are the robot's frame
     size: int  # length of the state
@@ -24,6 +29,10 @@ class SensorModel(Protocol):
     """Sensor model, what a sensor measures: see `models.sensors`.
 
     It may have a `max_range`, m: `visible` is false for all that is further away, and large maps are searched by it.
+
+    See Also
+    --------
+    check_sensor : Tests one.
     """
 
     bearing_only: Any  # True: measures a direction; a landmark's birth needs a prior
@@ -54,7 +63,12 @@ class SensorModel(Protocol):
 
 
 class LmkType(Protocol):
-    """Landmark type, how a map stores a landmark: see `models.landmarks`. `from_ray` or `from_point` may be missing."""
+    """Landmark type, how a map stores a landmark: see `models.landmarks`. `from_ray` or `from_point` may be missing.
+
+    See Also
+    --------
+    check_landmark : Tests one.
+    """
 
     @property
     def size(self) -> int:
