@@ -30,7 +30,7 @@ def relative(a, b):
 
 
 def same(maps, tolerance=EXACT):
-    """Whether a compressed and a plain map are one and the same estimate."""
+    """Return True if a compressed and a plain map are one and the same estimate."""
     a, b = maps
     near = relative(np.asarray(a.x), b.x) < tolerance and relative(a.P, b.P) < tolerance
     return near and np.array_equal(a.used, b.used)

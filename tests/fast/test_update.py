@@ -29,7 +29,7 @@ def four_calls(map, blocks, z, R):
 
 
 def agree(scene, blocks, z, R):
-    """Whether one call on one map gives what four give on the other."""
+    """Return True if one call on one map gives what four give on the other."""
     update(scene.maps[0], blocks, z, R)
     four_calls(scene.maps[1], blocks, z, R)
     return scene.same()
@@ -53,7 +53,7 @@ class Scene:
         self.lmks = ranges[2:6] + ranges[7:]
 
     def same(self):
-        """Whether both maps hold the same numbers. Without compiled code both do the very same operations.
+        """Return True if both maps hold the same numbers. Without compiled code both do the very same operations.
 
         Compiled sums have another order: of a few hundred products 1e-11 of the largest number is left.
         """
