@@ -204,12 +204,7 @@ class Frame2(_Frame):
 
     @property
     def is_normal(self):
-        """Return True if `normalized` would leave everything as it is: the heading is in (-pi, pi).
-
-        See Also
-        --------
-        normalized : Makes it so.
-        """
+        """Return True if `normalized` would leave everything as it is: the heading is in (-pi, pi)."""
         return bool(np.all(np.abs(self.theta) < pi))
 
     def normalized(self):
