@@ -80,6 +80,7 @@ benchmarks/RESULTS
 :caption: Every name
 
 docs/api/core
+docs/api/fast
 docs/api/toolbox
 docs/api/course
 ```

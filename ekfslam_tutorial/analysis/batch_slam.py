@@ -95,7 +95,7 @@ ONLY |= {"max_lmks": None, "capacity": None, "min_match_ratio": 0.0, "min_inlier
 
 
 def why_not_batched(data):
-    """What of a scenario `batch_slam` cannot do, in words; None if it can do it all."""
+    """Say what of a scenario `batch_slam` cannot do; None if it can do it all."""
     if data.data is not None:
         return f"the scenario plays the data set {data.data.name!r}"
     if len(data.robots) != 1 or len(data.sensors) != 1:
@@ -226,7 +226,7 @@ class _Slam:
             self._normalize()
 
     def _turns(self, found):
-        """When each landmark has its turn, shape (R, N): 0, 1, ...; -1 for those that are not corrected."""
+        """Return when each landmark has its turn, shape (R, N): 0, 1, ...; -1 for those that are not corrected."""
         every = lambda x: (Frame2(x[:, None, ROB]), x[:, 3:].reshape(*found.shape, 2))
         with np.errstate(divide="ignore", invalid="ignore"):
             e, E_r, E_l = self._observe(every, self.x)

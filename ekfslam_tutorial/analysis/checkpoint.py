@@ -53,7 +53,7 @@ class Checkpoint:
 
 
 def resume(path, data, recording, history):
-    """What a checkpoint holds of this run.
+    """Return what a checkpoint holds of this run.
 
     Parameters
     ----------

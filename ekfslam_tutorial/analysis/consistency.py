@@ -161,7 +161,7 @@ class Honesty:
     smallest: float
 
     def verdicts(self):
-        """What each number says, in words."""
+        """Say what each number says, in words."""
         return {
             "nees": _judge(self.nees, self.nees_band),
             "nis": _judge(self.nis, self.nis_band),

@@ -138,7 +138,7 @@ def _compute(data, series, executor, bar):
 
 
 def n_tasks(data, runs):
-    """How many tasks a series is divided into: more workers than that have nothing to do."""
+    """Count of the tasks that a series is divided into: more workers than that have nothing to do."""
     return 1 if data.data is not None else len(_blocks(data, runs, why_not_batched(data) is None))
 
 

@@ -73,7 +73,7 @@ class MonteCarlo:
         return _mean(values, 0) if name == "nees" else np.sqrt(_mean(values**2, 0))
 
     def band(self, confidence=0.95):
-        """Where the NEES of an honest filter, as a mean over the runs that were finished, is with this probability."""
+        """Band in which the NEES of an honest filter, a mean over the finished runs, is with this probability."""
         return anees_band(self.dof, max(len(self.runs) - len(self.failures), 1), confidence)
 
     def per_run(self):

@@ -100,7 +100,7 @@ class Series:
 
 
 def read(path):
-    """What a file of a series holds: its head, the numbers of the runs, their scores.
+    """Return what a file of a series holds: its head, the numbers of the runs, their scores.
 
     Raises
     ------

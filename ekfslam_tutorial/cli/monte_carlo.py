@@ -51,7 +51,7 @@ def main(options):
 
 @contextmanager
 def _executor(options, data):
-    """Where to run: on a cluster, in processes of our own, or here (None) if there is one worker or one task only."""
+    """Return where to run: on a cluster, in processes of our own, or here (None) for one worker or one task."""
     if options.dask:
         with _dask(options.dask) as client:
             yield client.get_executor(pure=False)

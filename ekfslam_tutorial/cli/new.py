@@ -58,7 +58,7 @@ def names(name):
 
 
 def usage(kind, name):
-    """How a scenario names the model."""
+    """Say how a scenario names the model."""
     return f'motion = "{name}"' if kind == "motion" else f'type = "{name}"'
 
 

@@ -177,7 +177,7 @@ def consume(run, watchers, first=0):
 
 @contextmanager
 def suspected(models):
-    """Where models of the user's own are in use, what goes wrong in a run is most likely theirs."""
+    """Blame what goes wrong in a run on models of the user's own, where there are any: most likely it is theirs."""
     try:
         yield
     except ValueError as error:

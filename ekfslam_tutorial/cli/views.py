@@ -38,7 +38,7 @@ def write_figures(out, history, data, fixes=None, costs=None):
 
 
 def _costs(out, history, costs):
-    """What each frame has cost, and the size of the map."""
+    """Draw what each frame has cost, and the size of the map."""
     t = next(history.track(id).t for id in history.robots)
     ax = cost_panel(t[-len(costs) :], np.array(costs), np.array(history.n_landmarks[-len(costs) :]))
     return _save(ax.figure, out / "cost.png")
@@ -101,7 +101,7 @@ def _save(fig, path):
 
 
 def movie_path(out):
-    """Where the movie goes: MP4 where ffmpeg is, else GIF. Asked before the run."""
+    """Return where the movie goes: MP4 where ffmpeg is, else GIF. Asked before the run."""
     return check_movie_path(Path(out) / ("movie.mp4" if shutil.which("ffmpeg") else "movie.gif"))
 
 

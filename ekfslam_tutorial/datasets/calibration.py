@@ -30,7 +30,7 @@ STANDING = 0.01
 
 @dataclass(frozen=True)
 class OdometryCalibration:
-    """How real motion follows commanded motion.
+    """Calibration of an odometry: how real motion follows commanded motion.
 
     Parameters
     ----------

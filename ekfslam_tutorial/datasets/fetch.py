@@ -18,7 +18,7 @@ PINS = "ekfslam_checksums.json"
 
 
 def target_folder(folder=None):
-    """Where data sets go: the folder given, which is made if need be, or the first one of `EKFSLAM_DATA`.
+    """Return where data sets go: the folder given, which is made if need be, or the first one of `EKFSLAM_DATA`.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def fetch(name, folder=None, parts=None, addresses=None, progress=None, pause=1.
 
 
 def by_hand(dataset):
-    """What to do when a download is not possible."""
+    """Say what to do when a download is not possible."""
     return f"Get it by hand from {dataset.home}, then: ekfslam data import PATH"
 
 

@@ -80,7 +80,7 @@ def get_pose(k):
 
 
 def sense(k):
-    """What the sensor measures at time step k.
+    """Return what the sensor measures at time step k.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def sense(k):
 
 
 def seen(k):
-    """Whose measurements `sense(k)` returns: the known correspondences.
+    """Return whose measurements `sense(k)` returns: the known correspondences.
 
     Returns
     -------

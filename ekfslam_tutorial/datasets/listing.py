@@ -21,7 +21,7 @@ def _file_digest(path):
 
 
 def _mrclam_digest(path):
-    """Of what the files for the estimation say, whoever packed or unpacked them: names, then numbers."""
+    """Digest of what the files for the estimation say, whoever packed or unpacked them: names, then numbers."""
     source, digest = Source(path), hashlib.sha256()
     robots = [f"Robot{n}_{what}.dat" for n in ROBOTS for what in ("Odometry", "Measurement")]
     for name in ("Barcodes.dat", "Landmark_Groundtruth.dat", *robots):
@@ -128,7 +128,7 @@ DATASETS = (MRCLAM, PARK, WOODS)
 
 @dataclass(frozen=True)
 class Status:
-    """What is known about one part of a data set.
+    """State of what is known about one part of a data set.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def _checksum(dataset, part, path):
 
 
 def report(verify=True):
-    """What `ekfslam data` prints.
+    """Return what `ekfslam data` prints.
 
     Returns
     -------

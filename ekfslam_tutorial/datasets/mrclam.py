@@ -49,7 +49,7 @@ HOLD = 2.0
 
 
 def find_set(set, path=None):
-    """Where one set is.
+    """Return where one set is.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def load(
 
 
 def calibrate(robot):
-    """What the log of one robot (RobotLog) says about its odometry; see `calibration`."""
+    """Return what the log of one robot (RobotLog) says about its odometry; see `calibration`."""
     s = robot.landmarks
     return self_calibration(robot.odometry, s.t, s.ids, s.y, FAMILY)
 

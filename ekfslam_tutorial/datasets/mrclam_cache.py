@@ -23,7 +23,7 @@ EDITION = 1
 
 
 def cache_folder():
-    """Where kept files go: the folder that `EKFSLAM_CACHE` names, else the user's folder for caches."""
+    """Return where kept files go: the folder that `EKFSLAM_CACHE` names, else the user's folder for caches."""
     if os.environ.get(ENVIRONMENT):
         return Path(os.environ[ENVIRONMENT]).expanduser()
     if sys.platform == "win32":

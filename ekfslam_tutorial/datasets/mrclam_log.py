@@ -43,7 +43,7 @@ class Sightings:
 
 @dataclass(frozen=True)
 class RobotLog:
-    """What one robot logged.
+    """Log of one robot.
 
     Parameters
     ----------

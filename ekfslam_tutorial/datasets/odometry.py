@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class OdometryNoise:
-    """How commanded and real motion part: random walks, so the variances grow with the way.
+    """Noise of an odometry, how commanded and real motion part: random walks, so the variances grow with the way.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ class Resuming:
         self._note().unlink(missing_ok=True)
 
     def edition(self, url):
-        """What the server said about the edition of the unfinished file, None if nothing."""
+        """Return what the server said about the edition of the unfinished file, None if nothing."""
         try:
             note = json.loads(self._note().read_text())
             return note["edition"] if note["url"] == url else None

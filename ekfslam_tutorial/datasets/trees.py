@@ -14,7 +14,7 @@ NOTHING = 80.0
 
 @dataclass(frozen=True)
 class TreeDetector:
-    """What is taken for a tree.
+    """Detector of trees: what is taken for one.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class TreeDetector:
 
 
 def agreement(ours, theirs, near=1.0):
-    """How far two lists of trees agree: pairs that are each other's nearest, scan by scan.
+    """Return how far two lists of trees agree: pairs that are each other's nearest, scan by scan.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ STANDING = 1e-3
 
 @dataclass(frozen=True)
 class ParkLog:
-    """What the truck logged, in s, m, rad, and the times of one clock.
+    """Log of the truck, in s, m, rad, and the times of one clock.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ from scipy.special import gammainc, gammaincinv
 
 
 def quantile(probability, dof):
-    """What a chi-square number with so many degrees of freedom stays below with this probability; arrays broadcast."""
+    """Return what a chi-square number of `dof` degrees stays below with this probability; arrays broadcast."""
     return 2.0 * gammaincinv(dof / 2, probability)
 
 

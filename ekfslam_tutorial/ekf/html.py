@@ -14,7 +14,7 @@ def map_html(map, owners=None):
 
     Parameters
     ----------
-    map : Map or CompressedMap
+    map : Map
     owners : dict of str to slice, optional
         Whose state is where; without it the ranges speak for themselves.
     """

@@ -50,12 +50,12 @@ class Map:
 
     @property
     def n_used(self):
-        """How many numbers are in use."""
+        """Count of the numbers that are in use."""
         return sum(r.stop - r.start for r in self.ranges)
 
     @property
     def used(self):
-        """Which numbers are in use, shape (n,), bool."""
+        """Mask of the numbers that are in use, shape (n,), bool."""
         used = np.zeros(self.n, bool)
         for r in self.ranges:
             used[r] = True

@@ -30,10 +30,10 @@ class Columns:
 
     @property
     def shape(self):
-        """As that of P H', for all states."""
+        """Shape of P H', for all states."""
         return self._map.n, len(self._HP)
 
     def __array__(self, dtype=None, copy=None):
-        """Of all states."""
+        """Return P H' of all states."""
         T = self._map._by_active(np.arange(self._map.n))
         return np.asarray(T @ self.T.T, dtype)

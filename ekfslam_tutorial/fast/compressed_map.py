@@ -73,7 +73,7 @@ class CompressedMap:
         return map_html(self)
 
     def __getstate__(self):
-        """For copies and files. All is settled for it: the estimate stays the same, but for rounding."""
+        """Return what copies and files keep. All is settled for it: the estimate stays the same, but for rounding."""
         self.P  # noqa: B018
         return {
             "whole": self._whole.__getstate__(),
@@ -158,7 +158,7 @@ class CompressedMap:
 
     @property
     def n_active(self):
-        """How many states are active."""
+        """Count of the active states."""
         return self._small.n_used - len(self._v)
 
     def _used_last(self):
@@ -217,7 +217,7 @@ class CompressedMap:
     # --- for the operations of the filter: see `FastMap` --------------------------------------------------------------
 
     def variances(self, r):
-        """As `FastMap.variances`, but those of the far states may be larger than they are: as they were last settled.
+        """Return what `FastMap.variances` does; those of far states may be too large: as they were last settled.
 
         What has happened since then has only made them smaller: far states do not move.
         """
@@ -225,7 +225,7 @@ class CompressedMap:
         return np.where(spot >= 0, self._small.variances(spot), far) if self.n_active else far
 
     def fetch(self, blocks):
-        """As `FastMap.fetch`, of all that is active. The states of the blocks become active."""
+        """Return rows as `FastMap.fetch`, of all that is active. The states of the blocks become active."""
         inside = [block for block in blocks if block[0] is not None]
         self._used_spots = [(r, self.spot(r)) for r, _ in inside]
         self._now += 1
@@ -253,7 +253,7 @@ class CompressedMap:
 
     @property
     def storage(self):
-        """As `FastMap.storage`, of what is active; x is how far it has moved, until `relieve` has seen to it."""
+        """`FastMap.storage` of what is active; x is how far it has moved, until `relieve` has seen to it."""
         return self._small.storage
 
     def spots(self, r, s=None, indices=None, some=None):
@@ -317,11 +317,11 @@ class CompressedMap:
         self.relieve()
 
     def keep_one_triangle(self):
-        """As `FastMap.keep_one_triangle`, of what is active."""
+        """Do as `FastMap.keep_one_triangle`, of what is active."""
         return self._small.keep_one_triangle()
 
     def relieve(self):
-        """After a correction: settle all when too much is active."""
+        """Settle all, after a correction, when too much is active."""
         self._follow()
         if self.n_active > self.active and self.n_active > 2 * len(self._used_last()):
             self.flush()  # it would be of no use if all were needed again

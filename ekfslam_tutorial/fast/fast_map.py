@@ -79,7 +79,7 @@ class FastMap:
         self._xn, self._Pn = self._x[:n], self._P[:n, :n]
 
     def __getstate__(self):
-        """For copies: addresses, views and notes stay here."""
+        """Return what copies keep: addresses, views and notes stay here."""
         return {k: v for k, v in vars(self).items() if k not in ("_xn", "_Pn", "_downdate", "notes")}
 
     def __setstate__(self, state):
@@ -217,7 +217,7 @@ class FastMap:
 
     @property
     def storage(self):
-        """For compiled code: storage of x and P, how much of it counts, and if of P only the lower triangle does."""
+        """Storage for compiled code: of x and P, how much of it counts, and if of P only the lower triangle does."""
         return self._x, self._P, self.n, self._lower
 
     def spots(self, r, s=None, indices=None, some=None):
@@ -314,13 +314,13 @@ class FastMap:
             self._downdate(Wt, self.keep_one_triangle())
 
     def keep_one_triangle(self):
-        """If the map is large, change only the lower triangle until `P` is asked for. Returns True if so."""
+        """Change only the lower triangle, if the map is large, until `P` is asked for. Returns True if so."""
         n = self.n
         self._lower = self._lower or n >= ONE_TRIANGLE or (self.compiled and n >= ONE_TRIANGLE_COMPILED)
         return self._lower
 
     def relieve(self):
-        """After a correction: nothing is left to do."""
+        """Do nothing: after a correction nothing is left to do."""
 
     def insert(self, x, P_xx, P_xm):
         """A new state, as `add` puts it in, unchecked; P_xx is symmetric. Returns its range."""
@@ -371,7 +371,7 @@ class FastMap:
         self._look()
 
     def _first_gap(self, k):
-        """Where k free entries stand together for the first time; one past the last entry in use, if nowhere."""
+        """Return where k free entries stand together for the first time; one past the last entry in use, if nowhere."""
         taken = np.flatnonzero(np.concatenate([[True], self.used, [True]])) - 1
         fits = np.flatnonzero(np.diff(taken) - 1 >= k)
         return int(taken[fits[0]]) + 1 if fits.size else int(taken[-2]) + 1

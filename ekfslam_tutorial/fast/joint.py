@@ -141,7 +141,7 @@ def _recorded(table, wanted, rob, sen):
 
 @lru_cache(10_000)
 def _events(rob, sen, lmk, matched, updated):
-    """What has happened to one landmark: the same, most often, as in the last frame."""
+    """Return what has happened to one landmark: the same, most often, as in the last frame."""
     events = [Event("search", rob, sen, lmk, matched)]
     if matched:
         events.append(Event("innovation", rob, sen, lmk, updated))

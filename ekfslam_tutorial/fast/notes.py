@@ -12,7 +12,7 @@ MANY = 64  # robots and sensors, or dicts of landmarks: so many are never used t
 
 
 class Noted:
-    """What is noted of a robot or a sensor.
+    """Notes of a robot or a sensor.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Noted:
 
 
 class Notes:
-    """Of robots, sensors, and landmarks in groups.
+    """Notes of robots, sensors, and landmarks in groups.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class Group:
 
     @property
     def indices(self):
-        """Where they are in the map, shape (K, k); None if they are known."""
+        """Indices of them in the map, shape (K, k); None if they are known."""
         return None if self.known else self._indices[: len(self.lmks)]
 
 

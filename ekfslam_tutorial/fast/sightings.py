@@ -126,7 +126,7 @@ class Sightings:
         self._measured = found, index, y, z, R
 
     def _column(self, value):
-        """What `measure` has noted, None for those that were not found: written out when somebody asks for it."""
+        """Column of what `measure` has noted, None for those not found: written out when somebody asks for it."""
         column, (found, index, *noted) = [None] * self.K, self._measured
         for a, (k, i) in enumerate(zip(found, index, strict=True)):
             column[k] = value(a, i, *noted)

@@ -147,7 +147,7 @@ class Symbol:
         return self.tape.note("not {}", self)
 
     def choose(self, a, b):
-        """Where this is true a, else b."""
+        """Return a where this is true, else b."""
         return self.tape.note("{1} if {0} else {2}", self, a, b)
 
     def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):

@@ -15,7 +15,7 @@ def most_uncertain(table, ks, n_max):
 
 
 def tidy(map, lmk, camera, opt):
-    """After a correction: an inverse distance stays positive; a landmark that has become linear becomes Euclidean."""
+    """Tidy up after a correction: inverse distances stay positive; what has become linear becomes Euclidean."""
     if lmk.r is None:
         return
     if hasattr(lmk.type, "ahead"):

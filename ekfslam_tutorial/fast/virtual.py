@@ -24,7 +24,7 @@ from .storage import aligned, whole
 
 
 class VirtualStates:
-    """As many as there are active states that were far.
+    """Virtual states: as many as there are active states that were far.
 
     Parameters
     ----------

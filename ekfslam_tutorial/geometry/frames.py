@@ -20,7 +20,7 @@ QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a turn to the left: R = cos I +
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """What frames of both dimensions share: a state x = [t; o] of position and orientation, and the transforms.
+    """Base of both frames: a state x = [t; o] of position and orientation, and the transforms.
 
     `Frame2` and `Frame3` add the rotation matrix R(o), its derivative, the product and the inverse of orientations.
     """

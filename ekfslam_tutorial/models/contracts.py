@@ -184,7 +184,7 @@ def check_pair(sensor, lmk, dim=None):
 
 
 def _check_stack(stacked, singles, name):
-    """A stack of arguments must give the stack of the results."""
+    """Test that a stack of arguments gives the stack of the results."""
     for k, out in enumerate(stacked):
         want = np.stack([np.asarray(s[k]) for s in singles])
         got = np.broadcast_to(out, want.shape)

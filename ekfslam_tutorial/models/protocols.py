@@ -8,7 +8,12 @@ from typing import Any, Protocol
 
 
 class MotionModel(Protocol):
-    """How a robot moves: see `models.motion`."""
+    """Motion model, how a robot moves: see `models.motion`.
+
+    See Also
+    --------
+    check_motion : Tests one.
+    """
 
     frame: Any  # Frame2 or Frame3; the first frame.size numbers of the state are the robot's frame
     size: int  # length of the state
@@ -16,14 +21,18 @@ class MotionModel(Protocol):
     state_fields: Any  # the parts of the state after the frame
 
     def move(self, x, u, dt) -> tuple:
-        """x2, X_x, X_u."""
+        """Move a state by a control in dt seconds: x2, X_x, X_u."""
         ...
 
 
 class SensorModel(Protocol):
-    """What a sensor measures: see `models.sensors`.
+    """Sensor model, what a sensor measures: see `models.sensors`.
 
     It may have a `max_range`, m: `visible` is false for all that is further away, and large maps are searched by it.
+
+    See Also
+    --------
+    check_sensor : Tests one.
     """
 
     bearing_only: Any  # True: measures a direction; a landmark's birth needs a prior
@@ -45,7 +54,7 @@ class SensorModel(Protocol):
         ...
 
     def residual(self, y, e) -> Any:
-        """y - e, angles wrapped."""
+        """Innovation y - e, angles wrapped."""
         ...
 
     def visible(self, y, p) -> Any:
@@ -54,7 +63,12 @@ class SensorModel(Protocol):
 
 
 class LmkType(Protocol):
-    """How a map stores a landmark: see `models.landmarks`. `from_ray` or `from_point` may be missing."""
+    """Landmark type, how a map stores a landmark: see `models.landmarks`. `from_ray` or `from_point` may be missing.
+
+    See Also
+    --------
+    check_landmark : Tests one.
+    """
 
     @property
     def size(self) -> int:
@@ -62,11 +76,11 @@ class LmkType(Protocol):
         ...
 
     def to_frame(self, F, l) -> tuple:
-        """l_F, LF_f, LF_l."""
+        """Express landmarks in frame F: l_F, LF_f, LF_l."""
         ...
 
     def from_frame(self, F, l) -> tuple:
-        """l, L_f, L_lf. Invariant: to_frame(F, from_frame(F, l)[0])[0] == l."""
+        """Bring landmarks from F to its parent: l, L_f, L_lf. Invariant: to_frame(F, from_frame(F, l)[0])[0] == l."""
         ...
 
     def point(self, l) -> tuple:

@@ -61,7 +61,7 @@ def note_first_estimates(map, rob, lmks):
 
 
 def transport(first, x):
-    """From errors about the first estimate of a pose to errors about the present one, x, along N.
+    """Matrix from errors about the first estimate of a pose to errors about the present one, x, along N.
 
         T [J p1, 1] = [J p, 1]:    T = [[I, J (p - p1)], [0, 1]]
 

@@ -11,7 +11,7 @@ from .steps import check_raw
 
 
 def project_robots(map, rob, sen, others):
-    """What a sensor should see of other robots.
+    """Expected observations of other robots by one sensor.
 
     The position of a robot is the head of its state, so the chain of a landmark at that place serves: the Jacobian by
     the other robot's frame o is [E_l, 0], because its orientation does not show.

@@ -27,7 +27,7 @@ def states(map, objs):
 
 
 def _where(obj):
-    """Where the state of an object is, in words."""
+    """Place of the state of an object, in words."""
     if obj.r is None:
         return "not in the map" if obj.x is None else "known"
     return f"in the map at {obj.r.start}:{obj.r.stop}"
@@ -39,7 +39,7 @@ def _title(obj):
 
 
 class _Shown:
-    """What a notebook shows for an object: its line, and below it its attributes."""
+    """View of an object in a notebook: its line, and below it its attributes."""
 
     def _repr_html_(self):
         rows = [(f.name, short(getattr(self, f.name))) for f in fields(self) if f.repr]  # pyright: ignore
@@ -276,7 +276,7 @@ class Tim:
 
 
 class Event(NamedTuple):
-    """Something that a step did, in the order in which it did it.
+    """One thing that a step did; a list of them is in the order in which it did them.
 
     kind is search (flag: a measurement was found), innovation (flag: it passed the gate), correction,
     initialisation, refused (the map was full), deletion, recovery (the gate of a lost robot was opened; lmk is -1) or

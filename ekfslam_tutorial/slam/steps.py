@@ -155,7 +155,7 @@ def _correct_jointly(map, rob, sen, lmks, found, opt):
 
 
 def _after(map, rob, sen, lmks, camera, opt):
-    """After a correction by some landmarks that were seen from there: frames and landmarks in their normal form."""
+    """Bring frames, and the landmarks that have corrected the map, to their normal form; `camera` saw them."""
     normalize(map, rob)
     normalize(map, sen)
     for lmk in lmks:

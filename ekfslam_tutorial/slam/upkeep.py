@@ -19,7 +19,7 @@ def most_uncertain(obs, n_max):
 
 
 def tidy(map, lmk, camera, opt):
-    """After a correction: an inverse distance stays positive; a landmark that has become linear becomes Euclidean.
+    """Tidy up after a correction: inverse distances stay positive; a landmark that has become linear becomes Euclidean.
 
     Parameters
     ----------

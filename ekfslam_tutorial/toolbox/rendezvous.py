@@ -67,7 +67,7 @@ def find_starts(data, recording):
 
 
 def _start(F):
-    """What a user would write down for a robot that starts at F, known as well as a guess."""
+    """Return what a user would write down for a robot that starts at F, known as well as a guess."""
     angles = F.x[2] if F.dim == 2 else q2e(F.q)[0]
     place = {"position": F.t.tolist(), "orientation_deg": np.rad2deg(angles).tolist()}
     return place | dict(zip(("position_std", "orientation_std_deg"), START_STD, strict=True))

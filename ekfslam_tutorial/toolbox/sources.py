@@ -16,7 +16,7 @@ TURN = 2 * np.pi * (1 + 1e-12)
 
 @dataclass
 class Frame:
-    """What there is to estimate from in one frame.
+    """Data of one frame: what there is to estimate from.
 
     Parameters
     ----------

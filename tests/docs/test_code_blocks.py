@@ -76,7 +76,7 @@ def source_of(file, name):
 
 
 def stands_in(part, whole):
-    """Whether lines stand one after the other in others; a piece from inside a function is dedented by itself."""
+    """Return True if lines stand one after the other in others; a piece of a function is dedented by itself."""
     windows = (whole[i : i + len(part)] for i in range(len(whole) - len(part) + 1))
     return any(textwrap.dedent("\n".join(w)).splitlines() == part for w in windows)
 

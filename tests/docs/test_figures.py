@@ -11,7 +11,7 @@ ROW = re.compile(r"^\| `(\w+)`: .* \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) mm \|
 
 
 def agrees(stated, measured):
-    """Whether a number is the measured one, rounded to the digits that the page gives."""
+    """Return True if a number is the measured one, rounded to the digits that the page gives."""
     digits = len(stated.partition(".")[2])
     return abs(float(stated) - measured) <= 0.51 * 10**-digits
 

@@ -52,7 +52,7 @@ def start(cache, code=STEP, **environment):
 
 
 def result(process):
-    """Whether it was compiled code, and how much had to be compiled for it."""
+    """Say if it was compiled code, and how much had to be compiled for it."""
     out, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
     done, one, compilations = out.split()

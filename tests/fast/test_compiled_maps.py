@@ -20,7 +20,7 @@ def covariance(rng, n, rank=None):
     return A @ A.T
 
 
-def test_where_they_are_at_hand():
+def test_where_the_active_ones_stand():
     at, used_at = np.array([4, -1, 2, 3, -1, 0]), np.zeros(6, int)
     rows = np.array([[0, 2], [3, 1], [5, 0]])
     assert np.array_equal(spots(at, used_at, 7, rows, [0, 2]), [[4, 2], [3, -1], [0, 4]])
@@ -29,30 +29,30 @@ def test_where_they_are_at_hand():
     assert spots(at, used_at, 8, rows[:, :0], []).shape == (3, 0)
 
 
-def test_means_follow_those_at_hand(rng):
-    n, hand, v = 30, np.array([7, 2, 11, 3]), np.array([5, 1, 6, 8])
+def test_means_follow_the_active_ones(rng):
+    n, active, v = 30, np.array([7, 2, 11, 3]), np.array([5, 1, 6, 8])
     A = rng.normal(size=(n, n))
     P = A @ A.T
     virtual = VirtualStates(n)
-    virtual.add(hand, P[hand], P[np.ix_(hand, hand)])
+    virtual.add(active, P[active], P[np.ix_(active, active)])
     of = np.full(12, -1)  # longer than it need be, as it is when the near map has been larger
-    of[[0, 2, 3, 4]] = hand
+    of[[0, 2, 3, 4]] = active
     x, x_near = rng.normal(size=n), rng.normal(size=9)
     expected, left = x.copy(), x_near.copy()
-    expected[hand] += x_near[[0, 2, 3, 4]]
+    expected[active] += x_near[[0, 2, 3, 4]]
     left[[0, 2, 3, 4]] = 0.0
     follow(x, x_near, of)
     assert np.array_equal(x, expected) and np.array_equal(x_near, left)
 
     dx = virtual.times(x_near[v], n)
-    dx[hand] = 0.0
+    dx[active] = 0.0
     expected = x + dx
     settle(x, x_near, virtual, v, of)
-    assert np.array_equal(x[hand], expected[hand]) and not x_near.any()
+    assert np.array_equal(x[active], expected[active]) and not x_near.any()
     assert np.abs(x - expected).max() < 1e-13 * np.abs(expected).max()  # four products and a solution, in another order
 
 
-def test_nothing_is_at_hand(rng):
+def test_nothing_is_active(rng):
     x = rng.normal(size=5)
     before = x.copy()
     nothing = np.zeros(0, int)
@@ -74,21 +74,21 @@ def test_between_some_states_and_others(rng, lower):
     assert map.between(i[:0], j).shape == (0, 3)
 
 
-@pytest.mark.parametrize("hand", [[], [7, 2], [11, 3, 4, 29, 0]])
+@pytest.mark.parametrize("active", [[], [7, 2], [11, 3, 4, 29, 0]])
 @pytest.mark.parametrize("some", [[8], [9, 10], [13, 21, 6, 22, 28]])
-def test_what_those_at_hand_explain(rng, hand, some):
-    n, hand, some = 30, np.array(hand, int), np.array(some)
+def test_what_the_active_ones_explain(rng, active, some):
+    n, active, some = 30, np.array(active, int), np.array(some)
     for P in (
         covariance(rng, n),
         covariance(rng, n, 8),
         np.outer(s := 10.0 ** rng.uniform(-4, 2, n), s) * covariance(rng, n),
     ):
         virtual = VirtualStates(n)
-        if len(hand):
-            virtual.add(hand, P[hand], P[np.ix_(hand, hand)])
+        if len(active):
+            virtual.add(active, P[active], P[np.ix_(active, active)])
         expected = virtual._explained(some, P[np.ix_(some, some)])
         G = explained(virtual, some, np.ascontiguousarray(P[np.ix_(some, some)]))
-        assert G.shape == expected.shape == (len(some), len(hand) + len(some))
+        assert G.shape == expected.shape == (len(some), len(active) + len(some))
         scale = np.sqrt(P.diagonal()[some])[:, None]  # where nothing is left, a root shows half of the digits
         assert np.abs((G - expected) / scale).max() < 1e-8
 
@@ -101,8 +101,8 @@ def test_covariances_with_all_others_are_those_of_P(rng, rank, compiled):
     virtual = VirtualStates(10, compiled)
     for some in np.array([1, 5, 6]), np.array([0, 9]), np.array([3]):
         virtual.add(some, P[some], np.ascontiguousarray(P[np.ix_(some, some)]))
-    hand, (Lt, _), Gt = [1, 5, 6, 0, 9, 3], virtual.factors, virtual.through(np.eye(6), 10)
-    assert np.abs(Lt.T @ Gt - P[hand]).max() <= 1e-14 * np.abs(P).max()
+    active, (Lt, _), Gt = [1, 5, 6, 0, 9, 3], virtual.factors, virtual.through(np.eye(6), 10)
+    assert np.abs(Lt.T @ Gt - P[active]).max() <= 1e-14 * np.abs(P).max()
     assert (np.abs(Gt) <= 1.01 * np.sqrt(P.diagonal())).all() and (Lt.diagonal() > 0).all()
 
 
@@ -146,7 +146,7 @@ def test_the_first_states_only(rng, n_first, compiled):
 
 @pytest.mark.parametrize("active", [30, 200])
 @pytest.mark.parametrize("lower", [False, True])
-def test_states_come_to_hand(rng, monkeypatch, active, lower):
+def test_states_become_active(rng, monkeypatch, active, lower):
     """The same map twice: at one of them numpy does it."""
     if not lower:
         monkeypatch.setattr(fast_map, "ONE_TRIANGLE_COMPILED", 1000)

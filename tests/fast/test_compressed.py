@@ -30,7 +30,7 @@ def relative(a, b):
 
 
 def same(maps, tolerance=EXACT):
-    """Whether a compressed and a plain map are one and the same estimate."""
+    """Return True if a compressed and a plain map are one and the same estimate."""
     a, b = maps
     near = relative(np.asarray(a.x), b.x) < tolerance and relative(a.P, b.P) < tolerance
     return near and np.array_equal(a.used, b.used)
@@ -50,7 +50,7 @@ class Both:
         return b
 
     def far(self):
-        """The ranges of the landmarks that are not at hand."""
+        """The ranges of the landmarks that are far."""
         return [r for r in self.lmks if self.maps[0]._spot_of[r.start] < 0]
 
     # --- what may happen ---
@@ -147,7 +147,7 @@ def test_whatever_happens_both_are_the_same(seed):
 
 
 def test_a_robot_that_comes_round_again_and_again(rng):
-    """60 landmarks, four at hand at a time, three rounds: no far landmark is touched, each is needed again."""
+    """60 landmarks, four active at a time, three rounds: no far landmark is touched, each is needed again."""
     both = Both(rng, active=20, robot=3)
     for _ in range(60):
         both.birth()
@@ -159,7 +159,7 @@ def test_a_robot_that_comes_round_again_and_again(rng):
         for map in both.maps:
             PHt = cross(map, blocks)
             correct(map, PHt, innovation(z, covariance(PHt, blocks), 0.1 * np.eye(2)))
-    assert len(flushes) <= 180 / 3  # five new landmarks at hand, of two states each, before all is put back
+    assert len(flushes) <= 180 / 3  # five new active landmarks, of two states each, before all is settled
     assert same(both.maps)
 
 
@@ -174,7 +174,7 @@ def test_the_large_covariance_is_left_alone_between_two_flushes(rng):
     for _ in range(30):
         both.birth()
     map = both.maps[0]
-    map.P  # noqa: B018 -- nothing is at hand now
+    map.P  # noqa: B018 -- nothing is active now
     before = map._whole._P.copy()
     for _ in range(20):
         both.move()
@@ -220,11 +220,11 @@ def test_what_is_known_has_no_covariance_with_anything():
 
 
 def test_a_range_over_several_states_is_one_range(rng):
-    """Its states may have come to hand in another order."""
+    """Its states may have become active in another order."""
     both = Both(rng, active=200)
     for _ in range(8):
         both.birth()
-    both.maps[0].P  # noqa: B018 -- nothing is at hand now
+    both.maps[0].P  # noqa: B018 -- nothing is active now
     both.each(lambda map: map.rows(both.lmks[5]) if isinstance(map, FastMap) else np.asarray(map.P[both.lmks[5]]))
     both.maps[0].fetch([(both.lmks[5], None)])
     r = slice(both.lmks[3].start, both.lmks[6].stop)
@@ -331,7 +331,7 @@ def test_states_that_are_functions_of_others(rng):
 
 @pytest.mark.parametrize("compiled", [False, True])
 def test_rounding_errors_of_what_depends_on_others_do_not_grow(compiled):
-    """Landmarks with an anchor, as inverse-depth points have: a copy of the robot. All is put back every few updates.
+    """Landmarks with an anchor, as inverse-depth points have: a copy of the robot. All is settled every few updates.
 
     If the small rest of such a state, given the others, counts as noise of its own, it doubles each time; if it is what
     others are divided by, it grows faster still.
@@ -355,7 +355,7 @@ def test_rounding_errors_of_what_depends_on_others_do_not_grow(compiled):
 @pytest.mark.parametrize("joint", [False, True])
 @pytest.mark.parametrize("name", ["cloister_hmg", "cloister_idp", "cloister_ahm"])
 def test_a_camera_that_uses_all_it_sees(name, joint, compiled):
-    """Far more states in a frame than may be at hand; quaternions and anchors make P singular, but for rounding."""
+    """Many more states in a frame than may be active; quaternions and anchors make P singular, but for rounding."""
     few = {
         "options.n_updates": 100,
         "options.n_inits": [100, 100],
@@ -372,12 +372,12 @@ def test_a_camera_that_uses_all_it_sees(name, joint, compiled):
     used = runs[0].map.used
     (x, P), (x_c, P_c) = ((run.map.x[used], run.map.P[np.ix_(used, used)]) for run in runs)
     s = np.sqrt(P.diagonal())
-    assert runs[1].map.n > runs[1].map.active  # so all was put back, and came to hand again
+    assert runs[1].map.n > runs[1].map.active  # so all was settled, and became active again
     assert (np.abs(P - P_c) < 1e-8 * np.outer(s, s)).all()  # 1e-10 in homogeneous points, where P is nearly singular
     assert np.abs(x - x_c).max() < 1e-10
 
 
-def test_neighbours_come_to_hand_together(rng):
+def test_neighbours_become_active_together(rng):
     """Whole states that begin in the same eight entries of the map, those of a state that was taken out excepted."""
     map = CompressedMap(active=4)
     ranges = [map.add(np.zeros(k), np.eye(k)) for k in (3, 2, 2, 2, 2, 5, 2, 2)]
@@ -391,7 +391,7 @@ def test_neighbours_come_to_hand_together(rng):
     assert twin._active_states.tolist() == [9, 10, 11, 12, 13, 14, 15]
 
 
-def test_variances_are_there_when_nothing_is_at_hand():
+def test_variances_are_there_when_nothing_is_active():
     map = CompressedMap(active=10)
     r = map.add([1.0, 2.0], np.diag([3.0, 4.0]))
     assert np.array_equal(map.variances(r), [3.0, 4.0])

@@ -74,7 +74,7 @@ def plain(map):
 
 
 def same(map, other):
-    """Whether two maps hold the same, and both triangles of P, when asked for, are the same to the last bit."""
+    """Return True if two maps hold the same, and both triangles of P, when asked for, are equal to the last bit."""
     return np.array_equal(map.P, map.P.T) and close(map.P, other.P) and close(map.x, other.x)
 
 

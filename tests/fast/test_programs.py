@@ -48,7 +48,7 @@ PAIRS = [pytest.param(name, kind, id=f"{name}-{kind}") for name, s in SENSORS.it
 
 
 def compilable(name, kind):
-    """Whether a new landmark of this type can be started by compiled code."""
+    """Return True if a new landmark of this type can be started by compiled code."""
     bearing_only = SENSORS[name].bearing_only
     return name not in EXACT and not (bearing_only and isinstance(kind, EucPnt))
 

@@ -29,14 +29,14 @@ def four_calls(map, blocks, z, R):
 
 
 def agree(scene, blocks, z, R):
-    """Whether one call on one map gives what four give on the other."""
+    """Return True if one call on one map gives what four give on the other."""
     update(scene.maps[0], blocks, z, R)
     four_calls(scene.maps[1], blocks, z, R)
     return scene.same()
 
 
 class Scene:
-    """Two maps alike: a robot, a sensor and landmarks, all correlated, one removed. Compressed, few are at hand."""
+    """Two maps alike: a robot, a sensor and landmarks, all correlated, one removed. Compressed, few are active."""
 
     def __init__(self, kind, compiled):
         rng = np.random.default_rng(5)
@@ -53,7 +53,7 @@ class Scene:
         self.lmks = ranges[2:6] + ranges[7:]
 
     def same(self):
-        """Whether both maps hold the same numbers. Without compiled code both do the very same operations.
+        """Return True if both maps hold the same numbers. Without compiled code both do the very same operations.
 
         Compiled sums have another order: of a few hundred products 1e-11 of the largest number is left.
         """
@@ -89,7 +89,7 @@ KNOWN = pytest.mark.parametrize(
 @KNOWN
 def test_one_measurement(kind, compiled, known, rng):
     scene = Scene(kind, compiled)
-    for lmk in 1, 8, 0, 8:  # one that is at hand, and others that are not
+    for lmk in 1, 8, 0, 8:  # one that is active, and others that are far
         blocks, z, R = one(scene, rng, known, lmk), rng.normal(size=M), noise(rng)
         x = scene.maps[1].x.copy()
         assert agree(scene, blocks, z, R) and np.array_equal(x, scene.maps[1].x) == (known == "rsl")
@@ -101,7 +101,7 @@ def test_one_measurement(kind, compiled, known, rng):
 @pytest.mark.parametrize("each", [False, True], ids=["R for all", "R for each"])
 @pytest.mark.parametrize("some", [(4,), (3, 0, 7), range(11)], ids=["1", "3", "all"])
 def test_a_stack(kind, compiled, known, each, some, rng):
-    """In the order in which they are given. With all landmarks a compressed map has more at hand than it may keep."""
+    """In the order in which they are given. With all landmarks a compressed map has more active than it may keep."""
     scene = Scene(kind, compiled)
     for _ in range(2):
         K = len(some)
@@ -170,7 +170,7 @@ def test_errors_are_those_of_correct_and_nothing_has_been_changed(kind, compiled
             do(each, blocks, z, R)
         texts.append(str(caught.value))
     assert compiled or texts[0] == texts[1]
-    # a compressed map may have brought states to hand, and puts them back to show P: rounding
+    # in a compressed map states may have become active, and all is settled to show P: rounding
     tolerance = 0.0 if isinstance(map, FastMap) else 1e-13
     for each, fresh in zip(scene.maps, Scene(kind, compiled).maps, strict=True):
         assert np.abs(each.x - fresh.x).max() <= tolerance and np.abs(each.P - fresh.P).max() <= tolerance

@@ -42,7 +42,7 @@ def noises(R):
 
 
 def start_of(r):
-    """Where a range begins; -1 for that of a known state."""
+    """Return where a range begins; -1 for that of a known state."""
     return -1 if r is None else r.start
 
 

@@ -176,7 +176,7 @@ def covariances(P, lower, r, s, indices, n_r, n_s, J, found, E):
 
 @compiled
 def products(P, n, lower, r, s, indices, n_r, n_s, J, found, A, first):
-    """To A is added H P, and from column `first` on H P H', of the stack of those found: `cross` and `covariance`."""
+    """Add H P to A, and from column `first` on H P H', of the stack of those found: `cross` and `covariance`."""
     K, m, n_before = len(found), J.shape[1], n_r + n_s
     cols, at = columns_of(r, s, n_r, n_s, indices.shape[1], indices.shape[1] == 0)
     q, Z = len(cols), A[:, first:]
@@ -209,7 +209,7 @@ def products(P, n, lower, r, s, indices, n_r, n_s, J, found, A, first):
 
 @compiled
 def eliminate(A, first):
-    """With Z = L L' from column `first` on, A becomes L^-1 A, in place. Returns True if Z is positive definite.
+    """Make L^-1 A of A, in place, where Z = L L' stands from column `first` on. Returns True if Z is positive definite.
 
     A has M rows and, from column `first` on, whole(M + 1) columns or more. What is left of Z comes last, as much at a
     time as stays in the fastest cache.

@@ -207,7 +207,7 @@ def _explained(Lt, P, i, P_ii, Gt):
 
 @compiled
 def _triangle(P, D, size, Ct):
-    """With the first rows of C' (size + k, k) given, the others, so that C C' = P + D: whether D is large enough."""
+    """Complete C' (size + k, k), of which the first rows are given: C C' = P + D. Returns True if D is large enough."""
     k = len(P)
     for j in range(k):
         row = Ct[size + j]

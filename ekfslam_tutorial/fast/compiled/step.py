@@ -12,7 +12,7 @@ from .program import build
 
 
 def left_out():
-    """What could not be compiled so far and is computed as ever, in words: "born: OmniCam, AhmPnt"."""
+    """Return what could not be compiled so far and is computed as ever, in words: "born: OmniCam, AhmPnt"."""
     mine = [(at[0], *found) for at, found in programs.known.items() if at[0].__module__ == __name__]
     missing = [(write, models) for write, models, made in mine if made is None]
     words = lambda models: ", ".join(type(model).__name__ for model in models if not isinstance(model, type))

@@ -71,7 +71,7 @@ def _row(context, builder, signature, arguments):
 
 
 def _subtract(builder, places, n, products, factor=None):
-    """From the lines at these places subtract products(k) for all k < n: the sums stay in registers."""
+    """Subtract products(k) from the lines at these places for all k < n: the sums stay in registers."""
     sums = [cgutils.alloca_once_value(builder, builder.load(place, align=8)) for place in places]
     with cgutils.for_range(builder, n) as k:
         for line, product in zip(sums, products(k.index), strict=True):
@@ -99,11 +99,11 @@ class _Array:
         return cgutils.get_item_pointer(self.context, self.builder, self.kind, self.array, index)
 
     def place(self, *index):
-        """Where the line stands that begins with this number."""
+        """Place of the line that begins with this number."""
         return self.builder.bitcast(self._number(*index), NUMBERS.as_pointer())
 
     def line(self, *index):
-        """That line."""
+        """Line that begins with this number."""
         return self.builder.load(self.place(*index), align=8)
 
     def everywhere(self, *index):

@@ -19,7 +19,7 @@ a standard deviation below FINE (m) counts as FINE."""
 
 @dataclass
 class Told:
-    """What a viewer was told of a landmark: mean and covariance, and the mean as it was rounded."""
+    """State of what a viewer was told of a landmark: mean and covariance, and the mean as it was rounded."""
 
     mean: Array
     cov: Array
@@ -28,7 +28,7 @@ class Told:
 
 @dataclass
 class Memory:
-    """What a viewer knows already: landmarks and sensor poses by id, and the true landmarks."""
+    """Memory of what a viewer knows already: landmarks and sensor poses by id, and the true landmarks."""
 
     lmks: dict[int, Told] = field(default_factory=dict)
     sens: dict[int, list[int]] = field(default_factory=dict)

@@ -64,7 +64,12 @@ class EucPnt:
         return l, np.eye(self.dim)
 
     def ray(self, l):
-        """The point itself: every point is on its own ray. Returns v, V_l."""
+        """The point itself: every point is on its own ray. Returns v, V_l.
+
+        See Also
+        --------
+        point : The same numbers.
+        """
         return l, np.eye(self.dim)
 
     def from_point(self, p):

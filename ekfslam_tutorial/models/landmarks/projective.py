@@ -18,6 +18,10 @@ def along(rho):
     """+1 in front of the anchor, -1 behind: the sign that keeps a ray a point up to a *positive* scale.
 
     An inverse distance that a correction has turned negative puts the point behind; zero is infinity, ahead.
+
+    See Also
+    --------
+    ahead : Puts a negative inverse distance right.
     """
     return np.where(rho < 0, -1.0, 1.0)
 
@@ -28,7 +32,12 @@ def scalar(n, v):
 
 
 def homogeneous(m, rho, M_f, M_m, M_rho):
-    """State [m; rho] and its Jacobians by the frame and by the state, from those of m; rho stays what it was."""
+    """State [m; rho] and its Jacobians by the frame and by the state, from those of m; rho stays what it was.
+
+    See Also
+    --------
+    anchored : The same with an anchor.
+    """
     d = m.shape[-1]
     l = np.concatenate([m, scalar(rho, m)], -1)
     L_f = np.zeros_like(l, shape=(*l.shape, M_f.shape[-1]))
@@ -39,7 +48,14 @@ def homogeneous(m, rho, M_f, M_m, M_rho):
 
 
 def anchored(t, m, rho, T_f, T_t, M_f, M_m):
-    """State [t; m; rho] of anchor, direction and inverse distance, with its Jacobians by the frame and the state."""
+    """State [t; m; rho] of anchor, direction and inverse distance, with its Jacobians by the frame and the state.
+
+    See Also
+    --------
+    homogeneous : The same without an anchor.
+    anchored_point : The point of such a state.
+    anchored_ray : Its ray.
+    """
     l = np.concatenate([t, m, rho], -1)
     anchor, direction = slice(0, t.shape[-1]), slice(t.shape[-1], -1)
     L_f = np.zeros_like(l, shape=(*l.shape, T_f.shape[-1]))
@@ -50,14 +66,25 @@ def anchored(t, m, rho, T_f, T_t, M_f, M_m):
 
 
 def anchored_point(t, m, rho, M_u):
-    """Point p = t + m / rho of a landmark whose direction has the Jacobian M_u. Returns p, P_l."""
+    """Point p = t + m / rho of a landmark whose direction has the Jacobian M_u. Returns p, P_l.
+
+    See Also
+    --------
+    anchored_ray : Finite at rho = 0, too.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         p = t + m / rho
         return p, _columns(p, np.eye(p.shape[-1]), M_u / rho[..., None], (-m / rho**2)[..., None])
 
 
 def anchored_ray(t, m, rho, M_u):
-    """Ray v = t rho + m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l."""
+    """Ray v = t rho + m, turned round where rho < 0, so that p = v / |rho|. Returns v, V_l.
+
+    See Also
+    --------
+    anchored_point : The point itself.
+    weight : The weight |rho| of the ray.
+    """
     s = along(rho)
     v = s * (t * rho + m)
     return v, s[..., None] * _columns(v, rho[..., None] * np.eye(v.shape[-1]), M_u, t[..., None])
@@ -69,7 +96,12 @@ def _columns(p, P_t, P_u, P_rho):
 
 
 def weight(rho, size):
-    """Weight w = |rho| of a ray v: p = v / w. Returns w, W_l for a state of this size that ends in rho."""
+    """Weight w = |rho| of a ray v: p = v / w. Returns w, W_l for a state of this size that ends in rho.
+
+    See Also
+    --------
+    anchored_ray : The ray.
+    """
     s = along(rho)
     w = s * rho
     W_l = np.zeros_like(w, shape=(*w.shape, size))
@@ -78,7 +110,12 @@ def weight(rho, size):
 
 
 def ahead(l, min_rho):
-    """The landmark itself, or with the inverse distance min_rho where a correction has turned it negative."""
+    """The landmark itself, or with the inverse distance min_rho where a correction has turned it negative.
+
+    See Also
+    --------
+    along : The sign of what is behind.
+    """
     if l[-1] >= 0:
         return l
     return np.concatenate([l[:-1], [min_rho]])
@@ -92,6 +129,10 @@ def linearity(t, m, rho, var_rho, camera):
     d is the distance from the camera to the point, a the angle between the direction m of its birth and the direction
     from which it is seen now. Civera, Davison, Montiel, "Inverse depth to depth conversion for monocular SLAM",
     ICRA 2007, eq. 10 and 17.
+
+    See Also
+    --------
+    anchored_point : The Euclidean point.
     """
     d = t + m / rho - camera
     d1 = np.sqrt(d @ d)

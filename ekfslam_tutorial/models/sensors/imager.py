@@ -6,7 +6,12 @@ from .parameters import check_positive, finite_numbers
 
 
 class Imager:
-    """A camera with an image of a given size."""
+    """A camera with an image of a given size.
+
+    See Also
+    --------
+    PinHole, OmniCam : Cameras with one.
+    """
 
     image_size: tuple
     pixel_std: float

@@ -16,7 +16,12 @@ from .parameters import check_angle, check_positive, finite_numbers
 
 
 def polynomial(a, x):
-    """Value and derivatives of a_0 + a_1 x + a_2 x^2 + ... Returns f, f_x, F_a (..., len(a))."""
+    """Value and derivatives of a_0 + a_1 x + a_2 x^2 + ... Returns f, f_x, F_a (..., len(a)).
+
+    See Also
+    --------
+    radial : That of a pin-hole lens, in even powers.
+    """
     n = np.arange(len(a))
     powers = np.asarray(x)[..., None] ** n
     slopes = n[1:] * powers[..., :-1]

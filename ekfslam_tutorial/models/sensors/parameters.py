@@ -17,6 +17,11 @@ def check_positive(model, *names, infinite=()):
     Raises
     ------
     ValueError
+
+    See Also
+    --------
+    check_angle : For angles.
+    finite_numbers : For lists of numbers.
     """
     for name in names:
         value = _as_float(model, name)
@@ -30,6 +35,10 @@ def check_angle(model, name, limit):
     Raises
     ------
     ValueError
+
+    See Also
+    --------
+    check_positive : For all positive parameters.
     """
     value = _as_float(model, name)
     if value > limit + 1e-9:
@@ -45,6 +54,10 @@ def finite_numbers(model, name, size=None):
     ------
     ValueError
         Saying what the field must be.
+
+    See Also
+    --------
+    check_positive : For single numbers.
     """
     try:
         value = np.asarray(getattr(model, name), float)

@@ -64,13 +64,23 @@ class PinHoleDepth(PinHole):
         return s * ray, np.concatenate([s[..., None] * RAY_u, ray[..., None]], -1)
 
     def project_parameters(self, p):
-        """Derivatives of `project` by k and d; the depth does not depend on them. Returns y, Y_k, Y_d."""
+        """Derivatives of `project` by k and d; the depth does not depend on them. Returns y, Y_k, Y_d.
+
+        See Also
+        --------
+        retro_parameters : The way back.
+        """
         u, U_k, U_d = super().project_parameters(p)
         y = np.concatenate([u, p[..., 2:]], -1)
         return y, *(np.concatenate([U, np.zeros((*U.shape[:-2], 1, U.shape[-1]))], -2) for U in (U_k, U_d))
 
     def retro_parameters(self, y):
-        """Derivatives of `retro` by k and c (or d, see `PinHole`). Returns v, V_k, V_c."""
+        """Derivatives of `retro` by k and c (or d, see `PinHole`). Returns v, V_k, V_c.
+
+        See Also
+        --------
+        project_parameters : The way there.
+        """
         ray, RAY_k, RAY_c = super().retro_parameters(y[..., :2])
         s = y[..., 2:]
         return s * ray, s[..., None] * RAY_k, s[..., None] * RAY_c

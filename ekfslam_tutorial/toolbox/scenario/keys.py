@@ -171,7 +171,7 @@ def typed(key, value, parameter):
 
 
 def _type(parameter):
-    """What a parameter wants: its annotation, without None if that is allowed too, or the type of its default."""
+    """Return what a parameter wants: its annotation, without None if it may be None, or the type of its default."""
     wanted = parameter.annotation
     if wanted is parameter.empty:
         return type(parameter.default)

@@ -234,7 +234,7 @@ def _split(entry, cls, own, key):
 
 
 def _groups(motion):
-    """Where a robot's keys for controls and start values go: "da_std_deg" -> ("control_std", "da_deg")."""
+    """Return where a robot's keys for controls and start values go: "da_std_deg" -> ("control_std", "da_deg")."""
     groups = {}
     for group, names in (("control", motion.control_fields), ("state", motion.state_fields)):
         for name in names:

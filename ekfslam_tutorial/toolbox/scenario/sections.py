@@ -13,7 +13,7 @@ from ..user_input import check_model, finite_array, is_whole, short_text, std_ve
 
 @dataclass(kw_only=True)
 class World:
-    """Where the landmarks of the simulation are (manual: World).
+    """World: where the landmarks of the simulation are (manual: World).
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Time:
 
 @dataclass(kw_only=True)
 class Landmark:
-    """How landmarks are stored (manual: Landmark, and Opt.init).
+    """Landmarks as they are stored (manual: Landmark, and Opt.init).
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ VIEWS = ("", "perspective", "top", "side", "self")
 
 @dataclass(kw_only=True)
 class FigureOptions:
-    """What the figures show (manual: FigureOptions).
+    """Options of the figures: what they show (manual: FigureOptions).
 
     Parameters
     ----------
