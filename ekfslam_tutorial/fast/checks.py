@@ -34,7 +34,7 @@ def _written(U):
 
 
 def check_measurements(map, raw, sen):
-    """Refuse raw measurements that are none of this sensor."""
+    """Refuse raw measurements that are none of this sensor. Returns True if their squares are finite, too."""
     check_map(map)
     m, ids, y, R = len(sen.model.R), raw.ids, raw.y, raw.R
     good = type(ids) is np.ndarray and ids.ndim == 1 and ids.dtype.kind in "iu"
@@ -44,3 +44,4 @@ def check_measurements(map, raw, sen):
         good = R.shape == (len(ids), m, m) and isfinite(np.vdot(R, R)) and not np.any(faults(R))
     if not good:
         check_raw(raw, sen)
+    return good

@@ -4,6 +4,7 @@ from math import pi
 
 import numpy as np
 
+from ..geometry import wrap
 from .extra import compiled
 from .filter import transform
 from .straight import oriented
@@ -28,27 +29,25 @@ def normal_frame(map, obj, kind):
     motion counts no more: a run that is taken up from a file ends as if it had not been stopped.
     """
     F = frame_of(map, obj, kind)
-    return F if F is map.notes.of(obj).normal else normalize(map, obj, kind)
+    if obj.r is None or (-pi < F.x.item(2) < pi if kind.dim == 2 else F is map.notes.of(obj).normal):
+        return F
+    normalize(map, obj, kind)
+    return frame_of(map, obj, kind)
 
 
 def normalize(map, obj, kind):
-    """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading.
-
-    Returns
-    -------
-    Frame2 or Frame3
-        The frame.
-    """
-    F = frame_of(map, obj, kind)
-    if obj.r is None or (F.dim == 2 and -pi < F.x.item(2) < pi):
-        return F
-    o = slice(obj.r.start + F.dim, obj.r.start + F.size)  # the orientation; the position stays as it is
-    if F.dim == 2:  # whole turns are added to the heading, which changes no covariance
-        map.set_mean(o, F.normalized()[0].x[F.dim :])
-    elif not map.compiled or not compiled().normalized(map, obj.r, type(F)):
-        transform(map, o, *oriented(F))
-    map.notes.of(obj).normal = F = frame_of(map, obj, kind)
-    return F
+    """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading."""
+    if obj.r is None:
+        return
+    o = slice(obj.r.start + kind.dim, obj.r.start + kind.size)  # the orientation; the position stays as it is
+    if kind.dim == 2:
+        theta = map.state(obj.r).item(2)
+        if not -pi < theta < pi:  # whole turns are added to the heading, which changes no covariance
+            map.set_mean(o, wrap([theta]))
+        return
+    if not map.compiled or not compiled().normalized(map, obj.r, kind):
+        transform(map, o, *oriented(frame_of(map, obj, kind)))
+    map.notes.of(obj).normal = frame_of(map, obj, kind)
 
 
 def frame_range(obj, F):

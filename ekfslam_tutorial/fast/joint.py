@@ -14,11 +14,9 @@ from .obs import Obs
 from .tables import sightings
 from .tidy import most_uncertain, tidy
 
-LARGEST = np.finfo(float).max  # as a gate: what is too far away for a float does not pass, everything else does
 
-
-def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
-    """`correct_known_lmks` with `opt.joint`: parameters and results are the same, and the frames of both."""
+def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, threshold):
+    """`correct_known_lmks` with `opt.joint`: parameters and results are the same; frames of both, and the gate."""
     by_id = type(opt.association) is KnownIds  # if not, a measurement near one out of view starts no other
     table = sightings(map, rob, sen, lmks, Rf, Sf, in_view=by_id)
     if table is None:
@@ -38,7 +36,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     found = sorted(table.match(pairs, wanted))  # in the order of the table, of which they may be all
     if found:
         camera = camera_position(Rf, Sf) if opt.reparametrize else None
-        _correct(map, rob, sen, table, found, visible if soon else None, raw, opt, camera)
+        _correct(map, rob, sen, table, found, visible if soon else None, raw, opt, camera, threshold)
     elif soon:
         table.keep(map, near)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
@@ -71,13 +69,12 @@ def _candidates(map, table, raw, sen, opt):
     return within_gate(map, table, raw, sen.model, widest).tolist()
 
 
-def _correct(map, rob, sen, table, found, no_E, raw, opt, camera):
+def _correct(map, rob, sen, table, found, no_E, raw, opt, camera, threshold):
     """Gate each that was found on its own; correct with all that pass at once. E of `no_E` is not there yet."""
-    found = _corrected(map, sen, table, found, no_E, raw, opt)
+    found = _corrected(map, sen, table, found, no_E, raw, threshold)
     if found:
         normalize(map, rob, rob.motion.frame)
-        if sen.r is not None:
-            normalize(map, sen, sen.frame_type)
+        normalize(map, sen, sen.frame_type)
         for k in found:
             table.updated[k] = True
         if table.untidy:
@@ -85,11 +82,10 @@ def _correct(map, rob, sen, table, found, no_E, raw, opt, camera):
                 tidy(map, lmk, camera, opt)
 
 
-def _corrected(map, sen, table, found, no_E, raw, opt):
+def _corrected(map, sen, table, found, no_E, raw, threshold):
     """Those by which the map has been corrected."""
     y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
     R = sen.model.R if raw.R is None else np.asarray(raw.R).take(index, 0)
-    threshold = opt.md2_threshold if isfinite(np.vdot(y, y)) else min(opt.md2_threshold, LARGEST)
     if table.J is not None:
         e, spots = table.e, map.spots(*table.ranges, found if no_E is None else no_E)
         E = table.E if no_E is None else np.empty((*e.shape, e.shape[1]))

@@ -5,7 +5,7 @@ import numpy as np
 from .core import Event, delete_bad
 from .extra import compiled
 from .filter import correct, covariance, cross, innovation
-from .frames import camera_position, frame_range, normalize
+from .frames import camera_position, frame_of, frame_range, normalize
 from .joint import associated, correct_with
 from .obs import Obs
 from .straight import expected_of_one
@@ -74,9 +74,9 @@ class _Search:
         else:
             correct(map, PHt, inn)
         table.updated[k] = self.stale = True
-        self.Rf = normalize(map, rob, rob.motion.frame)
-        if sen.r is not None:
-            self.Sf = normalize(map, sen, sen.frame_type)
+        normalize(map, rob, rob.motion.frame)
+        normalize(map, sen, sen.frame_type)
+        self.Rf, self.Sf = frame_of(map, rob, rob.motion.frame), frame_of(map, sen, sen.frame_type)
         tidy(map, lmk, camera, opt)
         self.events.append(Event("correction", rob.id, sen.id, lmk.id))
 

@@ -13,6 +13,8 @@ from .joint import correct_jointly
 from .one_by_one import correct_one_by_one
 from .straight import moved
 
+LARGEST = np.finfo(float).max  # as a gate: what is too far away for a float does not pass, everything else does
+
 
 def new_map(capacity=None, *, compiled=False, compressed=False):
     """Return an empty map for these steps.
@@ -33,7 +35,8 @@ def move(map, rob, dt):
     """Motion of a robot by its control: see `slam.move`."""
     check_motion(map, rob, dt)
     kind = rob.motion.frame
-    map.notes.forget_normal()
+    if kind.dim == 3:
+        map.notes.forget_normal()
     normalize(map, rob, kind)
     if map.compiled and rob.r is not None and rob.first is None:
         if compiled().move(map, rob.r, rob.motion, rob.u, rob.U, dt):
@@ -53,10 +56,13 @@ def move(map, rob, dt):
 
 def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     """Correct the map with the landmarks that are in it: see `slam.correct_known_lmks`."""
-    check_measurements(map, raw, sen)
+    near = check_measurements(map, raw, sen)
     Rf, Sf = normal_frame(map, rob, rob.motion.frame), normal_frame(map, sen, sen.frame_type)
     if opt.first_estimates:
         note_first_estimates(map, rob, lmks)
     for key in [key for key in obs if key[0] == sen.id]:
         del obs[key]
-    return (correct_jointly if opt.joint else correct_one_by_one)(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
+    if not opt.joint:
+        return correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
+    gate = opt.md2_threshold if near else min(opt.md2_threshold, LARGEST)
+    return correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, gate)
