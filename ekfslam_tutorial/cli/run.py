@@ -19,7 +19,6 @@ from ..analysis.checkpoint import Checkpoint, resume
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from . import results, views
 from .files import file_name, find_scenario, writable_folder
-from .main import USER_ERRORS
 
 KEPT = "checkpoint.npz"
 """Where a run is kept on the way."""
@@ -197,7 +196,7 @@ def told_by_name(files):
     except Exception as error:
         method = method_of(error, files)
         if method is None:
-            if files and not isinstance(error, USER_ERRORS):
+            if files and not isinstance(error, ValueError | OSError):
                 error.add_note("models of your own are in use: does each pass its test?")
             raise
         raise ValueError(f"{method} stops with {type(error).__name__}: {str(error).strip()}; {ASK}") from error
