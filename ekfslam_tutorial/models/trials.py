@@ -1,4 +1,4 @@
-"""What the contract tests are made of: random frames and points, one at a time and in stacks, and what is written yet."""
+"""What the contract tests are made of: random frames and points, stacks, and which parts of a model are written yet."""
 
 import inspect
 from contextlib import contextmanager
