@@ -324,6 +324,112 @@ def test_broken_models_are_told_with_their_error(tmp_path, capsys):
     assert "bad.py cannot be loaded: ModuleNotFoundError" in capsys.readouterr().err
 
 
+OWN = """
+import numpy as np
+from ekfslam_tutorial.models.motion import Unicycle
+from ekfslam_tutorial.models.sensors import RangeBearing
+
+class MySonar(RangeBearing):
+    def {method}(self, {arguments}):
+        {body}
+
+class Wagon(Unicycle):
+    def move(self, x, u, dt):
+        {move}
+        return super().move(x, u, dt)
+"""
+SCENARIO = """
+[world]
+type = "lecture"
+[[robot]]
+motion = "wagon"
+v = 1.0
+[[sensor]]
+type = "my_sonar"
+range_std = 0.1
+bearing_std_deg = 1
+"""
+
+
+@pytest.fixture
+def run_own(tmp_path):
+    """Run a scenario with a sensor, one of whose methods has this body, and a motion with a line more."""
+
+    def run(method, arguments, body, move="pass", command=("run",), more=()):
+        (tmp_path / "own.py").write_text(
+            OWN.format(method=method, arguments=arguments, body=body, move=move), encoding="utf-8"
+        )
+        (tmp_path / "mine.toml").write_text(SCENARIO, encoding="utf-8")
+        return ekfslam(
+            *(command[0], tmp_path / "mine.toml", "--models", tmp_path / "own.py", "--out", tmp_path / "out"),
+            *(*command[1:], "--set", "time.last=5", *more),
+        )
+
+    return run
+
+
+FINE = ("visible", "y, p", "return y[..., 0] < 9")
+ASKS = "; does each model of your own pass its test? EKFSLAM_TRACEBACK=1 shows where"
+
+
+@pytest.mark.parametrize("engine", ["plain", "fast"])
+@pytest.mark.parametrize(
+    "given, said",
+    [
+        (
+            ("visible", "y, p", "return y.nothing"),
+            "MySonar.visible stops with AttributeError: .* no attribute 'nothing'",
+        ),
+        (
+            ("residual", "y, e", "return y[..., [0, 5]] - e"),
+            "MySonar.residual stops with IndexError: index 5 is out of",
+        ),
+        (("project", "p", "return p + None"), "MySonar.project stops with TypeError: unsupported operand"),
+        (("retro", "y", "return {}[2]"), "MySonar.retro stops with KeyError: 2"),
+        (("retro", "y", "raise NotImplementedError"), "MySonar.retro stops with NotImplementedError"),
+        (("retro", "y", "return np.reshape(y, 17)"), "MySonar.retro stops with ValueError: cannot reshape array"),
+        ((*FINE, "a, b = x"), "Wagon.move stops with ValueError: too many values to unpack"),
+    ],
+)
+def test_an_error_inside_a_model_of_ones_own_is_one_sentence_that_names_it(given, said, engine, run_own, capsys):
+    assert run_own(*given, more=("--set", f"options.engine={engine}")) == 2
+    (line,) = (t for t in capsys.readouterr().err.splitlines() if t.startswith("ekfslam run: "))
+    assert re.match(f"ekfslam run: {said}", line) and line.endswith(ASKS)
+
+
+def test_with_many_seeds_too(run_own, capsys):
+    many = ("monte-carlo", "--runs", "2", "--workers", "1")
+    assert run_own("project", "p", "return p + None", command=many) == 2
+    assert "ekfslam monte-carlo: MySonar.project stops with TypeError: " in capsys.readouterr().err
+
+
+def test_a_mistake_of_the_package_shows_its_traceback_though_there_are_models(run_own, monkeypatch):
+    def broken(*_):
+        raise TypeError("of the package")
+
+    monkeypatch.setattr(run_command.results, "summary", broken)
+    with pytest.raises(TypeError, match="^of the package\n") as raised:
+        run_own(*FINE)
+    assert raised.value.__notes__ == ["models of your own are in use: does each pass its test?"]
+
+
+def test_the_traceback_of_a_model_is_there_for_those_who_ask(run_own, monkeypatch):
+    monkeypatch.setenv("EKFSLAM_TRACEBACK", "1")
+    with pytest.raises(ValueError, match="MySonar.project") as raised:
+        run_own("project", "p", "return p + None")
+    assert isinstance(raised.value.__cause__, TypeError)
+
+
+def test_a_model_that_lacks_a_method_is_refused_before_the_run(tmp_path, capsys):
+    (tmp_path / "mine.toml").write_text(SCENARIO.replace("wagon", "unicycle").split("range_std")[0])
+    (tmp_path / "own.py").write_text(
+        "class MySonar:\n    R, bearing_only = [[1.0]], False\n    def project(self, p): ...\n"
+    )
+    assert ekfslam("run", tmp_path / "mine.toml", "--models", tmp_path / "own.py", "--out", tmp_path / "out") == 2
+    said = "ekfslam run: mine.toml: sensor 1: MySonar has no method residual, no method visible; a sensor has R, "
+    assert capsys.readouterr().err.startswith(said) and not (tmp_path / "out").exists()
+
+
 def test_notebooks_are_copied_and_work_is_never_overwritten(tmp_path, capsys):
     mine = tmp_path / "course"
     assert ekfslam("notebooks", mine) == 0

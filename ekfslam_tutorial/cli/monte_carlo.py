@@ -18,7 +18,7 @@ from ..analysis import monte_carlo
 from ..analysis.monte_carlo import n_tasks
 from ..graphics import monte_carlo_picture, use_style
 from .files import file_name, replacing, writable_folder
-from .run import own_models, read
+from .run import own_models, read, told_by_name
 
 
 def main(options):
@@ -30,7 +30,14 @@ def main(options):
     if options.dask and (options.workers is not None or options.models):
         other = "--models: its workers do not have your file" if options.models else "--workers: it has its own"
         raise ValueError(f"--dask does not go with {other}")
-    data = read(options, [cls for file in options.models for cls in own_models(file)])
+    models = [cls for file in options.models for cls in own_models(file)]
+    with told_by_name(options.models):
+        return run_many(options, models)
+
+
+def run_many(options, models):
+    """Read, run all and write; return the exit code."""
+    data = read(options, models)
     out = writable_folder(options.out or Path("results") / f"{file_name(data.name)}-monte-carlo")
 
     start = time.perf_counter()

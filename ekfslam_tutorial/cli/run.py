@@ -6,6 +6,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 import types
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
@@ -36,6 +37,12 @@ class KeptHistory(History):
 def main(options):
     """Run the command."""
     models = [cls for file in options.models for cls in own_models(file)]
+    with told_by_name(options.models):
+        return run_scenario(options, models)
+
+
+def run_scenario(options, models):
+    """Read, run and write; return the exit code."""
     data = read(options, models)
     out = writable_folder(options.out or Path("results") / file_name(data.name))
     data, recording = source(options, data)
@@ -64,7 +71,7 @@ def main(options):
             watchers.append(windows.enter_context(views.Live(data.figure)))
         with views.Film(movie, data.figure) if movie else nullcontext() as film:
             first = state["frames"] if state else 0
-            with suspected(models):
+            with suspected(options.models):
                 seconds, costs, interrupted = consume(run, watchers + ([film] if movie else []), first)
         if keeper and interrupted and history.last is not None:
             keeper.save(history.last)
@@ -175,16 +182,45 @@ def consume(run, watchers, first=0):
     return seconds, costs, interrupted
 
 
+ASK = "does each model of your own pass its test? EKFSLAM_TRACEBACK=1 shows where"
+
+
 @contextmanager
-def suspected(models):
-    """Blame what goes wrong in a run on models of the user's own, where there are any: most likely it is theirs."""
+def told_by_name(files):
+    """What is raised inside a model of one of these files, whatever its kind, becomes one sentence with its name.
+
+    Everything else goes on as it is: a mistake of the package must show its traceback.
+    """
+    try:
+        yield
+    except Exception as error:
+        method = method_of(error, files)
+        if method is None:
+            if files and not isinstance(error, ValueError | OSError):
+                error.add_note("models of your own are in use: does each pass its test?")
+            raise
+        raise ValueError(f"{method} stops with {type(error).__name__}: {str(error).strip()}; {ASK}") from error
+
+
+def method_of(error, files):
+    """The method in one of these files, "MySonar.project", that the package called and that an error came out of."""
+    paths = {str(Path(file)) for file in files}
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        if frame.f_code.co_filename in paths:
+            model = frame.f_locals.get("self")
+            return f"{type(model).__name__}.{frame.f_code.co_name}" if model is not None else frame.f_code.co_qualname
+    return None
+
+
+@contextmanager
+def suspected(files):
+    """Where models of the user's own are in use, what goes wrong in a run is most likely theirs."""
     try:
         yield
     except ValueError as error:
-        if not models:
+        if not files or method_of(error, files):
             raise
-        ask = "does each model of your own pass its test? EKFSLAM_TRACEBACK=1 shows where"
-        raise ValueError(f"{str(error).strip()}; {ask}") from error
+        raise ValueError(f"{str(error).strip()}; {ASK}") from error
 
 
 @contextmanager

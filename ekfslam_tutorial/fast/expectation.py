@@ -108,6 +108,7 @@ def may_be_seen(Rf, Sf, sensor, lmk, l):
     """
     max_range = getattr(sensor, "max_range", inf)
     if max_range == inf:
-        return sensor.visible(*sight(Rf.compose(Sf)[0], sensor, lmk, l))
+        e, v = sight(Rf.compose(Sf)[0], sensor, lmk, l)
+        return np.broadcast_to(sensor.visible(e, v), e.shape[:-1])
     d = lmk.point(l)[0] - (Rf.R @ Sf.t + Rf.t)
     return np.einsum("...i,...i->...", d, d) <= (1 + 1e-9) * max_range**2  # rounding must not leave out any

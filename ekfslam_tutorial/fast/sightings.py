@@ -75,7 +75,7 @@ class Sightings:
     def keep_all(self, map):
         """The same for all of them; what has no finite covariance is not visible."""
         self.keep(map, range(self.K))
-        self.visible &= np.isfinite(self.E).all((-1, -2))
+        self.visible = self.visible & np.isfinite(self.E).all((-1, -2))
 
     @lazy
     def E(self):

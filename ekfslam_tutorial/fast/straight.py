@@ -63,7 +63,7 @@ def expected(Rf, Sf, sensor, kind, l):
         except FAILED:
             pass
     e, v, *E_ = expect(Rf, Sf, sensor, kind, l)
-    return e, v, *E_, sensor.visible(e, v)
+    return e, v, *E_, np.broadcast_to(sensor.visible(e, v), e.shape[:-1])
 
 
 def expected_of_one(Rf, Sf, sensor, kind, l):

@@ -76,7 +76,7 @@ def _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges):
     if rob.first is not None:
         E_r, E_s, E_l = first_jacobians(rob, sen, Sf, lmks)
     if not isfinite(np.vdot(E_l, E_l)):
-        visible &= np.isfinite(E_l.sum((-1, -2)))
+        visible = visible & np.isfinite(E_l.sum((-1, -2)))
     return Sightings(sen.id, lmks, e, v, visible, ranges, E_r, E_s, E_l)
 
 

@@ -1,39 +1,29 @@
 """The tests that say whether a model can do what `protocols.py` asks of it.
 
-They are public: they are the tests of the package's own models and of those that a student writes.
+They are public: they are the tests of the package's own models and of those that a student writes. A model that is
+still being written is tested as far as it goes; what is missing is said last.
 """
 
 import numpy as np
 
 from ..geometry import Frame2, Frame3, check_jacobians
 from .observation import observe, retro_project
+from .trials import (
+    check_complete,
+    check_residual,
+    check_stack,
+    check_three,
+    dim_of,
+    of_stack,
+    random_frame,
+    random_points,
+    refuse_class,
+    seen,
+    told_dim,
+    written,
+)
 
 SEEDS = range(8)
-
-
-def _instance(model):
-    """Refuse a class where one of its instances is meant."""
-    if isinstance(model, type):
-        raise TypeError(f"give an instance, {model.__name__}(...), not the class {model.__name__}")
-
-
-def _frame(F, rng):
-    """A random frame of class F, with a unit quaternion in 3D."""
-    return F(np.concatenate([rng.normal(size=F.dim), rng.normal(size=F.size - F.dim)])).normalized()[0]
-
-
-def _points(dim, rng, sensor=None):
-    """Random points in front of a sensor: some that it can see."""
-    p = rng.normal(size=(100, dim)) * 3 + (0 if sensor is None else 4 * np.eye(dim)[-1 if dim == 3 else 0])
-    if sensor is None:
-        return p
-    seen = p[np.asarray(sensor.visible(sensor.project(p)[0], p), bool)]
-    assert len(seen), "visible() refuses every one of 100 random points: is its sign right?"
-    return seen
-
-
-def _dim(model, default=3):
-    return getattr(model, "dim", default)
 
 
 def check_motion(model, dt=0.1):
@@ -42,27 +32,29 @@ def check_motion(model, dt=0.1):
     Raises
     ------
     AssertionError
-        With the first property that does not hold.
+        With what is missing, or with the first property that does not hold.
 
     See Also
     --------
     check_jacobians : The test of the derivatives alone.
     """
-    _instance(model)
+    refuse_class(model)
+    check_complete(model, "motion")  # `move` is tested by all the rest
     n_u = sum(model.control_fields.values())
     assert model.size == model.frame.size + sum(model.state_fields.values()), "size is not frame + state_fields"
     for seed in SEEDS:
         rng = np.random.default_rng(seed)
-        x = np.concatenate([_frame(model.frame, rng).x, rng.normal(size=model.size - model.frame.size)])
+        x = np.concatenate([random_frame(model.frame, rng).x, rng.normal(size=model.size - model.frame.size)])
         for u in (rng.normal(size=n_u), 1e-6 * rng.normal(size=n_u), np.zeros(n_u)):
-            x2, X_x, X_u = model.move(x, u, dt)
-            assert np.shape(x2) == (model.size,), f"move gives shape {np.shape(x2)}; it must be ({model.size},)"
-            assert np.shape(X_u) == (model.size, n_u), (
-                f"X_u has shape {np.shape(X_u)}; it must be ({model.size}, {n_u})"
-            )
+            out = model.move(x, u, dt)
+            shapes = (model.size,), (model.size, model.size), (model.size, n_u)
+            check_three(out, "move", "x2, X_x, X_u")
+            for name, value, shape in zip(("x2", "X_x", "X_u"), out, shapes, strict=True):
+                assert isinstance(value, np.ndarray), f"move must give arrays, got a {type(value).__name__} for {name}"
+                assert value.shape == shape, f"move gives {name} of shape {value.shape}; it must be {shape}"
             check_jacobians(lambda x, u: model.move(x, u, dt), x, u)
     X, U = rng.normal(size=(4, model.size)), rng.normal(size=(4, n_u))
-    _check_stack(model.move(X, U, dt), [model.move(x, u, dt) for x, u in zip(X, U, strict=True)], "move")
+    check_stack(lambda x, u: model.move(x, u, dt), "move", X, U)
 
 
 def check_sensor(model, dim=None):
@@ -77,39 +69,52 @@ def check_sensor(model, dim=None):
     Raises
     ------
     AssertionError
-        With the first property that does not hold.
+        With the first property that does not hold; or, if all that is written is well, with what is missing.
 
     See Also
     --------
     check_pair : Together with a landmark type.
     """
-    _instance(model)
-    dim = _dim(model) if dim is None else dim
-    R = np.asarray(model.R)
-    assert R.ndim == 2 and np.allclose(R, R.T) and (np.linalg.eigvalsh(R) > 0).all(), "R is not a covariance"
-    for seed in SEEDS:
-        rng = np.random.default_rng(seed)
-        p = _points(dim, rng, model)
-        y, Y_p = model.project(p)
-        assert np.shape(y) == (len(p), len(R)), f"project gives shape {np.shape(y)}; it must be ({len(p)}, {len(R)})"
-        _check_stack((y, Y_p), [model.project(pi) for pi in p], "project")
-        check_jacobians(model.project, p[0])
-        assert np.allclose(model.residual(y, y), 0), "residual(y, y) is not zero"
-        reach = getattr(model, "max_range", np.inf)
-        if np.isfinite(reach):
-            far = p * (2 * reach / np.linalg.norm(p, axis=-1, keepdims=True))
-            assert not np.any(model.visible(model.project(far)[0], far)), "visible() accepts points beyond max_range"
-        if not hasattr(model, "retro"):  # it corrects with landmarks that other sensors have started
-            continue
-        check_jacobians(model.retro, y[0])
-        v, V_y = model.retro(y)
-        _check_stack((v, V_y), [model.retro(yi) for yi in y], "retro")
+    refuse_class(model)
+    if written(model, "R"):
+        R = np.asarray(model.R)
+        assert R.ndim == 2 and np.allclose(R, R.T) and (np.linalg.eigvalsh(R) > 0).all(), "R is not a covariance"
+    if written(model, "project"):
+        with told_dim(model, dim):
+            for seed in SEEDS:
+                _check_sensor(model, dim_of(model, dim), np.random.default_rng(seed))
+    check_complete(model, "sensor")
+
+
+def _check_sensor(model, dim, rng):
+    """Test what is written of a sensor that has at least `project`."""
+    p = random_points(dim, rng, model)
+    y, _ = check_stack(model.project, "project", p)
+    if written(model, "R"):
+        m = len(model.R)
+        assert np.shape(y) == (len(p), m), f"project gives shape {np.shape(y)}; it must be ({len(p)}, {m})"
+    check_jacobians(model.project, p[0])
+    if written(model, "residual"):
+        check_residual(model, y)
+    reach = getattr(model, "max_range", np.inf)
+    if np.isfinite(reach) and written(model, "visible"):
+        far = p * (2 * reach / np.linalg.norm(p, axis=-1, keepdims=True))
+        assert not np.any(seen(model, far)), "visible() accepts points beyond max_range"
+    if written(model, "retro"):  # without, it corrects with landmarks that other sensors have started
+        _check_retro(model, p, y)
+
+
+def _check_retro(model, p, y):
+    """Test the way back, from the measurements y of some points p."""
+    check_jacobians(model.retro, y[0])
+    v, _ = check_stack(model.retro, "retro", y)
+    if written(model, "residual"):
         back = model.project(v)[0]
         assert np.allclose(model.residual(back, y), 0, atol=1e-6), "project(retro(y)) is not y"
-        scale = (v * p).sum(-1)
-        assert (scale > 0).all(), "retro points away from the landmark"
-        if not model.bearing_only:
-            assert np.allclose(v, p, atol=1e-6), "retro(project(p)) is not p, and the sensor is not bearing_only"
+    scale = (v * p).sum(-1)
+    assert (scale > 0).all(), "retro points away from the landmark"
+    if written(model, "bearing_only") and not model.bearing_only:
+        assert np.allclose(v, p, atol=1e-6), "retro(project(p)) is not p, and the sensor is not bearing_only"
 
 
 def check_landmark(lmk, dim=None):
@@ -124,35 +129,56 @@ def check_landmark(lmk, dim=None):
     Raises
     ------
     AssertionError
-        With the first property that does not hold.
+        With the first property that does not hold; or, if all that is written is well, with what is missing.
 
     See Also
     --------
     check_pair : Together with a sensor.
     """
-    _instance(lmk)
-    F = Frame2 if (_dim(lmk) if dim is None else dim) == 2 else Frame3
-    for seed in SEEDS:
-        rng = np.random.default_rng(seed)
-        frame, p = _frame(F, rng), _points(F.dim, rng)
-        births = [lambda v: lmk.from_point(v)[:2]] if hasattr(lmk, "from_point") else []
-        births += [lambda v: lmk.from_ray(v, np.array([0.3]))[:2]] if hasattr(lmk, "from_ray") else []
-        assert births, f"{type(lmk).__name__} has neither from_point nor from_ray: nothing can start it"
-        for birth in births:
-            l = lmk.from_frame(frame, birth(p)[0])[0]
-            assert l.shape == (len(p), lmk.size), f"a landmark has shape {l.shape[1:]}; it must be ({lmk.size},)"
-            check_jacobians(birth, p[0])
-            for f in (lmk.to_frame, lmk.from_frame):
-                check_jacobians(f, frame, l[0])
-                _check_stack(f(frame, l), [f(frame, li) for li in l], f.__name__)
-            for f in (lmk.point, lmk.ray):
-                check_jacobians(f, l[0])
-                _check_stack(f(l), [f(li) for li in l], f.__name__)
-            back = lmk.to_frame(frame, lmk.from_frame(frame, l)[0])[0]
-            assert np.allclose(lmk.point(back)[0], lmk.point(l)[0]), "to_frame(F, from_frame(F, l)) is not l"
-            ray, point = lmk.ray(l)[0], lmk.point(l)[0]
-            cos = (ray * point).sum(-1) / np.linalg.norm(ray, axis=-1) / np.linalg.norm(point, axis=-1)
-            assert np.allclose(cos, 1), "ray(l) does not point at point(l)"
+    refuse_class(lmk)
+    F = Frame2 if dim_of(lmk, dim) == 2 else Frame3
+    births = [name for name in ("from_ray", "from_point") if written(lmk, name)]
+    assert births, f"{type(lmk).__name__} has neither from_point nor from_ray: nothing can start it, or be tested"
+    with told_dim(lmk, dim):
+        for seed in SEEDS:
+            for birth in births:
+                _check_landmark(lmk, F, birth, np.random.default_rng(seed))
+    check_complete(lmk, "landmark")
+
+
+def _check_landmark(lmk, F, birth, rng):
+    """Test what is written of a landmark type that is started by `from_point` or `from_ray`."""
+    frame, p = random_frame(F, rng), random_points(F.dim, rng)
+    n = np.full(1 if birth == "from_ray" else 0, 0.3)
+    start = lmk.from_ray if len(n) else lambda v, n: lmk.from_point(v)
+    out = start(p[0], n)
+    check_three(out, birth, "l, L_v, L_n")
+    l, size = of_stack(start, birth, p, np.broadcast_to(n, (len(p), len(n))))[0], np.shape(out[0])[-1]
+    if written(lmk, "size"):
+        assert np.shape(l) == (len(p), lmk.size), f"a landmark has shape {np.shape(l)[1:]}; it must be ({lmk.size},)"
+    assert np.shape(out[2]) == (size, len(n)), (
+        f"{birth} gives L_n of shape {np.shape(out[2])}; it must be {(size, len(n))}: "
+        + ("one column, of the prior" if len(n) else "no columns, a point needs no prior")
+    )
+    check_jacobians(start, p[0], n)
+    if written(lmk, "from_frame"):
+        l = of_stack(lmk.from_frame, "from_frame", frame, l)[0]
+    for name in ("to_frame", "from_frame"):
+        if written(lmk, name):
+            f = getattr(lmk, name)
+            check_jacobians(f, frame, l[0])
+            check_stack(lambda l, f=f: f(frame, l), name, l)
+    for name in ("point", "ray"):
+        if written(lmk, name):
+            check_jacobians(getattr(lmk, name), l[0])
+            check_stack(getattr(lmk, name), name, l)
+    if all(written(lmk, name) for name in ("to_frame", "from_frame", "point")):
+        back = lmk.to_frame(frame, lmk.from_frame(frame, l)[0])[0]
+        assert np.allclose(lmk.point(back)[0], lmk.point(l)[0]), "to_frame(F, from_frame(F, l)) is not l"
+    if written(lmk, "ray") and written(lmk, "point"):
+        ray, point = lmk.ray(l)[0], lmk.point(l)[0]
+        cos = (ray * point).sum(-1) / np.linalg.norm(ray, axis=-1) / np.linalg.norm(point, axis=-1)
+        assert np.allclose(cos, 1), "ray(l) does not point at point(l)"
 
 
 def check_pair(sensor, lmk, dim=None):
@@ -169,23 +195,17 @@ def check_pair(sensor, lmk, dim=None):
     --------
     check_sensor, check_landmark : Each by itself.
     """
-    F = Frame2 if (_dim(lmk) if dim is None else dim) == 2 else Frame3
+    F = Frame2 if dim_of(lmk, dim) == 2 else Frame3
     n = np.array([0.3]) if sensor.bearing_only else np.zeros(0)
     for seed in SEEDS:
         rng = np.random.default_rng(seed)
-        Rf, Sf = _frame(F, rng), _frame(F, rng)
-        y = sensor.project(_points(F.dim, rng, sensor))[0]
+        Rf, Sf = random_frame(F, rng), random_frame(F, rng)
+        y = sensor.project(random_points(F.dim, rng, sensor))[0]
         l, *Ls = retro_project(Rf, Sf, sensor, lmk, y, np.broadcast_to(n, (len(y), len(n))))
         e, *_ = observe(Rf, Sf, sensor, lmk, l)
         assert np.allclose(sensor.residual(e, y), 0, atol=1e-5), "observe(retro_project(y)) is not y"
-        assert [L.shape[-1] for L in Ls] == [F.size, F.size, y.shape[-1], len(n)], "wrong Jacobian shapes"
+        for name, L, k in zip(("L_r", "L_s", "L_y", "L_n"), Ls, (F.size, F.size, y.shape[-1], len(n)), strict=True):
+            got, want = np.shape(L)[-2:], (l.shape[-1], k)
+            assert got == want, f"{name} of the landmark's birth has shape {got}; it must be {want}"
         check_jacobians(lambda R, S, y, n: retro_project(R, S, sensor, lmk, y, n), Rf, Sf, y[0], n, rtol=1e-5)
         check_jacobians(lambda R, S, l: observe(R, S, sensor, lmk, l), Rf, Sf, l[0], rtol=1e-5)
-
-
-def _check_stack(stacked, singles, name):
-    """Test that a stack of arguments gives the stack of the results."""
-    for k, out in enumerate(stacked):
-        want = np.stack([np.asarray(s[k]) for s in singles])
-        got = np.broadcast_to(out, want.shape)
-        assert np.allclose(got, want, equal_nan=True), f"{name}: a stack of inputs does not give the stack of outputs"

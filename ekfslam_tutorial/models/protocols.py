@@ -6,6 +6,29 @@ the tests that say whether it can.
 
 from typing import Any, Protocol
 
+METHODS = {
+    "motion": ("move",),
+    "sensor": ("project", "residual", "visible"),
+    "landmark": ("to_frame", "from_frame", "point"),
+}
+VALUES = {
+    "motion": ("frame", "size", "control_fields", "state_fields"),
+    "sensor": ("R", "bearing_only"),
+    "landmark": ("size",),
+}
+"""What no run can do without; `contracts.py` says what else a model may have."""
+
+
+def lacking(model, names):
+    """Say which of the methods and values a model, or a class, does not have: "no method visible, no R", or "".
+
+    Nothing is called: a property that fails is there all the same.
+    """
+    there = dir(model)
+    absent = [name for name in names if name not in there and not hasattr(model, name)]
+    methods = [name for those in METHODS.values() for name in those]
+    return ", ".join(f"no {'method ' if name in methods else ''}{name}" for name in absent)
+
 
 class MotionModel(Protocol):
     """Motion model, how a robot moves: see `models.motion`.

@@ -167,7 +167,8 @@ def _measure(rob, sen, points, rng):
         y = sen.model.project(ps)[0]
         y = y + draw(rng, sen.model.R, (len(points),))
         y = sen.model.residual(y, np.zeros(y.shape[-1:]))  # the noise may have carried an angle beyond pi
-        return y, np.asarray(sen.model.visible(y, ps), bool)
+        seen = np.asarray(sen.model.visible(y, ps), bool)
+        return y, np.broadcast_to(seen, (len(points),))  # True alone: of all
 
 
 def _false_measurements(rob, sen, lmk, rng):

@@ -92,7 +92,7 @@ def _project(map, rob, sen, lmks):
         e, v, *E_ = expect(Rf, Sf, sen.model, lmks[0].type, states(map, lmks))
         if rob.first is not None:
             E_ = first_jacobians(rob, sen, Sf, lmks)
-        visible = sen.model.visible(e, v)
+        visible = np.broadcast_to(sen.model.visible(e, v), (len(lmks),))  # True alone: of all
         for k, (lmk, E_r, E_s, E_l) in enumerate(zip(lmks, *E_, strict=True)):
             blocks = (r, E_r), (sen.r, E_s), (lmk.r, E_l)
             E = covariance(cross(map, blocks), blocks)

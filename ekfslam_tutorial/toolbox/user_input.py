@@ -5,6 +5,10 @@ from contextlib import contextmanager
 import numpy as np
 
 from ..ekf.covariances import faults
+from ..models.protocols import METHODS, VALUES, lacking
+
+MAIN = {"motion": "move", "sensor": "project", "landmark": "from_frame"}
+"""The method by which a model of a role is known."""
 
 
 @contextmanager
@@ -88,12 +92,15 @@ def check_kind(what, value, kind):
         raise TypeError(f"{what} must be a toolbox.{kind.__name__}, got {short_text(value)}")
 
 
-def check_model(what, value, method):
-    """Refuse a class where a model is wanted, and what has no such method."""
+def check_model(what, value, role):
+    """Refuse what is no model of a role ("motion", "sensor", "landmark"): a class, or what has not all its parts."""
     if isinstance(value, type):
         raise TypeError(f"{what} must be a model, got a class; write {value.__name__}(...)")
-    if not hasattr(value, method):
-        raise TypeError(f"{what} must be a model, with the method {method}, got {short_text(value)}")
+    if not hasattr(value, MAIN[role]):
+        raise TypeError(f"{what} must be a model, with the method {MAIN[role]}, got {short_text(value)}")
+    needed = (*VALUES[role], *METHODS[role])
+    if absent := lacking(value, needed):
+        raise TypeError(f"{type(value).__name__} has {absent}; a {role} has {', '.join(needed)}")
 
 
 def short_text(value, width=60):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ekfslam_tutorial.models.sensors import RangeBearing
 from ekfslam_tutorial.slam import project_lmks
 from ekfslam_tutorial.toolbox import Recorder, Robot, Sensor, UserData, universal_slam
 from tests.toolbox.scenarios import FLAT, SPACE
@@ -60,6 +61,30 @@ def test_localisation_keeps_the_known_map_and_finds_the_robot():
     assert not any(e.kind == "initialisation" for e in s.events)
     e, _ = s.robs[0].frame(s.map).minus(s.sim_robs[0].frame)
     assert np.linalg.norm(e[:2]) < 0.2 < np.linalg.norm(s.sim_robs[0].x[:2])
+
+
+class SeesAll(RangeBearing):
+    def visible(self, y, p):
+        return True
+
+
+class SeesEach(RangeBearing):
+    def visible(self, y, p):
+        return np.full(y.shape[:-1], True)
+
+
+@pytest.mark.parametrize("engine", ["plain", "fast"])
+def test_a_sensor_may_say_once_for_all_that_it_sees_all(engine):
+    def run(model):
+        data = UserData.from_dict(FLAT, {"time.last": 10, "options.engine": engine})
+        data.sensors[0].model = model
+        *_, now = universal_slam(data)
+        return now
+
+    once, each = run(SeesAll(0.1, 0.02)), run(SeesEach(0.1, 0.02))
+    assert len(once.lmks) == 12 and all(o.visible for o in once.obs.values())
+    assert np.allclose(once.map.x, each.map.x, rtol=0, atol=1e-9)
+    assert np.allclose(once.map.P, each.map.P, rtol=0, atol=1e-9)
 
 
 def test_an_uncertain_start_is_really_unknown():

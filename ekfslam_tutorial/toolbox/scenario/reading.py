@@ -11,9 +11,10 @@ import tomllib
 from functools import partial
 
 from ...models import landmarks, motion, sensors
+from ...models.protocols import VALUES, lacking
 from ...simulation import worlds
 from ...slam import association
-from ..user_input import errors_at, short_text
+from ..user_input import MAIN, errors_at, short_text
 from .keys import (
     arguments,
     check_keys,
@@ -136,19 +137,30 @@ class Known:
     """Names that a file may use: what the package exports, and classes of the reader's own."""
 
     def __init__(self, models=()):
-        own = {snake(cls.__name__): cls for cls in models}
+        self.own = own = {snake(cls.__name__): cls for cls in models}
         having = lambda known, method: known | {n: c for n, c in own.items() if hasattr(c, method)}
         is_association = lambda cls: inspect.isclass(cls) and hasattr(cls, "birth_id")
         associations = {snake(n): c for n, c in inspect.getmembers(association, is_association)}
-        self.motions = having(exported(motion), "move")
-        self.sensors = having(exported(sensors), "project")
-        self.landmarks = having(exported(landmarks), "from_frame")
+        self.motions = having(exported(motion), MAIN["motion"])
+        self.sensors = having(exported(sensors), MAIN["sensor"])
+        self.landmarks = having(exported(landmarks), MAIN["landmark"])
         self.associations = having(associations, "birth_id")
         self.worlds = functions(worlds)
 
+    def _model(self, role, kind, name, known):
+        """The class of a name; one of the reader's own that has not the method of this role is told so."""
+        cls = self.own.get(name) if isinstance(name, str) and name not in known else None
+        if cls is not None:
+            raise ValueError(
+                f"{cls.__name__} has no method {MAIN[role]}, so it is no {kind}; known: {', '.join(known)}"
+            )
+        return look_up(kind, name, known)
+
     def robot(self, entry):
         """Read a robot: its own keys, its motion model's, and start values and controls by the model's fields."""
-        cls = look_up("motion model", _pop(entry, "motion", self.motions), self.motions)
+        cls = self._model("motion", "motion model", _pop(entry, "motion", self.motions), self.motions)
+        if absent := lacking(cls, ("control_fields", "state_fields")):  # they say which keys there are
+            raise ValueError(f"{cls.__name__} has {absent}; a motion has {', '.join(VALUES['motion'])}, move")
         own = _keys(Robot, without=("motion", "state", "state_std", "control", "control_std"))
         groups = _groups(cls)
         params, entry = _split(entry, cls, [*own, *groups], key="motion")
@@ -162,7 +174,7 @@ class Known:
 
     def sensor(self, entry, frame):
         """Read a sensor: its own keys and those of its model."""
-        cls = look_up("sensor type", _pop(entry, "type", self.sensors), self.sensors)
+        cls = self._model("sensor", "sensor type", _pop(entry, "type", self.sensors), self.sensors)
         own = _keys(Sensor, without=("model",))
         params, entry = _split(entry, cls, own, key="type")
         made = {"model": cls(**arguments(cls, params))}
@@ -175,7 +187,7 @@ class Known:
         """Read how landmarks are stored."""
         own, made = _keys(Landmark, without=("model",)), {}
         if "type" in entry:
-            cls = look_up("landmark type", entry["type"], self.landmarks)
+            cls = self._model("landmark", "landmark type", entry["type"], self.landmarks)
             params, entry = _split({k: v for k, v in entry.items() if k != "type"}, cls, own, key="type")
             made["model"] = self.landmark_type({"type": snake(cls.__name__)} | params, frame)
         check_keys(entry, ["type", *own])
@@ -184,7 +196,7 @@ class Known:
     def landmark_type(self, entry, frame):
         """Read a landmark type, from its name or a table. One that exists in 2D and in 3D is as the robots are."""
         params = {"type": entry} if isinstance(entry, str) else dict(entry)
-        cls = look_up("landmark type", _pop(params, "type", self.landmarks), self.landmarks)
+        cls = self._model("landmark", "landmark type", _pop(params, "type", self.landmarks), self.landmarks)
         if frame is not None and "dim" in parameters(cls):
             params = {"dim": frame.dim} | params
         return cls(**arguments(cls, params))

@@ -59,7 +59,7 @@ class Robot:
 
     def __post_init__(self):
         check_id("id", self.id)
-        check_model("motion", self.motion, "move")
+        check_model("motion", self.motion, "motion")
         self.start()
         self.controls()
         self.U()
@@ -209,9 +209,9 @@ class Sensor:
     def __post_init__(self):
         check_id("id", self.id)
         check_id("robot", self.robot)
-        check_model("model", self.model, "project")
+        check_model("model", self.model, "sensor")
         if self.landmark is not None:
-            check_model("landmark", self.landmark, "from_frame")
+            check_model("landmark", self.landmark, "landmark")
         if not 0 < finite_array("p_detect", self.p_detect) <= 1:
             raise ValueError(f"p_detect is a probability above 0, got {self.p_detect}")
         if not finite_array("clutter", self.clutter) >= 0:

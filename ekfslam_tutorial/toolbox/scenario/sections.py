@@ -89,7 +89,7 @@ class Landmark:
 
     def __post_init__(self):
         if self.model is not None:
-            check_model("the landmark model", self.model, "from_frame")
+            check_model("the landmark model", self.model, "landmark")
         self.prior()
 
     def prior(self):

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.geometry import check_jacobians, q2e
+from ekfslam_tutorial.geometry import Frame2, check_jacobians, q2e
 from ekfslam_tutorial.models.landmarks import EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry3, Unicycle
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
@@ -169,6 +169,10 @@ class HalfBlind:
 
     def retro(self, y, n): ...
 
+    def residual(self, y, e): ...
+
+    def visible(self, y, p): ...
+
 
 def test_own_classes_can_be_named_in_a_file():
     own = {"type": "half_blind", "std": 0.5, "tilt_deg": 90.0}
@@ -176,6 +180,52 @@ def test_own_classes_can_be_named_in_a_file():
     assert data.sensors[0].model == HalfBlind(0.5, math.pi / 2)
     with pytest.raises(ValueError, match="unknown sensor type 'half_blind'"):
         UserData.from_dict(FLAT | {"sensor": [own]})
+
+
+class NoMove:
+    frame, size, control_fields, state_fields = Frame2, 3, {"v": 1}, {}
+
+
+class NoFields:
+    frame, size = Frame2, 3
+
+    def move(self, x, u, dt): ...
+
+
+class NoFrame:
+    control_fields = state_fields = {}
+
+    def move(self, x, u, dt): ...
+
+
+class Deaf:
+    def project(self, p): ...
+
+
+class Flat:
+    size = 2
+
+    def from_frame(self, F, l): ...
+
+
+@pytest.mark.parametrize(
+    "section, entry, said",
+    [
+        ("robot", {"motion": "no_move"}, "robot 1: NoMove has no method move, so it is no motion model; known: const"),
+        ("robot", {"motion": "no_fields"}, "robot 1: NoFields has no control_fields, no state_fields; a motion has"),
+        ("robot", {"motion": "no_frame"}, "robot 1: NoFrame has no frame, no size; a motion has frame, size, control"),
+        ("robot", {"motion": "flat"}, "robot 1: Flat has no method move, so it is no motion model"),
+        ("robot", {"motion": "no_mov"}, "unknown motion model 'no_mov'; known: "),
+        ("sensor", {"type": "no_move"}, "sensor 1: NoMove has no method project, so it is no sensor type"),
+        ("sensor", {"type": "deaf"}, "Deaf has no R, no bearing_only, no method residual, no method visible; a sensor"),
+        ("landmark", {"type": "flat"}, "Flat has no method to_frame, no method point, no method ray; a landmark has"),
+        ("landmark", {"type": "deaf"}, "Deaf has no method from_frame, so it is no landmark type; known: "),
+    ],
+)
+def test_what_a_class_of_ones_own_lacks_is_named(section, entry, said):
+    table = FLAT | {section: entry if section == "landmark" else [entry]}
+    with pytest.raises((ValueError, TypeError), match=said):
+        UserData.from_dict(table, models=[NoMove, NoFields, NoFrame, Deaf, Flat])
 
 
 def test_given_tables_are_left_as_they_were():
