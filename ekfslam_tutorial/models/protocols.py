@@ -9,7 +9,7 @@ from typing import Any, Protocol
 METHODS = {
     "motion": ("move",),
     "sensor": ("project", "residual", "visible"),
-    "landmark": ("to_frame", "from_frame", "point"),
+    "landmark": ("to_frame", "from_frame", "point", "ray"),
 }
 VALUES = {
     "motion": ("frame", "size", "control_fields", "state_fields"),
