@@ -177,7 +177,7 @@ def knob(control: Control, name: str) -> w.ValueWidget:
     )
 
 
-def sweep(draw: Callable, corners: int = 20, seed: int = 0) -> int:
+def sweep(draw: Callable, corners: int = 20, seed: int = 0, together: int = 16) -> int:
     """Try a drawing at the least, first and greatest value of every control and at random corners.
 
     Parameters
@@ -187,6 +187,8 @@ def sweep(draw: Callable, corners: int = 20, seed: int = 0) -> int:
     corners : int
         Number of random settings.
     seed : int
+    together : int
+        How many of the settings with every control at one of its ends.
 
     Returns
     -------
@@ -206,7 +208,7 @@ def sweep(draw: Callable, corners: int = 20, seed: int = 0) -> int:
     settings += [{name: c.draw(rng) for name, c in controls.items()} for _ in range(corners)]
     extremes = [(c.corners()[0], c.corners()[-1]) for c in controls.values()]
     settings += [
-        dict(zip(controls, values, strict=True)) for values in itertools.islice(itertools.product(*extremes), 16)
+        dict(zip(controls, values, strict=True)) for values in itertools.islice(itertools.product(*extremes), together)
     ]
     tried = []
     for setting in settings:
