@@ -6,6 +6,7 @@ import textwrap
 
 from . import logbook, registry
 from .exercise import Exercise, Verdict
+from .keep import remember
 
 FALLBACK = "The reference solution is used below."
 
@@ -36,6 +37,7 @@ def check(id: str, answer=None):
     verdict = exercise.judge(answer)
     if verdict.status != "not attempted":
         logbook.attempt(id, verdict.passed)
+        remember(id, answer if verdict.passed else None)
     print(report(exercise, verdict))
     return answer if verdict.passed else exercise.reference
 
