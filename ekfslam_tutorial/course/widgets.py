@@ -14,7 +14,6 @@ matplotlib figure, `facts` a dictionary of the numbers it shows, with the senten
 
 from __future__ import annotations
 
-import functools
 import html
 import itertools
 import traceback
@@ -49,7 +48,7 @@ def explorable(*, run: bool = False, ranges: dict | None = None, **controls: Con
     return attach
 
 
-def explore(draw: Callable, *, run: bool | None = None, **given):
+def explore(draw: Callable, *, run: bool | None = None, **controls: Control):
     """Show the poster of a drawing, its caption, and below them the live widget.
 
     The poster is a plain picture: it stays in the stored notebook, where widgets do not run. A mistake in
@@ -61,15 +60,11 @@ def explore(draw: Callable, *, run: bool | None = None, **given):
         Pure function of its parameters that returns ``(fig, facts)``.
     run : bool, optional
         Draw only when "Run" is pressed. Without it, what `explorable` says.
-    **given
-        One `Float`, `Int`, `Choice` or `Toggle` per parameter; without any, those of `explorable`. What is none of
-        these is handed to `draw` as it is: a function of the notebook, whose results are drawn.
+    **controls
+        One `Float`, `Int`, `Choice` or `Toggle` per parameter; without any, those of `explorable`.
     """
-    controls = {name: value for name, value in given.items() if isinstance(value, Control)}
-    fixed = {name: value for name, value in given.items() if name not in controls}
     controls = controls or getattr(draw, "controls", {})
     run = getattr(draw, "run", False) if run is None else run
-    draw = functools.partial(draw, **fixed)
     start = {name: control.value for name, control in controls.items()}
     fig, facts = draw(**start)
     picture = png(fig)
