@@ -10,6 +10,7 @@ import inspect
 import linecache
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from . import needs, registry
@@ -106,7 +107,7 @@ def own(*ids: str):
     module, why = None, f"{path().name} is not there yet"
     if path().exists():
         try:
-            module = load(str(MyFile.read(path())), path())
+            module = _loaded(MyFile.read(path()))
             _forget_imported()
             sys.modules[path().stem] = module  # a plain import now finds this one, too
         except Broken as error:
@@ -146,7 +147,7 @@ def _kept(wanted, file: MyFile, told) -> list[str]:
         file.parts = empty.copied().parts
         keeper = _Keeper(file, wanted)
         kept = [id for id in wanted if keeper.put(id)]
-        module = load(str(file), path())
+        module = _loaded(file)
         bad = [id for id in kept if not _passes(registry.get(id), module)]
         if not bad:
             told += keeper.told
@@ -268,7 +269,7 @@ def _exercise_of(value, name, number, world) -> str | None:
     for exercise in registry.everything():
         if isinstance(exercise, Exercise) and _number(exercise.id) == home:
             mine = exercise.name == name and getattr(function, "__globals__", None) is world
-            if mine or function is inspect.unwrap(exercise.reference):
+            if mine or exercise.is_reference(function):
                 return exercise.id
     return None
 
@@ -297,7 +298,7 @@ def _own(exercise, module):
     """The function to go on with, and what to say of it."""
     name = file_name(exercise)
     function = getattr(module, name, None)
-    if function is None or inspect.unwrap(function) is inspect.unwrap(exercise.reference):
+    if function is None or exercise.is_reference(inspect.unwrap(function)):
         return exercise.reference, "the reference (not kept yet)"
     if not _passes(exercise, module):
         see = f'import {path().stem}; check("{exercise.id}", {path().stem}.{name})'
@@ -306,9 +307,21 @@ def _own(exercise, module):
     return function, f"yours, from {path().name}"
 
 
+def _loaded(file: MyFile):
+    """The file as a module; its functions give arrays, as those that `check` returns: they call each other."""
+    module = load(str(file), path())
+    for key in file.sections():
+        with suppress(ValueError):  # a helper, or a section that the student has made
+            exercise = registry.get(key)
+            function = getattr(module, file_name(exercise), None)
+            if callable(function) and not exercise.is_reference(inspect.unwrap(function)):
+                setattr(module, file_name(exercise), exercise.in_arrays(function))
+    return module
+
+
 def _passes(exercise, module) -> bool:
     """True if the function of the exercise, as it stands in the file, passes its check."""
-    return exercise.judge(getattr(module, file_name(exercise), None)).passed
+    return exercise.judge(inspect.unwrap(getattr(module, file_name(exercise), print))).passed
 
 
 def _forget_imported():
