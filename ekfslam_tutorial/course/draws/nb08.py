@@ -36,7 +36,7 @@ def sigma_figure(curves):
     seed=Int(3, 0, 9, label="seed of the noise"),
     ranges={"sigma_deg": (0, 41), "nees": (0, 1e5)},
 )
-def stand_still(prior, n, seed, standing):
+def stand_still(standing, prior, n, seed):
     """The robot that stands still, by a function of the notebook: standing(prior, seed) -> errors, sigmas (deg)."""
     error, sigma = standing(prior, seed)
     fig, (ax, right) = plt.subplots(1, 2, figsize=(11.0, 4.9), width_ratios=(1, 1.25))
@@ -114,7 +114,7 @@ def rotate_world(dx, dy, turn, robot):
     double=Toggle(False, label="double precision (float64)"),
     ranges={"negative": (0, 15), "failures": (0, 20)},
 )
-def eigenvalues(form, gain, noise, double, smallest, forms):
+def eigenvalues(smallest, forms, form, gain, noise, double):
     """Smallest eigenvalue of P after each update, by a function of the notebook: smallest(form, noise, gain, ...)."""
     number = np.float64 if double else np.float32
     sequences = [smallest(forms[form], noise, round(gain, 3), number, seed) for seed in range(20)]
