@@ -1,12 +1,13 @@
 """What only the notebooks need: exercises that are checked, widgets, figures with captions.
 
-A notebook calls `check`, `hint`, `reveal`, `progress`, `explore`, `show` and `replay`. No estimation lives here: what a
-notebook teaches is in the floors above.
+A notebook calls `check`, `hint`, `reveal`, `progress`, `keep`, `own`, `explore`, `show` and `replay`. No estimation
+lives here: what a notebook teaches is in the floors above.
 """
 
 from .checks import check, hint, progress, reveal
 from .controls import Choice, Float, Int, Toggle
 from .figures import show
+from .keep import keep, own
 from .playback import replay
 from .widgets import explorable, explore, sweep
 
@@ -19,6 +20,8 @@ __all__ = [
     "explorable",
     "explore",
     "hint",
+    "keep",
+    "own",
     "progress",
     "replay",
     "reveal",

@@ -151,6 +151,7 @@ class Book:
             patch.setattr("ekfslam_tutorial.course.figures.display", self.display)
             patch.setattr("ekfslam_tutorial.course.widgets.display", self.display)
             patch.setenv(logbook.VARIABLE, str(progress))
+            patch.setenv("EKFSLAM_MY_SLAM", str(progress.parent / "my_slam.py"))
             patch.setenv("EKFSLAM_CHECK_SECONDS", "200")
             if self.all_run:
                 patch.setattr(fleet, "run", four_runs(fleet.run))
