@@ -8,6 +8,7 @@ from .checks import check, hint, progress, reveal
 from .controls import Choice, Float, Int, Toggle
 from .figures import show
 from .playback import replay
+from .project import experiment
 from .widgets import explorable, explore, sweep
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "Int",
     "Toggle",
     "check",
+    "experiment",
     "explorable",
     "explore",
     "hint",
