@@ -426,8 +426,8 @@ class Project:
         runs = f"{len(trials)} runs of {s.frames} frames" if len(trials) > 1 else f"{s.frames} frames"
         return (
             f"{runs}: mean NEES {s.nees:.1f} (honest {s.dof}, band {self.band[0]:g} to {self.band[1]:g}), position off "
-            f"by {s.error:.2f} m at the end (dead reckoning {s.dead_error:.2f} m), {s.landmarks:.0f} landmarks of "
-            f"{s.seen:.0f} seen often, median error {s.landmark_error:.2f} m"
+            f"by {s.error:.2f} m at the end (dead reckoning {s.dead_error:.2f} m), {s.landmarks:.0f} landmarks in "
+            f"the map ({100 * s.share:.0f} % of those seen often), median error {s.landmark_error:.2f} m"
         )
 
 

@@ -120,5 +120,6 @@ project = Project(
         asks.noise(controls=0.002, pixels=0.5),
         asks.estimated(),
     ),
-    band=(3.0, 12.0),
+    band=(3.0, 15.0),
+    landmark_band=3.5,
 )

@@ -62,7 +62,7 @@ def loop(world):
 
     As in project 13, but for all: `for rob in world.robs`, `rob.r` is its range in world.x and world.P; `rob.sensors`
     are the ids of its sensors, `sen = world.sens[id - 1]` is one of them, with `sen.model` and `sen.x`. It starts
-    landmarks of the type `sen.lmk_type or world.options.lmk_type`. Landmarks that are not needed any more go, and leave room.
+    landmarks of the type `sen.lmk_type or world.options.lmk_type`. Landmarks not needed any more go, and leave room.
     Yield x, P, lmks after each frame: x, shape (150,), P, shape (150, 150), zero where nobody lives; id: slice.
     """
     n, room = len(world.x), 150
