@@ -7,6 +7,7 @@ notebook teaches is in the floors above.
 from .checks import check, hint, progress, reveal
 from .controls import Choice, Float, Int, Toggle
 from .figures import show
+from .live import watch
 from .playback import replay
 from .project import experiment
 from .widgets import explorable, explore, sweep
@@ -26,4 +27,5 @@ __all__ = [
     "reveal",
     "show",
     "sweep",
+    "watch",
 ]

@@ -27,8 +27,8 @@ import numpy as np
 from ..toolbox import UserData
 from .exercise import Verdict
 from .expect import Failed
+from .live import Watch
 from .trial import OFTEN, Trial, run_trial
-from .watch import Watch
 
 SEEDS = tuple(range(101, 107))  # the runs of a check, besides the student's own
 SECONDS = 30.0  # for one run
@@ -77,6 +77,11 @@ class Scores:
         Of the landmarks that were seen so often, the part that is in the map.
     landmark_nees, landmark_error : float
         Median over the landmarks at the end: NEES over the number of coordinates, and error (m).
+    mounting_nees, mounting_sigma : float
+        Of the angles of mountings that are estimated: mean NEES at the end (honest 3), and their sigma as a part of
+        that at the start; NaN where there is none.
+    size : float
+        Most numbers in x.
     frames : int
     seconds : float
         Of the slowest run.
@@ -95,6 +100,9 @@ class Scores:
     share: float
     landmark_nees: float
     landmark_error: float
+    mounting_nees: float
+    mounting_sigma: float
+    size: int
     frames: int
     seconds: float
 
@@ -109,6 +117,7 @@ def scores(trials) -> Scores:
     rms = lambda rows, column: float(np.sqrt(np.nanmean([np.nanmean(r[n - third : n, column] ** 2) for r in rows])))
     often = [{id for id, k in t.sightings.items() if k >= OFTEN} for t in trials]
     lmks = np.array([row for t in trials for row in t.landmarks], float).reshape(-1, 4)
+    mountings = np.array([row for t in trials for row in t.mountings], float).reshape(-1, 2)
     with np.errstate(all="ignore"):
         return Scores(
             nees=_mean(nees),
@@ -122,8 +131,11 @@ def scores(trials) -> Scores:
             landmarks=float(np.mean([t.size[-1] for t in trials])),
             seen=float(np.mean([len(ids) for ids in often])),
             share=sum(len(ids & t.known) for ids, t in zip(often, trials, strict=True)) / max(sum(map(len, often)), 1),
-            landmark_nees=float(np.median(lmks[:, 2])) if np.isfinite(lmks[:, 2]).any() else np.nan,
+            landmark_nees=float(np.nanmedian(lmks[:, 2])) if np.isfinite(lmks[:, 2]).any() else np.nan,
             landmark_error=float(np.median(lmks[:, 0])) if len(lmks) else np.nan,
+            mounting_nees=_mean(mountings[:, 0]) if len(mountings) else np.nan,
+            mounting_sigma=float(mountings[:, 1].mean()) if len(mountings) else np.nan,
+            size=max(t.numbers for t in trials),
             frames=n,
             seconds=max(t.seconds for t in trials),
         )
@@ -279,7 +291,7 @@ class Project:
     misconceptions, variants = (), ()  # of a run they are too slow for every audit: see tests/course/test_projects.py
 
     def __init__(
-        self, id, title, loop, *, scenario, start, hints, asks=(), band, gain=0.6, least=LEAST, landmark_band=2.0,
+        self, id, title, loop, *, scenario, start, hints, asks=(), band, gain=0.75, least=LEAST, landmark_band=3.0,
         before=(), symptoms=SYMPTOMS, seeds=SEEDS, seconds=SECONDS, sensor=None, recording=None, helpers=(),
     ):  # fmt: skip
         self.id, self.title, self.loop, self.hints = id, title, loop, tuple(hints)
@@ -414,8 +426,8 @@ class Project:
         runs = f"{len(trials)} runs of {s.frames} frames" if len(trials) > 1 else f"{s.frames} frames"
         return (
             f"{runs}: mean NEES {s.nees:.1f} (honest {s.dof}, band {self.band[0]:g} to {self.band[1]:g}), position off "
-            f"by {s.error:.2f} m at the end (dead reckoning {s.dead_error:.2f} m), {s.landmarks:.0f} landmarks of "
-            f"{s.seen:.0f} seen often, median error {s.landmark_error:.2f} m"
+            f"by {s.error:.2f} m at the end (dead reckoning {s.dead_error:.2f} m), {s.landmarks:.0f} landmarks in "
+            f"the map ({100 * s.share:.0f} % of those seen often), median error {s.landmark_error:.2f} m"
         )
 
 

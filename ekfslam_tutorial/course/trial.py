@@ -35,14 +35,16 @@ class World:
         The map before the first frame: robots, and mountings that are estimated.
     options : Options
         Of the scenario; `options.n`, `options.N` are the prior, and `options.lmk_type` the type of landmarks.
+    kinds : dict of int to LmkType
+        Landmark types by how many numbers a landmark has.
     """
 
     def __init__(self, data, seed, recording=None):
         self._source = source = Simulation(data, seed) if recording is None else Replay(data, recording)
         map, self.robs, self.sens, self._known, tim = create_slam_structures(data, source.sim_lmk, source.starts)
-        self.x, self.P, self.options = map.x.copy(), map.P.copy(), data.slam_options()
+        self.x, self.P, self.start_P, self.options = map.x.copy(), map.P.copy(), map.P.copy(), data.slam_options()
         self._frames, self._now = source.n_frames(tim), None
-        self.k, self._t = 0, 0.0
+        self.k, self._t, self.kinds = 0, 0.0, dict(LANDMARKS[data.frame.dim])
 
     def __len__(self):
         return self._frames
@@ -89,7 +91,8 @@ class Trial:
     landmarks: list = field(default_factory=list)  # at the end: (error, sigma, NEES / dim, distance)
     known: set = field(default_factory=set)  # ids in the map at the end
     dof: dict = field(default_factory=dict)  # of the NEES, by robot
-    sensors: dict = field(default_factory=dict)  # NEES of the mountings that are estimated, at the end
+    mountings: list = field(default_factory=list)  # at the end: (NEES of the angles, their sigma / at start)
+    numbers: int = 0  # most in x
     seconds: float = 0.0
     failed: Failed | None = None
     attempted: bool = True
@@ -99,6 +102,7 @@ class Trial:
         """Measure the estimate of one frame."""
         truth, self.t = world._now.truth, [*self.t, world._t]
         self.size.append(len(estimate.lmks))
+        self.numbers = max(self.numbers, len(estimate.x))
         for obs in world._now.raw.values():
             for id in {int(i) for i in obs.ids} - {-1}:
                 self.sightings[id] = self.sightings.get(id, 0) + 1
@@ -127,8 +131,11 @@ class Trial:
                     self.landmarks.append((np.linalg.norm(e), np.sqrt(np.trace(P)), float(md2(e, P)) / dim, far))
         for sen, true in zip(world.sens, world._source.sim_sens, strict=False):
             if sen.r is not None:
-                row = pose_error(sen.frame_type, estimate.x[sen.r], estimate.P[sen.r, sen.r], true.frame.x)
-                self.sensors[sen.id] = row[2]
+                angles = slice(sen.r.start + dim, sen.r.stop)
+                e, E_s = sen.frame_type(estimate.x[sen.r]).minus(true.frame)
+                C = (E_s @ estimate.P[sen.r, sen.r] @ E_s.T)[dim:, dim:]
+                now, then = (np.trace(P[angles, angles]) for P in (estimate.P, world.start_P))
+                self.mountings.append((float(md2(e[dim:], C)), np.sqrt(max(now, 0) / then) if then > 0 else 1.0))
 
 
 def pose_error(frame, x, P, truth):

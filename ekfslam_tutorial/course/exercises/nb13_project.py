@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...geometry import Frame3
-from ...models.landmarks import EucPnt, IdpPnt
+from ...models.landmarks import IdpPnt
 from ...models.observation import observe
 from .. import asks
 from ..project import Project
@@ -42,6 +42,15 @@ START = SCENARIO[: SCENARIO.index("[[sensor]]")] + (
 )
 
 
+def change(x, P, r, new, J, Q=0.0):
+    """The state in the range r becomes `new`: J is its derivative by what it was, Q the covariance of new noise."""
+    x, P = x.copy(), P.copy()
+    x[r], P[r] = new, J @ P[r]
+    P[:, r] = P[:, r] @ J.T
+    P[r, r] += Q
+    return x, P
+
+
 def loop(world):
     """EKF-SLAM with one camera: yield the map after each frame.
 
@@ -50,20 +59,19 @@ def loop(world):
     X_x and X_u; `eye.model` is the camera, `eye.x` its mounting on the robot, shape (7,). `world.options.n` and
     `world.options.N` are the prior. `for now in world` goes through the frames: `now.u[1]`, shape (6,), `now.U[1]`,
     shape (6, 6), and `now.dt` are the control; `now.seen[1]` is a list of pairs (id, y): a landmark and its pixel.
+    `world.kinds[6]` and `world.kinds[3]` are the types of landmarks with six numbers and with three.
     Yield x, P, lmks after each frame: the whole map, the robot first, and a dictionary id: slice.
     """
     rob, eye = world.robs[0], world.sens[0]
-    camera, mount, kinds = eye.model, Frame3(eye.x), {6: IdpPnt(), 3: EucPnt(3)}
+    camera, mount = eye.model, Frame3(eye.x)
     x, P, lmks = world.x, world.P, {}
     for now in world:
-        x[:7], X_x, X_u = rob.motion.move(x[:7], now.u[1], now.dt)
-        P[:7] = X_x @ P[:7]
-        P[:, :7] = P[:, :7] @ X_x.T
-        P[:7, :7] += X_u @ now.U[1] @ X_u.T
+        new, X_x, X_u = rob.motion.move(x[:7], now.u[1], now.dt)
+        x, P = change(x, P, slice(0, 7), new, X_x, X_u @ now.U[1] @ X_u.T)
         for id, y in now.seen[1]:
             if id in lmks:
                 r = lmks[id]
-                e, E_r, _, E_l = observe(Frame3(x[:7]), mount, camera, kinds[r.stop - r.start], x[r])
+                e, E_r, _, E_l = observe(Frame3(x[:7]), mount, camera, world.kinds[r.stop - r.start], x[r])
                 H = np.zeros((2, len(x)))
                 H[:, :7], H[:, r] = E_r, E_l
                 Z, z = H @ P @ H.T + camera.R, y - e
@@ -77,12 +85,11 @@ def loop(world):
                 P_lx = new_idp(F, np.eye(7), *prior)[2] @ F_r @ P[:7]  # with P_F = I it returns L_F
                 lmks[id] = slice(len(x), len(x) + 6)
                 x, P = np.append(x, l), np.block([[P, P_lx.T], [P_lx, P_ll]])
-        N, N_x = Frame3(x[:7]).normalized()
-        x[:7], P[:7] = N.x, N_x @ P[:7]
-        P[:, :7] = P[:, :7] @ N_x.T
+        F, F_x = Frame3(x[:7]).normalized()
+        x, P = change(x, P, slice(0, 7), F.x, F_x)
         for id in list(lmks):
-            r, eye_at = lmks[id], Frame3(x[:7]).from_frame(mount.t)[0]
-            if r.stop - r.start == 6 and IdpPnt().linearity(x[r], P[r, r], eye_at) < 0.1:
+            r, place = lmks[id], F.from_frame(mount.t)[0]  # the camera is there
+            if r.stop - r.start == 6 and IdpPnt().linearity(x[r], P[r, r], place) < 0.1:
                 x, P = idp2euc(x, P, r.start)
                 lmks[id] = slice(r.start, r.stop - 3)
                 lmks |= {i: slice(s.start - 3, s.stop - 3) for i, s in lmks.items() if s.start > r.start}
@@ -113,5 +120,6 @@ project = Project(
         asks.noise(controls=0.002, pixels=0.5),
         asks.estimated(),
     ),
-    band=(3.0, 12.0),
+    band=(3.0, 15.0),
+    landmark_band=3.5,
 )

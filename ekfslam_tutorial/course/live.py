@@ -43,9 +43,13 @@ class Watch:
         """Take one frame; draw it if the last picture is old enough."""
         if self.live:
             self.update(as_snapshot(world, before, estimate))
-            if time.perf_counter() - self.drawn > self.every:
-                self.draw(dpi=60)
-                self.drawn = time.perf_counter()
+            self.draw_if_due()
+
+    def draw_if_due(self):
+        """Draw, if the last picture is old enough."""
+        if time.perf_counter() - self.drawn > self.every:
+            self.draw(dpi=60)
+            self.drawn = time.perf_counter()
 
     def draw(self, dpi=None, caption=""):
         """Draw the last frame into the output of the cell, in place of the picture before."""
@@ -79,6 +83,47 @@ class Watch:
         for fig in self.figs:
             fig.fig.set_dpi(dpi)
         return side_by_side([grab(fig.fig) for fig in self.figs])
+
+
+def watch(snapshots, sensor=None, title=""):
+    """Pass the snapshots of a run on, and show them meanwhile: map figure and sensor figure, side by side.
+
+    Parameters
+    ----------
+    snapshots : iterable of Snapshot
+        ``universal_slam(data)``, or any other run.
+    sensor : int, optional
+        Whose measurement space is shown; the first sensor if not given.
+    title : str
+        Said before the caption that is computed from the last frame.
+
+    Yields
+    ------
+    Snapshot
+    """
+    view, now = Watch(title, sensor), None
+    for now in snapshots:
+        if view.live:
+            view.update(now)
+            view.draw_if_due()
+        yield now
+    if now is not None:
+        view.finish(figures.one_line(f"{title} {caption(now, sensor)}"))
+
+
+def caption(now, sensor=None) -> str:
+    """Say in a sentence what map and sensor figure show of a snapshot."""
+    sen = next(s for s in now.sens if sensor in (None, s.id))
+    sizes = [lmk.type.size for lmk in now.lmks.values()]
+    many = ", ".join(f"{sizes.count(n)} with {n} numbers" for n in sorted(set(sizes), reverse=True))
+    mine = [o for o in now.obs.values() if o.sen == sen.id]
+    used, refused = sum(o.updated for o in mine), sum(o.matched and not o.updated for o in mine)
+    off = [np.linalg.norm(rob.frame(now.map).t - now.truth[rob.id][: rob.motion.frame.dim]) for rob in now.robs]
+    return (
+        f"Frame {now.k}: {len(sizes)} landmarks in the map ({many}). {sen.name or f'Sensor {sen.id}'}: {used} "
+        f"measurements used, {refused} refused. {'Robots' if len(off) > 1 else 'The robot'} off by "
+        f"{' and '.join(f'{d:.2f}' for d in off)} m."
+    )
 
 
 def _png(image):
