@@ -24,17 +24,13 @@ class Kept:
         Detections that corrected; trees ever started.
     seen : int
         Detections there were.
-    trees : ndarray, shape (N, 2)
-        In the map at the end.
-    finds : ndarray, shape (N,)
-        How often each was found.
     views : list
         Now and then: time, pose, trees.
     """
 
     def __init__(self, frames):
         self.rows, self.views, self.used, self.seen, self.born = [], [], 0, 0, 0
-        self.trees, self.finds, self.every = np.zeros((0, 2)), np.zeros(0), max(frames // PICTURES, 1)
+        self.last, self.every = None, max(frames // PICTURES, 1)
 
     def add(self, now):
         """Keep a frame."""
@@ -43,10 +39,19 @@ class Kept:
         self.rows.append([now.t, *now.map.state(r)[:2], np.sqrt(P[0, 0] + P[1, 1]), len(now.lmks)])
         self.used, self.born = self.used + kinds.count("correction"), self.born + kinds.count("initialisation")
         self.seen += len(now.raw[1].ids)
-        self.trees = np.array([lmk.point(now.map)[0] for lmk in now.lmks.values()]).reshape(-1, 2)
-        self.finds = np.array([lmk.n_match for lmk in now.lmks.values()])
+        self.last = now
         if now.k % self.every == 0:
             self.views.append((now.t, now.map.state(r)[:3].copy(), self.trees))
+
+    @property
+    def trees(self):
+        """Where the trees are that are in the map at the end, m."""
+        return np.array([lmk.point(self.last.map)[0] for lmk in self.last.lmks.values()]).reshape(-1, 2)
+
+    @property
+    def finds(self):
+        """How often each of them was found."""
+        return np.array([lmk.n_match for lmk in self.last.lmks.values()])
 
     t = property(lambda self: np.array(self.rows)[:, 0], doc="Times of the frames, s.")
     path = property(lambda self: np.array(self.rows)[:, 1:3], doc="Where the laser was, m.")
