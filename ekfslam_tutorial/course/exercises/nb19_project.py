@@ -65,7 +65,7 @@ def loop(world):
 
     world.x, shape (3,), and world.P, shape (3, 3), are the pose of the laser before the first frame; `for now in world`
     goes through the scans. now.u[1] = [v, alpha, slip] is the control, slip is 0, and now.U[1], shape (3, 3), its
-    covariance; now.dt the time, for which one step of `drive` is too long: make five. Slip moves the truck sideways, by
+    covariance; now.dt the time: five small steps of `drive` are better than one long one. Slip moves the truck sideways, by
     v dt slip. now.seen[1] is a list of pairs (-1, [range, bearing]): detections without a name. world.sens[0].model.R is
     their noise. Gates: 9.2 and 25. A tree goes if it was looked for 10 times and found in less than 20 % of them.
     Yield x, P, lmks after each frame: the whole map, the pose first, and a dictionary id: slice, with ids of your own.
