@@ -313,7 +313,11 @@ class Project:
 
     def source(self) -> str:
         """Return the reference as text for a notebook cell."""
-        return self._cell(self.scenario, *map(_source, self.helpers), _source(self.loop))
+        return self._cell(self.scenario, *self.texts())
+
+    def texts(self) -> list[str]:
+        """Return the functions of the reference, as text."""
+        return [*map(_source, self.helpers), _source(self.loop)]
 
     def stub(self) -> str:
         """Return the text of the cell as a student gets it."""
