@@ -88,7 +88,11 @@ def stored(kind, odometry="good"):
 
 # ---- errors of a pose -----------------------------------------------------------------------------------------------
 
-WAYS = {"tangent space": (BLUE, "-"), "q - q, with a little added to P": (VERMILLION, "--"), "Euler angles": (ORANGE, ":")}
+WAYS = {
+    "tangent space": (BLUE, "-"),
+    "q - q, with a little added to P": (VERMILLION, "--"),
+    "Euler angles": (ORANGE, ":"),
+}
 
 
 def ways_figure(values):
@@ -116,7 +120,8 @@ def two_figures(run, title=""):
     figs, now = [], None
     for now in run:
         if not figs:
-            figs = [MapFig(now, labels=False, title=title, figsize=SIZE), SenFig(now, labels=False, figsize=SIZE)]
+            look = dict(labels=False, figsize=SIZE)
+            figs = [MapFig(now, title=title, **look), SenFig(now, **look)]
         for fig in figs:
             fig.update(now)
     assert now is not None  # a run has frames

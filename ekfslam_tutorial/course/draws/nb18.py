@@ -133,7 +133,8 @@ def four_ways_figure(which, alone, telling, landmarks_only, one):
 
 def leave_out_figure(which, some, whole):
     """Paths and errors of some of the robots in one filter, beside those of all. Returns (fig, caption)."""
-    error, all_five = ({int(r): f["ate_rmse_m"] or 0.0 for r, f in h.summary()["robots"].items()} for h in (some, whole))
+    of = lambda h: {int(r): f["ate_rmse_m"] or 0.0 for r, f in h.summary()["robots"].items()}
+    error, all_five = of(some), of(whole)
     fig, (ax, bars) = plt.subplots(1, 2, figsize=(12.5, 5.6), width_ratios=[1.2, 1], layout="constrained")
     _paths(ax, which, some)
     for values, width, color, name in ((all_five, 0.8, GREY, "all five, with sightings"), (error, 0.5, BLUE, "now")):
@@ -156,11 +157,11 @@ def alignment_figure(which, paths, truths, F, ates):
     """Five paths under one alignment, and under one each. Returns (fig, caption)."""
     fig, axes = plt.subplots(1, 2, figsize=(13, 6.2), layout="constrained")
     own = [align(p, t) for p, t in zip(paths, truths, strict=True)]
-    for ax, frames, title in (
+    for ax, aligned, title in (
         (axes[0], [Frame2(F)] * len(paths), "one alignment for all: 3 numbers"),
         (axes[1], own, f"one for each robot: {3 * len(paths)} numbers"),
     ):
-        for i, (p, t, G) in enumerate(zip(paths, truths, frames, strict=True)):
+        for i, (p, t, G) in enumerate(zip(paths, truths, aligned, strict=True)):
             ax.plot(*G.from_frame(p)[0].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
             ax.plot(*t.T, **line(TRUTH, linewidth=1.0), label="truth" if i == 0 else None)
         ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=title)

@@ -128,8 +128,8 @@ def gates_figure(which, s, j):
     ----------
     which : str
     s : dict
-        y (k, 2): detections. e (n, 2), Z (n, 2, 2): expectations and covariances of the innovations. t: s; trees: how many
-        there are in the map.
+        y (k, 2): detections. e (n, 2), Z (n, 2, 2): expectations and covariances of the innovations. t: s; trees: how
+        many there are in the map.
     j : (k,)
         The tree of each detection; -1: a new one; -2: not used.
     """
@@ -170,8 +170,8 @@ def rates_figure(which, every, errors):
     ax.legend()
     words = [f"{name} {', '.join(f'{e:.1f}' for e in row)} m" for name, row in errors.items()]
     return fig, (
-        f"{which.capitalize()}, one scan each {', '.join(f'{k * dt:.1f}' for k in every)} s: distance to GPS (root mean "
-        f"square without the worst 5 %) with {' and with '.join(words)}."
+        f"{which.capitalize()}, one scan each {', '.join(f'{k * dt:.1f}' for k in every)} s: distance to GPS (root "
+        f"mean square without the worst 5 %) with {' and with '.join(words)}."
     )
 
 
@@ -187,8 +187,8 @@ def path_figure(which, d, name):
     ax.set_adjustable("datalim")
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return fig, (
-        f"{which.capitalize()}, {name}: {len(d.trees)} trees in the map, {100 * d.used / d.seen:.0f} % of the detections "
-        f"used, distance to GPS {error:.1f} m."
+        f"{which.capitalize()}, {name}: {len(d.trees)} trees in the map, {100 * d.used / d.seen:.0f} % of the "
+        f"detections used, distance to GPS {error:.1f} m."
     )
 
 

@@ -22,10 +22,23 @@ name = "honest in the cloister"
 seed = 1
 time = {dt = 0.1, last = 60}
 world = {type = "cloister"}
-robot = [{motion = "odometry3", position = [0, -5, 0], dx = [0.08, 0, 0], da_deg = [0, 0, 0.9], dx_std = 0.01, da_std_deg = 0.1}]
-sensor = [{type = "pin_hole_depth", position = [0, 0, 0.6], orientation_deg = [-90, 0, -90], pixel_std = 1.0, depth_std = 0.1}]
 landmark = {type = "euc_pnt"}
 options = {n_inits = [10, 1], n_updates = 10}
+
+[[robot]]
+motion = "odometry3"
+position = [0, -5, 0]
+dx = [0.08, 0, 0]
+da_deg = [0, 0, 0.9]
+dx_std = 0.01
+da_std_deg = 0.1
+
+[[sensor]]
+type = "pin_hole_depth"
+position = [0, 0, 0.6]
+orientation_deg = [-90, 0, -90]
+pixel_std = 1.0
+depth_std = 0.1
 """
 
 START = """
@@ -33,10 +46,22 @@ name = "dishonest in the cloister"
 seed = 1
 time = {dt = 0.1, last = 60}
 world = {type = "cloister"}
-robot = [{motion = "odometry3", position = [0, -5, 0], dx = [0.08, 0, 0], da_deg = [0, 0, 0.9], dx_std = 0.01, da_std_deg = 0.1}]
-sensor = [{type = "pin_hole", position = [0, 0, 0.6], orientation_deg = [-90, 0, -90], pixel_std = 1.0}]
 landmark = {type = "hmg_pnt", non_obs_mean = 0.2, non_obs_std = 0.1}
 options = {n_inits = [10, 1], init_margin = 25.6, n_updates = 10}
+
+[[robot]]
+motion = "odometry3"
+position = [0, -5, 0]
+dx = [0.08, 0, 0]
+da_deg = [0, 0, 0.9]
+dx_std = 0.01
+da_std_deg = 0.1
+
+[[sensor]]
+type = "pin_hole"
+position = [0, 0, 0.6]
+orientation_deg = [-90, 0, -90]
+pixel_std = 1.0
 # The robot, the world and the noise of the pixels are given. The camera, the landmark and the options are yours.
 """
 
@@ -220,13 +245,6 @@ SYMPTOMS = (
         "in_band(nees, 6) wants the NEES of all runs, shape (runs, frames), and says True or False for each frame.",
     ),
     Symptom(
-        "a map",
-        lambda s, p: s.error > ERROR * s.dead,
-        "the robot is off by {s.error:.2f} m at the end, dead reckoning by {s.dead:.2f} m",
-        "A filter that corrects with nothing, or with little, is honest and useless. Are landmarks started (n_inits), and "
-        "used (n_updates)?",
-    ),
-    Symptom(
         "honest",
         lambda s, p: s.inside < p.share and s.mean < s.low,
         "the mean NEES is {s.mean:.1f}, below the band {s.low:.1f} to {s.high:.1f}",
@@ -247,6 +265,13 @@ SYMPTOMS = (
         "It becomes too sure on its way: the Jacobians are taken at poses that are too far off. Where the landmark is "
         "counted from matters (an anchor is better than the world's origin); with this odometry no way of storing is "
         "enough. What measured the depth in section 2?",
+    ),
+    Symptom(
+        "a map",
+        lambda s, p: s.error > ERROR * s.dead,
+        "the robot is off by {s.error:.2f} m at the end, dead reckoning by {s.dead:.2f} m",
+        "A filter that corrects with nothing, or with little, is honest and useless. Are landmarks started (n_inits), and "
+        "used (n_updates)?",
     ),
 )
 

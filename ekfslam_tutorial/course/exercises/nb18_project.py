@@ -28,18 +28,18 @@ name = "five robots"
 time = {last = 900}
 landmark = {type = "euc_pnt"}
 robot = [
-    {id = 1, motion = "odometry2", position = [0, 0], orientation_deg = 0},
-    {id = 2, motion = "odometry2", position = [-2.6, 1.1], orientation_deg = 170, position_std = 0.5, orientation_std_deg = 20},
-    {id = 3, motion = "odometry2", position = [-1.1, 1.1], orientation_deg = -10, position_std = 0.5, orientation_std_deg = 20},
-    {id = 4, motion = "odometry2", position = [1.2, -1.7], orientation_deg = 175, position_std = 0.5, orientation_std_deg = 20},
-    {id = 5, motion = "odometry2", position = [2.2, -0.3], orientation_deg = -55, position_std = 0.5, orientation_std_deg = 20},
+  {id=1, motion="odometry2", position=[0, 0], orientation_deg=0},
+  {id=2, motion="odometry2", position=[-2.6, 1.1], orientation_deg=170, position_std=0.5, orientation_std_deg=20},
+  {id=3, motion="odometry2", position=[-1.1, 1.1], orientation_deg=-10, position_std=0.5, orientation_std_deg=20},
+  {id=4, motion="odometry2", position=[1.2, -1.7], orientation_deg=175, position_std=0.5, orientation_std_deg=20},
+  {id=5, motion="odometry2", position=[2.2, -0.3], orientation_deg=-55, position_std=0.5, orientation_std_deg=20},
 ]
 sensor = [
-    {id = 1, robot = 1, type = "range_bearing", range_std = 0.15, bearing_std_deg = 1.0},
-    {id = 2, robot = 2, type = "range_bearing", range_std = 0.15, bearing_std_deg = 1.0},
-    {id = 3, robot = 3, type = "range_bearing", range_std = 0.15, bearing_std_deg = 1.0},
-    {id = 4, robot = 4, type = "range_bearing", range_std = 0.15, bearing_std_deg = 1.0},
-    {id = 5, robot = 5, type = "range_bearing", range_std = 0.15, bearing_std_deg = 1.0},
+  {id=1, robot=1, type="range_bearing", range_std=0.15, bearing_std_deg=1.0},
+  {id=2, robot=2, type="range_bearing", range_std=0.15, bearing_std_deg=1.0},
+  {id=3, robot=3, type="range_bearing", range_std=0.15, bearing_std_deg=1.0},
+  {id=4, robot=4, type="range_bearing", range_std=0.15, bearing_std_deg=1.0},
+  {id=5, robot=5, type="range_bearing", range_std=0.15, bearing_std_deg=1.0},
 ]
 """
 
