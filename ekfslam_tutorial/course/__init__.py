@@ -8,7 +8,9 @@ from .checks import check, hint, progress, reveal
 from .controls import Choice, Float, Int, Toggle
 from .figures import show
 from .keep import keep, own
+from .live import watch
 from .playback import replay
+from .project import experiment
 from .widgets import explorable, explore, sweep
 
 __all__ = [
@@ -17,6 +19,7 @@ __all__ = [
     "Int",
     "Toggle",
     "check",
+    "experiment",
     "explorable",
     "explore",
     "hint",
@@ -27,4 +30,5 @@ __all__ = [
     "reveal",
     "show",
     "sweep",
+    "watch",
 ]

@@ -19,6 +19,7 @@ import pytest
 
 from ekfslam_tutorial.course import build, fleet, guard, logbook, registry
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.project import Project
 from ekfslam_tutorial.course.quiz import Quiz
 
 from .answers import collector
@@ -80,14 +81,17 @@ def test_every_exercise_of_the_notebook_is_in_it(path):
 def test_the_check_is_assigned_to_the_name(path):
     for cell in code_cells(read(path)):
         if "check" in tags(cell):
-            assert re.fullmatch(r'(\w+) = check\("\d\d\.\w+", \1\)', build.source(cell).strip())
+            exercise = r'(\w+) = check\("\d\d\.\w+", \1\)'
+            project = r'verdict = check\("\d\d\.project", run\)'
+            assert re.fullmatch(f"{exercise}|{project}", build.source(cell).strip())
 
 
 def telling_lines(exercise):
     """The lines of a solution that give it away."""
     if isinstance(exercise, Quiz):
         return [f'"{q.key}": {q.right!r}' for q in exercise.questions]
-    body = exercise.source().split('"""')[-1]
+    source = "\n".join(exercise.texts()) if isinstance(exercise, Project) else exercise.source()
+    body = source.split('"""')[-1]
     lines = [" ".join(line.split("#")[0].split()) for line in body.splitlines()]
     return [line for line in lines if len(line) >= 18 and not line.startswith(("return", "for ", "if ", "ids = "))]
 
@@ -226,8 +230,13 @@ def book(request, tmp_path_factory):
     return book
 
 
+def own_run(project):
+    """A run of a student who has written what the reference is."""
+    return project.run(project.scenario, project.loop)
+
+
 def assert_all_passed(told):
-    assert told and all(re.fullmatch(r"\[\d\d\.\w+\] passed\n", text) for text in told), told
+    assert told and all(re.match(r"\[\d\d\.\w+\] passed\n", text) for text in told), told
 
 
 def test_the_solved_notebook_runs(book):
@@ -240,6 +249,8 @@ def test_the_notebook_goes_on_with_right_answers_in_other_words(book, own_progre
 
 def in_other_words(exercise, _):
     """A right answer that is not the solution's text; most give lists and tuples for arrays."""
+    if isinstance(exercise, Project):
+        return own_run(exercise)
     if not isinstance(exercise, Exercise):
         return exercise.variants[0].answer
     return collector.RIGHT[exercise.id][0]
