@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy.special import erf
-from scipy.stats import chi2
 
 from ...geometry import wrap
 from .. import expect
@@ -184,7 +183,7 @@ def _wrong(name, hint):
 @_wrong("99.7 per cent", "A k-sigma ellipse is where (p - mean)' P^-1 (p - mean) = k^2, in any dimension. That it holds "
         "98.9 % for k = 3, and not 99.7 %, is how things are in the plane.")  # fmt: skip
 def _(P, k):
-    return np.sqrt(chi2.ppf(erf(k / np.sqrt(2)), 2)) * np.linalg.cholesky(P)
+    return np.sqrt(-2 * np.log(1 - erf(k / np.sqrt(2)))) * np.linalg.cholesky(P)
 
 
 @_wrong("always 95 per cent", "5.99 is the 95 % value of chi-square. Here the size is given in sigmas: k.")
