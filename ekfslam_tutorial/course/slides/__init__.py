@@ -1,8 +1,9 @@
 """The lecture cut as slides: one HTML file with everything inside, to be projected without a network or a kernel.
 
 A text cell is a slide. A picture gets a slide of its own, as large as it can be, with its caption. A few words before
-a picture stand above it, and the answer to a poll below it, folded where it is folded in the notebook. Code is folded; where a cell only prints, code and output
-are shown. The Markdown and the coloured code are nbconvert's; formulas are set by MathJax, which is part of the file.
+a picture stand above it, and the answer to a poll below it, folded where it is folded in the notebook. Code is folded;
+where a cell only prints, code and output are shown. The Markdown and the coloured code are nbconvert's; formulas are
+set by MathJax, which is part of the file.
 """
 
 from __future__ import annotations
