@@ -1,13 +1,14 @@
 """What only the notebooks need: exercises that are checked, widgets, figures with captions.
 
-A notebook calls `check`, `hint`, `reveal`, `progress`, `explore`, `show` and `replay`. No estimation lives here: what a
-notebook teaches is in the floors above.
+A notebook calls `check`, `hint`, `reveal`, `progress`, `explore`, `show`, `replay` and
+`source`. No estimation lives here: what a notebook teaches is in the floors above.
 """
 
 from .checks import check, hint, progress, reveal
 from .controls import Choice, Float, Int, Toggle
 from .figures import show
 from .playback import replay
+from .source import source
 from .widgets import explorable, explore, sweep
 
 __all__ = [
@@ -23,5 +24,6 @@ __all__ = [
     "replay",
     "reveal",
     "show",
+    "source",
     "sweep",
 ]
