@@ -25,7 +25,7 @@ import numpy as np
 from IPython.display import display
 
 from .controls import Choice, Control, Float, Int, Toggle
-from .figures import Places, bundle, one_line, png, publish, show, size
+from .figures import Places, bundle, one_line, picture, png, publish, show, size
 
 
 def explorable(*, run: bool = False, ranges: dict | None = None, **controls: Control):
@@ -67,9 +67,9 @@ def explore(draw: Callable, *, run: bool | None = None, **controls: Control):
     run = getattr(draw, "run", False) if run is None else run
     start = {name: control.value for name, control in controls.items()}
     fig, facts = draw(**start)
-    picture = png(fig)
-    publish(picture, one_line(facts["caption"]))
-    display(Panel(draw, controls, run, picture, facts).box)
+    poster = picture(fig)
+    publish(poster, one_line(facts["caption"]))
+    display(Panel(draw, controls, run, poster, facts).box)
 
 
 class Panel:

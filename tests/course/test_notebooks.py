@@ -15,6 +15,7 @@ import pytest
 
 from ekfslam_tutorial.course import build, fleet, logbook, registry
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.figures import stored
 from ekfslam_tutorial.course.quiz import Quiz
 
 FOLDER = build.notebooks_folder()
@@ -264,9 +265,9 @@ def test_pictures_have_alternative_texts_and_captions(path):
     for cell in code_cells(notebook):
         outputs = [*cell["outputs"], {}]
         for output, following in itertools.pairwise(outputs):
-            if "image/png" in output.get("data", {}):
+            if picture := stored(output):
                 pictures += 1
-                alt = output["metadata"]["image/png"]["alt"]
+                _, _, alt = picture
                 caption = " ".join("".join(following.get("data", {}).get("text/plain", "")).split())
                 assert len(alt) > 30 and caption == alt, cell["id"]
             assert "image/svg+xml" not in output.get("data", {})

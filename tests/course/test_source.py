@@ -3,7 +3,6 @@
 import functools
 import importlib
 import inspect
-import sys
 import textwrap
 
 import numpy as np
