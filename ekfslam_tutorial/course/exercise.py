@@ -28,19 +28,24 @@ is told. A wrong answer is recognised by what it returns, not by how it is writt
 from __future__ import annotations
 
 import ast
+import contextlib
+import functools
 import inspect
 import os
 import textwrap
 import time
+import warnings
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from . import deadline, guard
+from . import deadline, edits, guard
 from .expect import Failed
+from .recognise import few_values, recognise
 
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
@@ -60,11 +65,15 @@ class Link:
 
 @dataclass(frozen=True)
 class Misconception:
-    """A named wrong answer and what to tell the student who gives it."""
+    """A named wrong answer and what to tell the student who gives it.
+
+    `edits` are pairs of texts, old and new: the places of the solution that the mistake writes otherwise.
+    """
 
     name: str
     hint: str
     answer: Any
+    edits: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -123,14 +132,20 @@ class Exercise:
 
     # ---- how a module fills it -------------------------------------------------------------------------
 
-    def link(self, name: str, help: str, part: int | None = None):
-        """Decorator: the next link, `test(f, rng)`."""
+    def link(self, name: str, help: str, part: int | None = None, before: str | None = None):
+        """Decorator: the next link, `test(f, rng)`, or one before the link of that name."""
+        at = len(self.links) if before is None else [link.name for link in self.links].index(before)
 
         def add(test):
-            self.links.append(Link(name, help, test, part))
+            self.links.insert(at, Link(name, help, test, part))
             return test
 
         return add
+
+    def edited(self, text: str):
+        """Add wrong answers that are the solution with some places written otherwise: see `edits.blocks`."""
+        for name, hint, places in edits.blocks(text):
+            self.misconceptions.append(edits.mistake(self.solution, name, hint, places))
 
     def wrong(self, name: str, hint: str):
         """Decorator: a wrong answer that students give, and the hint for it."""
@@ -161,6 +176,10 @@ class Exercise:
     def reference(self):
         """What the notebook goes on with when the answer is missing or wrong."""
         return self.solution
+
+    def is_reference(self, answer) -> bool:
+        """Return True if this is the solution itself, as an earlier check has handed it out."""
+        return answer is self.solution
 
     def source(self) -> str:
         """Return the solution as text for a notebook cell."""
@@ -202,9 +221,31 @@ class Exercise:
         seconds = time.perf_counter() - started
         if outcome is None:
             return Verdict("passed", printed=printed, seconds=seconds)
-        known = None if outcome.certain else self.recognise(f.calls, at[0].part)
-        hint = known.hint if known else outcome.hint or at[0].help
-        return Verdict("failed", at[0].name, str(outcome), hint, known.name if known else "", printed, seconds)
+        known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
+        name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
+        if len(known) == 1:
+            hint = known[0].hint
+        elif known:
+            hint = f"Two things, in this order. First: {known[0].hint} Then: {known[1].hint}"
+        return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
+
+    def _help(self, outcome, link) -> str:
+        """What to say where no listed mistake is recognised: the advice of the failure, then the link's own help."""
+        if not outcome.hint or outcome.certain or link is self.links[0]:  # the first asks for the form of the results
+            return outcome.hint or link.help
+        return f"{outcome.hint} What is tested here: {link.help}"
+
+    def _recognised(self, f, failed, limit):
+        """The listed mistakes in the answer. Where a call says little, the links behind make more calls."""
+        if few_values(self, f.calls):
+            with contextlib.suppress(deadline.TookTooLong):
+                deadline.run(lambda: self._go_on(f, failed), max(limit, 0.1))
+        return recognise(self, f.calls, failed.part)
+
+    def _go_on(self, f, failed):
+        for link in self.links[self.links.index(failed) + 1 :]:
+            with contextlib.suppress(Exception):
+                link.test(f, self._rng(link))
 
     def _limit(self) -> float:
         """Seconds after which an answer is stopped."""
@@ -219,7 +260,7 @@ class Exercise:
         for link in self.links:
             at[0] = link
             try:
-                link.test(f, np.random.default_rng(zlib.crc32(f"{self.id} {link.name}".encode())))
+                link.test(f, self._rng(link))
             except Failed as failed:
                 return failed
             except guard.NotAttempted:
@@ -228,38 +269,13 @@ class Exercise:
                 return Failed(f"your result cannot be used ({type(error).__name__}: {error})"[:300])
         return None
 
-    def recognise(self, calls: list[guard.Call], part: int | None = None) -> Misconception | None:
-        """Return the misconception that answers every call as the student did, or None.
+    def _rng(self, link):
+        return np.random.default_rng(zlib.crc32(f"{self.id} {link.name}".encode()))
 
-        Parameters
-        ----------
-        calls : list of Call
-            The student's calls. Those with a wrong result tell most; some right ones are compared, too.
-        part : int, optional
-            Compare this one of the results first, so that a second mistake elsewhere does not hide the first.
-        """
-        calls = calls[:20] + calls[20:][-20:]
-        truth = {id(call): self._result(self.solution, call.args) for call in calls}
-        for p in (part, None) if part is not None else (None,):
-            fitting = self._fitting(calls, truth, p)
-            if fitting:  # of those that fit in one part, one may fit as a whole
-                whole = self._fitting(calls, truth, None) if p is not None else []
-                return next((m for m in fitting if m in whole), fitting[0])
-        return None
+    # ---- what recognising a mistake needs ------------------------------------------------------------------
 
-    def _fitting(self, calls, truth, part):
-        """The misconceptions that answer as the student did, compared in one part or as a whole."""
-        right, wrong = [], []
-        for call in calls:
-            (right if self._alike(call.result, truth[id(call)], part) else wrong).append(call)
-        sample = wrong[-6:] + right[-4:]
-        return [
-            m
-            for m in (self.misconceptions if wrong else ())
-            if all(self._alike(c.result, self._result(m.answer, c.args), part) for c in sample)
-        ]
-
-    def _result(self, function, args):
+    def result(self, function, args):
+        """Return what a function answers: its result, or `Raised`."""
         f = guard.Guarded(function, self.parameters())
         try:
             with np.errstate(all="ignore"):
@@ -267,7 +283,8 @@ class Exercise:
         except (Failed, guard.NotAttempted):
             return f.calls[-1].result if f.calls else guard.Raised("NotImplementedError")
 
-    def _alike(self, a, b, part):
+    def alike(self, a, b, part=None) -> bool:
+        """Return True if two results are the same to rounding, as a whole or in one part."""
         if isinstance(a, guard.Raised) or isinstance(b, guard.Raised):
             return type(a) is type(b) and a == b  # an array would compare itself entry by entry
         try:
@@ -278,3 +295,61 @@ class Exercise:
         except Exception:
             return False
         return guard.equal(a, b, rtol=1e-6, atol=1e-8)
+
+    def composed(self, one: Misconception, other: Misconception):
+        """Return the solution with the edits of two mistakes, or None if they do not go together."""
+        key = one.name, other.name
+        if key not in self._pairs:
+            self._pairs[key] = edits.composed(self.solution, one.edits, other.edits)
+        return self._pairs[key]
+
+    @cached_property
+    def _pairs(self) -> dict:
+        return {}
+
+    def fails_at(self, mistake: Misconception) -> int:
+        """Return the number of the link at which a mistake fails."""
+        at = [self.links[-1]]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            self._first_failure(guard.Guarded(mistake.answer, self.may_change, self.parameters()), at)
+        return self.links.index(at[0])
+
+    # ---- arrays where arrays are asked for -----------------------------------------------------------------
+
+    def in_arrays(self, function):
+        """Return the student's function, with float arrays where the solution gives arrays.
+
+        So a right answer made of lists works in the rest of the notebook. `inspect.unwrap` gives the function back.
+        """
+        forms = self._forms
+
+        @functools.wraps(function)
+        def answer(*args, **kwargs):
+            result = function(*args, **kwargs)
+            if len(forms) == 1:
+                return _as_array(result) if forms[0] else result
+            if not isinstance(result, (tuple, list)) or len(result) != len(forms):
+                return result
+            return tuple(_as_array(part) if form else part for part, form in zip(result, forms, strict=True))
+
+        return answer if any(forms) else function
+
+    @cached_property
+    def _forms(self) -> list[bool]:
+        """Which results of the solution are arrays."""
+        f = guard.Guarded(self.solution, self.may_change, self.parameters())
+        for link in self.links:
+            with contextlib.suppress(Exception):
+                link.test(f, self._rng(link))
+            if f.calls:
+                break
+        result = f.calls[0].result if f.calls else None
+        parts = result if isinstance(result, tuple) else (result,)
+        return [isinstance(part, np.ndarray) for part in parts]
+
+
+def _as_array(value):
+    """A list of numbers as a float array; anything else as it is."""
+    numbers = guard.numbers(value)
+    return value if numbers is None or numbers.dtype.kind == "c" else numbers.astype(float)

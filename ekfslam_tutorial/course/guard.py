@@ -13,7 +13,7 @@ import numpy as np
 from .deadline import Stopped
 from .expect import Failed
 
-IN_PLACE = "`+=` and `x[i] = ...` write into the caller's array. Work on a copy:"
+IN_PLACE = "`+=` and `x[i] = ...` write into what the caller has."
 
 
 ADVICE = {
@@ -110,9 +110,18 @@ class Guarded:
         for i, (before, after) in enumerate(zip(args, given, strict=True)):
             name = self.names[i] if i < len(self.names) else f"argument {i + 1}"
             if name not in self.may_change and not equal(before, after):
-                raise Failed(
-                    f"your function changes its input `{name}`", f"{IN_PLACE} `{name} = {name}.copy()`.", certain=True
-                )
+                raise Failed(f"your function changes its input `{name}`", _copy_advice(name, before), certain=True)
+
+
+def _copy_advice(name, value):
+    """How to leave an input of this kind as it is. A copied list still holds the caller's arrays."""
+    if isinstance(value, (list, tuple)):
+        if any(isinstance(item, (np.ndarray, list, dict)) for item in value):
+            return f"{IN_PLACE} Build a new list, of copies: `{name} = [item.copy() for item in {name}]`."
+        return f"{IN_PLACE} Build a new list: `{name} = list({name})`."
+    if isinstance(value, dict):
+        return f"{IN_PLACE} Work on a copy: `{name} = dict({name})`."
+    return f"{IN_PLACE} Work on a copy: `{name} = {name}.copy()`."
 
 
 def misses_arguments(function, names):
@@ -134,7 +143,7 @@ def equal(a, b, rtol=0.0, atol=0.0):
 
     A list of numbers equals the array of the same numbers; a column does not equal a vector.
     """
-    A, B = _numbers(a), _numbers(b)
+    A, B = numbers(a), numbers(b)
     if A is not None and B is not None:
         return A.shape == B.shape and bool(np.all(np.isclose(A, B, rtol=rtol, atol=atol, equal_nan=True)))
     if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
@@ -151,8 +160,8 @@ def equal(a, b, rtol=0.0, atol=0.0):
         return False
 
 
-def _numbers(value):
-    """The value as an array of floats (complex if need be), or None if it is something else."""
+def numbers(value):
+    """Return the value as an array of floats (complex if need be), or None if it is something else."""
     if value is None or isinstance(value, (str, bytes, dict, set)):
         return None
     try:

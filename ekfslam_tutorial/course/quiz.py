@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import difflib
 import numbers
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,10 @@ class Question:
     comment: str  # above the entry, in the notebook
     help: str  # for a wrong answer that nobody foresaw
     wrong: dict = field(default_factory=dict)  # answer: hint
+
+
+class Reference(dict):
+    """The right answers as `check` hands them out: they know what they are."""
 
 
 class Quiz:
@@ -64,7 +70,15 @@ class Quiz:
     @property
     def reference(self) -> dict:
         """The right answers."""
-        return {q.key: q.right for q in self.questions}
+        return Reference((q.key, q.right) for q in self.questions)
+
+    def is_reference(self, answer) -> bool:
+        """Return True if these are the right answers as an earlier check has handed them out."""
+        return isinstance(answer, Reference)
+
+    def in_arrays(self, answer):
+        """Return the answers: there is nothing to be made an array."""
+        return answer
 
     @property
     def misconceptions(self) -> list[Misconception]:
@@ -117,6 +131,42 @@ class Quiz:
         strange = [str(k) for k in answer if k not in self.reference]
         near = difflib.get_close_matches(key, strange, 1)
         return f"there is no entry '{key}'" + (f", but there is '{near[0]}'" if near else "")
+
+
+def read_quizzes(path: Path) -> list[Quiz]:
+    """Return the quizzes of a TOML file.
+
+    A table `[[quiz]]` for each, with id, title, hints and perhaps name, and in it a table `[[quiz.ask]]` for each
+    question: key, right (a shape is a list), comment, help, and perhaps wrong, a list of [answer, hint].
+
+    Raises
+    ------
+    ValueError
+        If the file has another form; the file and the question are named.
+    """
+    try:
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
+        return [_quiz(table) for table in found["quiz"]]
+    except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
+        what = f"it has no {error}" if isinstance(error, KeyError) else error
+        raise ValueError(f"{path.name} is not a file of quizzes: {what}") from None
+
+
+def _quiz(table) -> Quiz:
+    options = {key: table[key] for key in table if key not in ("id", "title", "hints", "ask")}
+    quiz = Quiz(table["id"], table["title"], table["hints"], **options)
+    for ask in table["ask"]:
+        try:
+            wrong = {_frozen(answer): hint for answer, hint in ask.get("wrong", ())}
+            quiz.ask(ask["key"], _frozen(ask["right"]), ask["comment"], ask["help"], wrong)
+        except (KeyError, ValueError) as error:
+            raise TypeError(f"question {ask.get('key', ask)!r} of quiz {quiz.id}: {error!r}") from None
+    return quiz
+
+
+def _frozen(value):
+    """A shape is a list in the file, and a tuple here."""
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _judge_one(q: Question, value) -> Verdict | None:

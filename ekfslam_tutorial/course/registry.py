@@ -11,7 +11,7 @@ from pathlib import Path
 
 from . import exercises
 from .exercise import Exercise
-from .quiz import Quiz
+from .quiz import Quiz, read_quizzes
 
 PRIVATE = "EKFSLAM_PRIVATE_CHECKS"  # a folder of modules of the same form as course/exercises/nb02.py
 
@@ -39,7 +39,7 @@ def get(id: str) -> Exercise | Quiz:
 
 def everything() -> list[Exercise | Quiz]:
     """Return all exercises, in the order of their ids."""
-    for number in sorted({_number(name) for name in _public()} | {_number(p.stem) for p in _private()}):
+    for number in sorted({_number(name) for name in _public()} | {_number(p.stem) for p in [*_quizzes(), *_private()]}):
         _read_notebook(number)
     return [_found[id] for id in sorted(_found)]
 
@@ -56,15 +56,18 @@ def _read_notebook(number: str):
     _read.add(number)
     for name in _public():
         if _number(name) == number:
-            _add(importlib.import_module(f"{exercises.__name__}.{name}"))
+            _add(vars(importlib.import_module(f"{exercises.__name__}.{name}")).values())
+    for path in _quizzes():
+        if _number(path.stem) == number:
+            _add(read_quizzes(path))
     for path in _private():
         if _number(path.stem) == number:
-            _add(_load(path), private=True)
+            _add(vars(_load(path)).values(), private=True)
 
 
-def _add(module, private=False):
-    """Take the exercises of a module. A private one with a known id adds to what is asked there."""
-    for exercise in vars(module).values():
+def _add(values, private=False):
+    """Take the exercises among the values. A private one with a known id adds to what is asked there."""
+    for exercise in values:
         if not isinstance(exercise, (Exercise, Quiz)):
             continue
         known = _found.get(exercise.id)
@@ -96,6 +99,10 @@ def _merged(public, private):
 
 def _public() -> list[str]:
     return [m.name for m in pkgutil.iter_modules(exercises.__path__) if m.name.startswith("nb")]
+
+
+def _quizzes() -> list[Path]:
+    return sorted(path for folder in exercises.__path__ for path in Path(folder).glob("nb*.toml"))
 
 
 def _private() -> list[Path]:

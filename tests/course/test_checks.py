@@ -1,5 +1,6 @@
 """What a student sees: check, hint, reveal, progress; and a check that nothing can hang, flood or break."""
 
+import inspect
 import json
 import re
 import subprocess
@@ -27,6 +28,12 @@ from ekfslam_tutorial.course.exercise import Verdict
 from ekfslam_tutorial.course.exercises.nb02_q import q
 from ekfslam_tutorial.geometry import wrap
 
+
+def own(y, x_r):
+    """A student's right answer."""
+    return q(y, x_r)
+
+
 # --- the messages ---
 
 
@@ -34,8 +41,46 @@ def test_a_passed_answer_is_handed_back(capsys):
     def mine(y, x_r):
         return q(y, x_r)
 
-    assert check("02.3", mine) is mine
+    assert inspect.unwrap(check("02.3", mine)) is mine
     assert capsys.readouterr().out == "[02.3] passed\n"
+
+
+def test_what_passed_gives_arrays_and_may_be_checked_again(capsys):
+    def mine(y, x_r):
+        l, L_y = q(y, x_r)
+        return l.tolist(), [list(row) for row in L_y]
+
+    for _ in range(2):
+        mine = check("02.3", mine)
+        l, L_y = mine(np.array([1.0, 0.2]), np.zeros(3))
+        assert l.shape == (2,) and L_y.shape == (2, 2)
+    assert capsys.readouterr().out == 2 * "[02.3] passed\n" and logbook.read()["02.3"]["tries"] == 2
+
+
+def test_arrays_are_made_where_the_solution_gives_arrays(capsys):
+    from ekfslam_tutorial.course.exercises.nb05_frame import slam_frame
+
+    def mine(*args):
+        x, P, ids = slam_frame(*args)
+        return x.tolist(), P.tolist(), ids
+
+    x, P, ids = check("05.5", mine)(np.zeros(3), np.eye(3), [], np.zeros(3), np.eye(3), [7], [[1.0, 0.0]], np.eye(2))
+    assert x.shape == (5,) and P.shape == (5, 5) and ids == [7]
+
+
+@pytest.mark.parametrize("exercise", registry.everything(), ids=lambda e: e.id)
+@pytest.mark.parametrize("before", ["wrong", "none", "syntax error"])
+def test_the_reference_is_never_judged_and_never_counted(exercise, before, capsys):
+    # A notebook: the exercise cell and, twice, the check cell `f = check(id, f)`.
+    answer = {"wrong": exercise.misconceptions[0].answer, "none": None, "syntax error": None}[before]
+    f = check(exercise.id, answer)
+    tries = logbook.read().get(exercise.id, logbook.EMPTY)["tries"]
+    capsys.readouterr()
+    for _ in range(2):
+        f = check(exercise.id, f)
+        assert " ".join(capsys.readouterr().out.split()).startswith(f"[{exercise.id}] not judged: `{exercise.name}`")
+    record = logbook.read().get(exercise.id, logbook.EMPTY)
+    assert record["passed"] is None and record["tries"] == tries == (before == "wrong")
 
 
 def test_a_missing_answer_gives_the_reference(capsys):
@@ -126,7 +171,7 @@ def test_hints_come_one_by_one_and_then_the_solution(capsys):
 
 
 def test_progress_counts(capsys):
-    check("02.3", q)
+    check("02.3", own)
     check("02.2", lambda x, i, x_r: None)
     capsys.readouterr()
     progress("02")
@@ -147,7 +192,7 @@ def test_progress_counts(capsys):
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"02.3": 7}', '{"02.3": {"tries": 1}}', "\x00\xff"])
 def test_a_damaged_file_costs_nothing(own_progress, content):
     own_progress.write_text(content, encoding="utf-8")
-    check("02.3", q)
+    check("02.3", own)
     assert logbook.read()["02.3"]["passed"]
 
 
@@ -155,12 +200,12 @@ def test_a_folder_that_cannot_be_written_costs_nothing(tmp_path, monkeypatch, ca
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     monkeypatch.setenv(logbook.VARIABLE, str(blocked / "progress.json"))
-    assert check("02.3", q) is q
+    assert inspect.unwrap(check("02.3", own)) is own
     assert "passed" in capsys.readouterr().out
 
 
 def test_the_file_is_replaced_in_one_step(own_progress, monkeypatch):
-    check("02.3", q)
+    check("02.3", own)
     before = own_progress.read_text()
 
     def broken(*args):
@@ -284,7 +329,7 @@ def test_without_threads_a_check_still_works(monkeypatch, capsys):
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr(threading.Thread, "start", none)
-    check("02.3", q)
+    check("02.3", own)
     assert capsys.readouterr().out == "[02.3] passed\n"
 
 
@@ -390,3 +435,50 @@ def test_a_message_that_asks_ends_in_one_mark():
 def test_audit_of_exercises_that_there_are_not(capsys):
     assert audit.main(["99", "02"]) == 2
     assert "no exercises of notebook 99; there are 00, 01, 02" in capsys.readouterr().err
+
+
+# --- what a slip sentence knows of what is compared ---
+
+
+def test_only_a_covariance_is_told_of_variances_and_of_counting_twice():
+    P = np.array([[0.25, 0.02], [0.02, 0.16]])
+    assert "twice?" in diagnose(P / 2, P) and "variances" in diagnose(np.sqrt(P), P)
+    for number in (np.array(3.7), np.array([3.7, 1.2])):
+        assert diagnose(number / 2, number) == "Yours is exactly half."
+        assert diagnose(np.sqrt(number), number) == "Yours is the square root."
+
+
+def test_a_whole_turn_without_brackets_is_told():
+    angles = np.array([0.4, 2.0, -3.5, 9.0])
+    slipped = (angles + np.pi) % 2 * np.pi - np.pi
+    assert "brackets" in diagnose(slipped, wrap(angles))
+    assert "brackets" in diagnose(slipped[2], wrap(angles[2]))
+    assert "brackets" in diagnose([4.2, slipped[3]], [4.2, wrap(angles[3])])
+    assert "brackets" not in diagnose([4.2, 0.7], [4.2, wrap(angles[3])])
+
+
+def test_one_entry_in_degrees_is_told():
+    assert "In degrees at [1]" in diagnose([4.0, np.degrees(0.3)], [4.0, 0.3])
+
+
+def test_an_exception_does_not_hide_what_is_tested():
+    def far(y, x_r):
+        return q(y, x_r) if y[0] < 20 else q(y, x_r[:2])
+
+    link = registry.get("02.3").links[-1]
+    verdict = registry.get("02.3").judge(far)
+    assert verdict.link == link.name and "raised IndexError" in verdict.message
+    assert verdict.hint.endswith(f"What is tested here: {link.help}")
+
+
+@pytest.mark.parametrize(
+    "given, advice", [([np.eye(2)], "[item.copy() for item in F]"), ([1, 2], "list(F)"), (np.eye(2), "F.copy()")]
+)
+def test_how_to_copy_depends_on_what_it_is(given, advice):
+    def spoil(F):
+        F[0] = F[0] + 1
+        return F
+
+    with pytest.raises(expect.Failed) as failed:
+        guard.Guarded(spoil, names=("F",))(given)
+    assert advice in failed.value.hint

@@ -1,1 +1,1 @@
-"""The exercises: one module ``nbNN.py`` per notebook (or several, ``nbNN_topic.py``), found by name."""
+"""The exercises: per notebook the modules ``nbNN_topic.py`` and the self-tests ``nbNN_quiz.toml``, found by name."""

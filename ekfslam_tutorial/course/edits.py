@@ -1,0 +1,107 @@
+"""Wrong answers as edits: the solution with one place written otherwise.
+
+A block is a name, a hint, and below it the edits, each `old -> new`::
+
+    heading subtracted: A landmark seen to the left (beta > 0) lies in the direction theta *plus* beta.
+        y[1] + x_r[2] -> x_r[2] - y[1]
+
+An edit that does not match exactly one place of the solution is an error at once. Edits compose: two mistakes at once
+are the edits of both.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from functools import cached_property
+
+
+def blocks(text: str) -> list[tuple[str, str, list[tuple[str, str]]]]:
+    """Return name, hint and edits of each block.
+
+    A hint may go on in the next lines, up to its first edit.
+    """
+    found: list[tuple[str, str, list[tuple[str, str]]]] = []
+    for line in textwrap.dedent(text).strip("\n").splitlines():
+        if not line.strip():
+            continue
+        if line.startswith("    "):
+            if not found or line.count(" -> ") != 1:
+                raise ValueError(f"an edit is written `old -> new`, below a name and a hint; got {line.strip()!r}")
+            old, new = line.strip().split(" -> ")
+            found[-1][2].append((old, new))
+        elif found and not found[-1][2]:
+            name, hint, places = found.pop()
+            found.append((name, f"{hint} {line.strip()}", places))
+        elif ": " in line:
+            name, hint = line.split(": ", 1)
+            found.append((name, hint, []))
+        else:
+            raise ValueError(f"a block begins with `name: hint`, got {line!r}")
+    for name, _, places in found:
+        if not places:
+            raise ValueError(f"the wrong answer {name!r} has no edit")
+    return found
+
+
+def mistake(solution, name, hint, places):
+    """Return the misconception that writes these places of the solution otherwise; an edit must match once."""
+    head, body = parts(solution)
+    applied(body, places, name)
+    return Mistake(solution, name, hint, tuple(places))
+
+
+class Mistake:
+    """A misconception whose answer is made when it is first needed."""
+
+    def __init__(self, solution, name, hint, edits):
+        self.solution, self.name, self.hint, self.edits = solution, name, hint, edits
+
+    @cached_property
+    def answer(self):
+        """The solution with the edits."""
+        head, body = parts(self.solution)
+        return function(self.solution, head + applied(body, self.edits, self.name), self.name)
+
+
+def composed(solution, one, other):
+    """Return the solution with both lists of edits, or None if one takes the other's place away."""
+    head, body = parts(solution)
+    for first, second in ((one, other), (other, one)):
+        try:
+            text = applied(applied(body, first, ""), second, "")
+        except ValueError:
+            continue
+        try:
+            return function(solution, head + text, "two mistakes")
+        except SyntaxError:
+            continue
+    return None
+
+
+def applied(body: str, places, name: str) -> str:
+    """Return the text with each edit made."""
+    for old, new in places:
+        if body.count(old) != 1:
+            raise ValueError(f"{name}: {old!r} stands {body.count(old)} times in the solution; an edit needs one place")
+        body = body.replace(old, new)
+    return body
+
+
+def parts(solution) -> tuple[str, str]:
+    """Return the source of a function: the head with the docstring, and the body."""
+    source = textwrap.dedent(inspect.getsource(solution))
+    tree = ast.parse(source).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    first = tree.body[1] if ast.get_docstring(tree) is not None and len(tree.body) > 1 else tree.body[0]
+    lines = source.splitlines(keepends=True)
+    at = first.lineno - 1
+    return "".join(lines[:at]), "".join(lines[at:])
+
+
+def function(solution, source: str, name: str):
+    """Return the function that the source defines, with the names that the solution sees."""
+    space = dict(solution.__globals__)
+    exec(compile(source, f"<{name}>", "exec"), space)
+    return space[solution.__name__]

@@ -1,0 +1,112 @@
+"""Which wrong answer is it? Recognised by what it returns, never by how it is written.
+
+One listed mistake is named if it answers every compared call as the student did. Two listed mistakes at once are named
+if both are edits of the solution, and the solution with both of them answers so. Nothing is named by chance: where an
+answer has few values (None, True, a small number), one call says little, so more calls are compared, and if mistakes
+with different hints still fit, none is named.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from . import guard
+
+MOST = 40  # calls that are compared
+SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
+
+
+def recognise(exercise, calls, part=None):
+    """Return the mistakes that answer every call as the student did, in the order in which to mend them.
+
+    Parameters
+    ----------
+    exercise : Exercise
+    calls : sequence of Call
+        The student's calls.
+    part : int, optional
+        The result that failed. A mistake that explains it is named even if another result is wrong, too.
+
+    Returns
+    -------
+    list of Misconception
+        None of them, one, or two.
+    """
+    half = MOST // 2
+    calls = [*calls[:half], *calls[half:][-half:]]
+    truth = [exercise.result(exercise.solution, call.args) for call in calls]
+    if all(exercise.alike(call.result, right) for call, right in zip(calls, truth, strict=True)):
+        return []
+    whole = _fitting(exercise, calls, truth, None)
+    if whole or few_values(exercise, calls):
+        return whole
+    sample = _sample(exercise, calls, truth, None)
+    for pair in _pairs(exercise, sample):
+        return pair
+    return _fitting(exercise, calls, truth, part) if part is not None else []
+
+
+def _fitting(exercise, calls, truth, part):
+    """The one mistake that fits in this part of the results (None: as a whole), as a list; empty if it is not clear."""
+    few = few_values(exercise, calls)
+    sample = calls if few else _sample(exercise, calls, truth, part)
+    found = [m for m in exercise.misconceptions if _answers(exercise, m.answer, sample, part)]
+    if not few:
+        return found[:1]
+    if len({m.hint for m in found}) != 1 or _bits(exercise, calls, truth) < SURE_BITS:
+        return []
+    return found[:1]
+
+
+def _sample(exercise, calls, truth, part):
+    """Some wrong calls, which tell most, and some right ones."""
+    right, wrong = [], []
+    for call, known in zip(calls, truth, strict=True):
+        (right if exercise.alike(call.result, known, part) else wrong).append(call)
+    return wrong[-6:] + right[-4:] if wrong else []
+
+
+def _answers(exercise, answer, calls, part=None) -> bool:
+    """Return True if the answer gives what the student's function gave, in every call."""
+    return bool(calls) and all(exercise.alike(c.result, exercise.result(answer, c.args), part) for c in calls)
+
+
+def _pairs(exercise, sample):
+    """Two mistakes at once, each an edit of the solution, that together answer as the student did."""
+    edits = [m for m in exercise.misconceptions if m.edits]
+    for one, other in itertools.combinations(edits, 2):
+        both = exercise.composed(one, other)
+        if both is not None and _answers(exercise, both, sample):
+            yield sorted((one, other), key=exercise.fails_at)
+
+
+# ---- how much a call says ----------------------------------------------------------------------------------
+
+
+def few_values(exercise, calls) -> bool:
+    """Return True if no right result has a number with decimals: then mistakes coincide by chance."""
+    return not any(_has_decimals(exercise.result(exercise.solution, call.args)) for call in calls[:MOST])
+
+
+def _has_decimals(value) -> bool:
+    if isinstance(value, dict):
+        return any(map(_has_decimals, value.values()))
+    if isinstance(value, (list, tuple, set)):
+        return any(map(_has_decimals, value))
+    if hasattr(value, "__dict__") and not isinstance(value, (type, guard.Raised)) and not callable(value):
+        return _has_decimals(vars(value))
+    numbers = guard.numbers(value)
+    with np.errstate(all="ignore"):
+        return numbers is not None and bool(np.any(np.abs(numbers - np.round(numbers.real)) > 1e-9))
+
+
+def _bits(exercise, calls, truth) -> float:
+    """Evidence in the calls: each says as much as the answers to it differ, the solution's and the listed mistakes'."""
+    total = 0.0
+    for call, right in zip(calls, truth, strict=True):
+        answers = [right, *(exercise.result(m.answer, call.args) for m in exercise.misconceptions)]
+        same = sum(exercise.alike(call.result, answer) for answer in answers)
+        total += np.log2(len(answers) / max(same, 1))
+    return total

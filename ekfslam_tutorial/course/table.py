@@ -1,0 +1,219 @@
+"""An exercise as a table: the solution, cases, what each check looks at, and wrong answers as edits.
+
+::
+
+    def scaled(x, a):
+        '''Return a x.'''
+        return a * x
+
+    exercise = table(
+        "02.9", "Scaling", scaled,
+        hints=("level 1", "level 2", "level 3"),
+        returns="ax",
+        cases={"any": lambda rng: [(rng.normal(size=3), a) for a in (2.0, -0.5)]},
+        checks='''
+        size       | ax     | any | Is every entry multiplied?
+        ''',
+        wrong='''
+        forgets a: The factor a has no effect in your function.
+            a * x -> x
+        ''',
+    )
+
+What does not fit into the table is added to it: ``@exercise.link(...)`` for a property of another kind,
+``@exercise.wrong(...)`` for a wrong answer that is no edit.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from ..geometry import wrap
+from . import expect, guard
+from .exercise import Exercise
+
+
+def table(
+    id, title, solution, *, hints, returns, cases, checks, wrong, jacobians=None, angles=None, entries=None, **options
+):
+    """Build an `Exercise`.
+
+    Parameters
+    ----------
+    id, title, solution, hints, **options
+        As of `Exercise`.
+    returns : str
+        Names of the results, in order: ``"l, L_y"``. Their shapes are those of the solution's results.
+    cases : dict of str to callable
+        ``rng -> list of argument tuples``. The case ``any`` is wanted; take one for the limits, too.
+    checks : str
+        A line each: ``name | result | case | help``. The result is a name, or a part of it (``P[:3, :3]``), or
+        ``d L_y / y``, which compares the Jacobian L_y with differences.
+    wrong : str
+        A block each: ``name: hint``, and below it, indented, edits ``old -> new`` of the solution's source.
+    jacobians : dict, optional
+        The result, or function of the same arguments, that each Jacobian is the derivative of:
+        ``{"L_y": "l"}``. A function is wanted where the result wraps an angle.
+    angles : dict, optional
+        Which entries of a result are angles, compared up to whole turns: ``{"x": 2}``; all of them: ``{"a": ...}``.
+    entries : dict, optional
+        What the entries of a result or a parameter are called, for the messages about Jacobians:
+        ``{"l": "x_l, y_l", "y": "range, bearing"}``.
+
+    Returns
+    -------
+    Exercise
+        Its first link, "the results", asks for the right number of results, of the right shapes.
+    """
+    names = [name.strip() for name in returns.split(",")]
+    angles = {names.index(name): entry for name, entry in (angles or {}).items()}
+    if angles and "canonical" not in options:
+        options["canonical"] = lambda result: _turned(result, angles, len(names))
+    made = Exercise(id, title, solution, hints, **options)
+    made.cases = cases
+    params, lines = made.parameters(), rows(checks)
+    helps = {}
+    for _, what, _, help in lines:
+        helps.setdefault(_part(what, names), help)
+
+    def parts(args, result):
+        """The results of one call in the types and shapes of the solution's, else `Failed`."""
+        right = solution(*args)
+        if len(names) == 1:
+            return [_taken(result, right, names[0], helps.get(0, ""))]
+        given = expect.results(result, *names)
+        return [
+            _taken(*pair, name, helps.get(i, ""))
+            for i, (*pair, name) in enumerate(zip(given, right, names, strict=True))
+        ]
+
+    @made.link("the results", f"The function must end with `return {returns}`.")
+    def _(f, rng):
+        for args in cases["any"](rng):
+            parts(args, f(*args))
+
+    for name, what, case, help in lines:
+        part = _part(what, names)
+        if case not in cases:
+            raise ValueError(f"{id}, {name}: there is no case {case!r}; there are {', '.join(cases)}")
+        derivative = re.fullmatch(r"d (\w+) / (\w+)", what)
+        if derivative:
+            of = (jacobians or {})[names[part]]
+            value = _one(solution, names.index(of)) if isinstance(of, str) else of
+            labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[2])
+            test = _derivative(cases[case], parts, part, names[part], value, params.index(derivative[2]), labels)
+        else:
+            test = _value(
+                cases[case], parts, part, what, _one(solution, part if len(names) > 1 else None), params, angles
+            )
+        made.link(name, help, part if len(names) > 1 else None)(test)
+    made.edited(wrong)
+    return made
+
+
+def rows(text: str) -> list[list[str]]:
+    """Return lines of four cells between bars."""
+    found = [[cell.strip() for cell in line.split("|", 3)] for line in text.strip().splitlines() if line.strip()]
+    for row in found:
+        if len(row) != 4:
+            raise ValueError(f"a check is written `name | result | case | help`, got {' | '.join(row)!r}")
+    return found
+
+
+def _part(what, names):
+    """The number of the result that a check looks at."""
+    derivative = re.fullmatch(r"d (\w+) / \w+", what)
+    name = derivative[1] if derivative else what.split("[")[0]
+    if name not in names:
+        raise ValueError(f"there is no result {name!r}; there are {', '.join(names)}")
+    return names.index(name)
+
+
+def _one(solution, part):
+    """The function that gives one result of the solution."""
+    return solution if part is None else lambda *args: solution(*args)[part]
+
+
+def _taken(value, right, name, help):
+    """A student's result in the type of the right one: arrays and numbers as float arrays, ids as plain values."""
+    if not _is_numeric(right):
+        return value
+    try:
+        return expect.array(value, np.shape(right), name)
+    except expect.Failed as failed:
+        raise expect.Failed(str(failed), failed.hint or help) from None
+
+
+def _is_numeric(value) -> bool:
+    return isinstance(value, (np.ndarray, float, np.floating))
+
+
+def _value(cases, parts, part, name, right, params, angles):
+    """The test that one result, or a part of it, is that of the solution."""
+    place = _place(name)
+
+    def test(f, rng):
+        for args in cases(rng):
+            got, want, shown = parts(args, f(*args))[part], right(*args), at(params, args)
+            if not _is_numeric(want):
+                expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
+                continue
+            if part in angles:
+                got = np.asarray(got) + 0.0
+                turned = got[angles[part]] - want[angles[part]] if got.ndim else got - want
+                got[angles[part]] -= turned - wrap(turned)
+            expect.close(got[place], want[place], name, at=shown)
+
+    return test
+
+
+def _place(what):
+    """The index in a text such as `P[:3, :3]`."""
+    inside = re.fullmatch(r"\w+\[(.*)\]", what)
+    return eval(f"np.s_[{inside[1]}]", {"np": np}) if inside else ...
+
+
+def _labels(entries, name):
+    """What the entries are called, or None."""
+    text = (entries or {}).get(name)
+    return text and [entry.strip() for entry in text.split(",")]
+
+
+def _derivative(cases, parts, part, name, value, at, labels):
+    """The test that a Jacobian agrees with differences."""
+
+    def test(f, rng):
+        for args in cases(rng):
+            got = parts(args, f(*args))[part]
+            along = lambda x, args=args: np.asarray(value(*args[:at], x, *args[at + 1 :]))
+            expect.jacobian(got, along, args[at], name, *labels)
+
+    return test
+
+
+def _turned(result, angles, n):
+    """The results with their angles wrapped, so that whole turns do not count."""
+    parts = [result] if n == 1 else list(result)
+    for i, entry in angles.items():
+        parts[i] = np.array(parts[i], float)
+        seam = wrap(parts[i][entry])
+        parts[i][entry] = np.where(np.isclose(np.abs(seam), np.pi, atol=1e-6), np.pi, seam)
+    return parts[0] if n == 1 else tuple(parts)
+
+
+def at(params, args) -> str:
+    """Return the arguments as a student reads them; large ones only by their shape."""
+    return ", ".join(f"{name} = {_shown(value)}" for name, value in zip(params, args, strict=True))
+
+
+def _shown(value) -> str:
+    if isinstance(value, np.ndarray):
+        if value.size > 9:
+            return f"an array {value.shape}"
+        return np.array2string(value, precision=3, suppress_small=True, separator=", ").replace("\n", "")
+    if isinstance(value, (float, np.floating)):
+        return f"{value:.4g}"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."
