@@ -18,6 +18,7 @@ import html
 import itertools
 import traceback
 from collections.abc import Callable
+from functools import partial
 
 import ipywidgets as w
 import matplotlib.pyplot as plt
@@ -57,14 +58,16 @@ def explore(draw: Callable, *, run: bool | None = None, **controls: Control):
     Parameters
     ----------
     draw : callable
-        Pure function of its parameters that returns ``(fig, facts)``.
+        Pure function of its parameters that returns ``(fig, facts)``. A drawing of a run takes the function that makes
+        the run from the notebook: ``explore(partial(nb12.calibration, calibrate=calibrate))``.
     run : bool, optional
         Draw only when "Run" is pressed. Without it, what `explorable` says.
     **controls
         One `Float`, `Int`, `Choice` or `Toggle` per parameter; without any, those of `explorable`.
     """
-    controls = controls or getattr(draw, "controls", {})
-    run = getattr(draw, "run", False) if run is None else run
+    marked = draw.func if isinstance(draw, partial) else draw  # partial: a function of the notebook is handed over
+    controls = controls or getattr(marked, "controls", {})
+    run = getattr(marked, "run", False) if run is None else run
     start = {name: control.value for name, control in controls.items()}
     fig, facts = draw(**start)
     poster = picture(fig)
