@@ -1,7 +1,7 @@
 """What only the notebooks need: exercises that are checked, widgets, figures with captions.
 
-A notebook calls `check`, `hint`, `reveal`, `progress`, `keep`, `own`, `explore`, `show` and `replay`. No estimation
-lives here: what a notebook teaches is in the floors above.
+A notebook calls `check`, `hint`, `reveal`, `progress`, `keep`, `own`, `explore`, `show`, `replay` and `source`. No
+estimation lives here: what a notebook teaches is in the floors above.
 """
 
 from .checks import check, hint, progress, reveal
@@ -11,6 +11,7 @@ from .keep import keep, own
 from .live import watch
 from .playback import replay
 from .project import experiment
+from .source import source
 from .widgets import explorable, explore, sweep
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "replay",
     "reveal",
     "show",
+    "source",
     "sweep",
     "watch",
 ]

@@ -19,6 +19,7 @@ import pytest
 
 from ekfslam_tutorial.course import build, fleet, guard, logbook, registry
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.figures import stored
 from ekfslam_tutorial.course.project import Project
 from ekfslam_tutorial.course.quiz import Quiz
 
@@ -296,9 +297,9 @@ def test_pictures_have_alternative_texts_and_captions(path):
     for cell in code_cells(notebook):
         outputs = [*cell["outputs"], {}]
         for output, following in itertools.pairwise(outputs):
-            if "image/png" in output.get("data", {}):
+            if picture := stored(output):
                 pictures += 1
-                alt = output["metadata"]["image/png"]["alt"]
+                _, _, alt = picture
                 caption = " ".join("".join(following.get("data", {}).get("text/plain", "")).split())
                 assert len(alt) > 30 and caption == alt, cell["id"]
             assert "image/svg+xml" not in output.get("data", {})
