@@ -160,8 +160,8 @@ def _value(cases, parts, part, name, right, params, angles):
             if not _is_numeric(want):
                 expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
                 continue
+            got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
-                got = np.asarray(got) + 0.0
                 turned = got[angles[part]] - want[angles[part]] if got.ndim else got - want
                 got[angles[part]] -= turned - wrap(turned)
             expect.close(got[place], want[place], name, at=shown)
