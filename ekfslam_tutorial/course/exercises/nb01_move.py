@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...models.motion import Unicycle  # noqa: F401  # one of the wrong answers
 from ..table import table
 
 
@@ -64,9 +65,7 @@ motion = table(
     the new pose         | x2        | any     | The robot drives the way it looks: cos(theta) goes with x, sin(theta) with y.
     F_x                  | d F_x / x | any     | Differentiate each line of x2 by x, by y, and by theta.
     F_u                  | d F_u / u | any     | Differentiate each line of x2 by v and by w.
-    special cases        | x2        | special | No division by v, w or dt is needed: the robot may also stand still, or drive back.
-    special cases of F_x | F_x       | special | No division by v, w or dt is needed: the robot may also stand still, or drive back.
-    special cases of F_u | F_u       | special | No division by v, w or dt is needed: the robot may also stand still, or drive back.
+    special cases        | x2, F_x, F_u | special | No division by v, w or dt is needed: the robot may also stand still, or drive back.
     """,
     wrong="""
     sine and cosine swapped: x goes with the cosine, y with the sine.
