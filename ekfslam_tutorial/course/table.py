@@ -39,7 +39,20 @@ NEXT = r", (?=[A-Za-z])"  # between two results, not between two indices
 
 
 def table(
-    id, title, solution, *, hints, returns, cases, checks, wrong, jacobians=None, angles=None, entries=None, **options
+    id,
+    title,
+    solution,
+    *,
+    hints,
+    returns,
+    cases,
+    checks,
+    wrong,
+    jacobians=None,
+    angles=None,
+    entries=None,
+    rtol=1e-5,
+    **options,
 ):
     """Build an `Exercise`.
 
@@ -65,6 +78,9 @@ def table(
     entries : dict, optional
         What the entries of a result or a parameter are called, for the messages about Jacobians:
         ``{"l": "x_l, y_l", "y": "range, bearing"}``.
+    rtol : float
+        What counts as rounding, relative to the largest entry. More is for exercises that have right answers of
+        less precision, such as a first guess of 1e6.
 
     Returns
     -------
@@ -110,9 +126,8 @@ def table(
             row = int(derivative[2]) if derivative[2] else None
             test = _derivative(cases[case], parts, part, names[part], value, params.index(derivative[3]), labels, row)
         else:
-            test = _value(
-                cases[case], parts, part, what, _one(solution, part if len(names) > 1 else None), params, angles
-            )
+            right = _one(solution, part if len(names) > 1 else None)
+            test = _value(cases[case], parts, part, what, right, params, angles, rtol)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
@@ -159,7 +174,7 @@ def _is_numeric(value) -> bool:
     return isinstance(value, (np.ndarray, float, np.floating))
 
 
-def _value(cases, parts, part, name, right, params, angles):
+def _value(cases, parts, part, name, right, params, angles, rtol):
     """The test that one result, or a part of it, is that of the solution."""
     place = _place(name)
 
@@ -173,7 +188,7 @@ def _value(cases, parts, part, name, right, params, angles):
             if part in angles:
                 turned = got[angles[part]] - want[angles[part]] if got.ndim else got - want
                 got[angles[part]] -= turned - wrap(turned)
-            expect.close(got[place], want[place], name, at=shown)
+            expect.close(got[place], want[place], name, rtol, at=shown)
 
     return test
 

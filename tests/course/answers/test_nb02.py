@@ -479,6 +479,27 @@ def own_everything(x, P, ids, seen, ys, x_r, R):
 # --- right answers in other words ---
 
 
+@answer_to("02.3", right=True)
+def with_complex_numbers_as_lists(y, x_r):
+    u = np.exp(1j * (x_r[2] + y[1] + 2 * np.pi))
+    l = complex(x_r[0], x_r[1]) + y[0] * u
+    return [l.real, l.imag], [[u.real, (1j * y[0] * u).real], [u.imag, (1j * y[0] * u).imag]]
+
+
+@answer_to("02.3", right=True)
+def rotation_matrix_times_point(y, x_r):
+    c, s = np.cos(x_r[2]), np.sin(x_r[2])
+    R = np.array([[c, -s], [s, c]])
+    u, v = np.array([np.cos(y[1]), np.sin(y[1])]), np.array([-np.sin(y[1]), np.cos(y[1])])
+    return x_r[:2] + R @ (y[0] * u), R @ np.column_stack([u, y[0] * v])
+
+
+@answer_to("02.3", right=True)
+def L_y_as_the_inverse_of_H(y, x_r):
+    l = q(np.asarray(y), np.asarray(x_r))[0]
+    return tuple(l), np.linalg.inv(h(l, 0, x_r)[1])
+
+
 @answer_to("02.4", right=True)
 def np_block_as_lists(x, P, y, x_r, R):
     l, L_y = q(y, x_r)
@@ -581,10 +602,8 @@ def known_landmarks_in_one_stacked_update_then_the_new_ones(x, P, ids, seen, ys,
     old = [(ids.index(id), y) for id, y in zip(seen, ys, strict=True) if id in ids]
     if old:
         es, Hs = zip(*(h(x, i, x_r) for i, _ in old), strict=True)
-        z, H = (
-            np.concatenate([[y[0] - e[0], wrap(y[1] - e[1])] for (_, y), e in zip(old, es, strict=True)]),
-            np.vstack(Hs),
-        )
+        z = np.concatenate([[y[0] - e[0], wrap(y[1] - e[1])] for (_, y), e in zip(old, es, strict=True)])
+        H = np.vstack(Hs)
         K = np.linalg.solve(H @ P @ H.T + np.kron(np.eye(len(old)), R), H @ P).T
         x, P = x + K @ z, (np.eye(len(x)) - K @ H) @ P
     new = [(id, y) for id, y in zip(seen, ys, strict=True) if id not in ids]

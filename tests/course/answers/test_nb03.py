@@ -1,10 +1,14 @@
 """Answers to the exercises of notebook 03 that are in no list of the package: wrong ones, and odd right ones."""
 
+from math import gamma
+
 import numpy as np
 import scipy.linalg
 from scipy import integrate, stats
+from scipy.special import erf, gammainc
 from scipy.stats import chi2
 
+from ekfslam_tutorial.analysis import anees_band, md2
 from ekfslam_tutorial.course.exercises.nb03_anees import anees
 
 from .collector import answer_to, check_of
@@ -179,8 +183,6 @@ def cholesky_factors_sums_as_a_list(e, P, confidence):
 
 @answer_to("03.2", right=True)
 def the_package(e, P, confidence):
-    from ...analysis import anees_band, md2
-
     return np.mean(md2(e, P)), anees_band(e.shape[1], len(e), confidence)
 
 
@@ -196,8 +198,6 @@ def one_by_one_a_list_of_plain_floats(k, dof):
 
 @answer_to("03.1", right=True)
 def by_recursion_over_the_dimension(k, dof):
-    from math import gamma
-
     p = erf(k / 2**0.5) if dof % 2 else 1 - np.exp(-k * k / 2)
     for n in range(2 - dof % 2, dof, 2):
         p = p - (k * k / 2) ** (n / 2) * np.exp(-k * k / 2) / gamma(n / 2 + 1)

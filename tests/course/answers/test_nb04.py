@@ -264,8 +264,8 @@ def correct_the_whole_state_in_the_Joseph_form_then_cut_out_B(P, H, R, b):
 
 @answer_to("04.4", right=True)
 def by_adding_information(P, H, R, b):
-    W = inv(R)
-    new = inv(inv(P) + H.T @ W @ H)
+    W = np.linalg.inv(R)
+    new = np.linalg.inv(np.linalg.inv(P) + H.T @ W @ H)
     return (new @ H.T @ W)[b], new[b, b]
 
 
@@ -275,13 +275,14 @@ def the_conditional_Gaussian_of_B_given_the_measurement_lists(P, H, R, b):
     J = np.vstack([np.eye(n)[b], H])
     S = J @ P @ J.T
     S[2:, 2:] += R
-    K = S[:2, 2:] @ inv(S[2:, 2:])
+    K = S[:2, 2:] @ np.linalg.inv(S[2:, 2:])
     return K.tolist(), (S[:2, :2] - K @ S[2:, :2]).tolist()
 
 
 @answer_to("04.1", right=True)
 def by_the_chain_rule_with_a_rotation_matrix(x_r, y):
-    R = _turn(x_r[2])
+    c, s = np.cos(x_r[2]), np.sin(x_r[2])
+    R = np.array([[c, -s], [s, c]])
     in_robot = y[0] * np.array([np.cos(y[1]), np.sin(y[1])])
     swing = np.array([[0, -1], [1, 0]])
     L_y = R @ np.column_stack([in_robot / y[0], swing @ in_robot])
@@ -297,12 +298,17 @@ def complex_numbers_lists(x_r, y):
     return [l.real, l.imag], [[1, 0, swing.real], [0, 1, swing.imag]], L_y
 
 
+def place(x_r, y):
+    a = x_r[2] + y[1]
+    return np.array([x_r[0] + y[0] * np.cos(a), x_r[1] + y[0] * np.sin(a)])
+
+
 @answer_to("04.1", right=True)
 def finite_differences(x_r, y):
     h = 1e-6
-    L_r = [(_value(x_r + d, y) - _value(x_r - d, y)) / (2 * h) for d in h * np.eye(3)]
-    L_y = [(_value(x_r, y + d) - _value(x_r, y - d)) / (2 * h) for d in h * np.eye(2)]
-    return _value(x_r, y), np.transpose(L_r), np.transpose(L_y)
+    L_r = [(place(x_r + d, y) - place(x_r - d, y)) / (2 * h) for d in h * np.eye(3)]
+    L_y = [(place(x_r, y + d) - place(x_r, y - d)) / (2 * h) for d in h * np.eye(2)]
+    return place(x_r, y), np.transpose(L_r), np.transpose(L_y)
 
 
 @answer_to("04.3", right=True)
