@@ -51,7 +51,7 @@ def table(
     jacobians=None,
     angles=None,
     entries=None,
-    rtol=1e-5,
+    rtol=None,
     **options,
 ):
     """Build an `Exercise`.
@@ -78,9 +78,9 @@ def table(
     entries : dict, optional
         What the entries of a result or a parameter are called, for the messages about Jacobians:
         ``{"l": "x_l, y_l", "y": "range, bearing"}``.
-    rtol : float
-        What counts as rounding, relative to the largest entry. More is for exercises that have right answers of
-        less precision, such as a first guess of 1e6.
+    rtol : dict, optional
+        What counts as rounding in a result, relative to its largest entry, if it is not 1e-5: ``{"P": 1e-3}``. More
+        is for results that some right answers have with less precision, such as after a first guess of 1e6.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def table(
             test = _derivative(cases[case], parts, part, names[part], value, params.index(derivative[3]), labels, row)
         else:
             right = _one(solution, part if len(names) > 1 else None)
-            test = _value(cases[case], parts, part, what, right, params, angles, rtol)
+            test = _value(cases[case], parts, part, what, right, params, angles, (rtol or {}).get(names[part], 1e-5))
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made

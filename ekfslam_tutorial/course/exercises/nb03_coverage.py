@@ -33,7 +33,7 @@ covered = table(
         "The probability that it is below k^2 is the cdf: chi2.cdf(..., dof) of scipy.stats.",
     ),
     returns="p",
-    rtol=1e-6,
+    rtol={"p": 1e-6},
     cases={
         "any": lambda rng: [(np.array(k), dof) for k, dof in (([1.0, 2.0, 3.0], 2), ([2.0], 1), ([0.5, 3.0], 3))],
         "line": lambda rng: [(np.array([1.0, 2.0, 3.0]), 1)],

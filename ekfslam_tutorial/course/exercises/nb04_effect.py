@@ -55,7 +55,6 @@ effect = table(
         "Z = H P H' + R, K_b = P[b] H' inv(Z), P_bb = P[b, b] - K_b Z K_b'.",
     ),
     returns="K_b, P_bb",
-    rtol=1e-4,
     cases={
         "any": lambda rng: [*(some(rng, n, b) for n, b in SIZES), some(rng, m=1)],
         "nothing shared": lambda rng: [nothing_shared(rng)],

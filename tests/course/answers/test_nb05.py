@@ -3,12 +3,14 @@
 import numpy as np
 
 from ekfslam_tutorial.course.exercises.nb04_inverse import inverse_observation
+from ekfslam_tutorial.course.exercises.nb04_moved import moved
 from ekfslam_tutorial.course.exercises.nb05_augment import augment
 from ekfslam_tutorial.course.exercises.nb05_correct import correct
 from ekfslam_tutorial.course.exercises.nb05_frame import slam_frame
 from ekfslam_tutorial.course.exercises.nb05_observe import observe
 from ekfslam_tutorial.course.exercises.nb05_predict import predict
 from ekfslam_tutorial.geometry import wrap
+from ekfslam_tutorial.models.motion import Odometry2
 
 from .collector import answer_to, check_of
 
@@ -281,7 +283,7 @@ def into_a_matrix_of_zeros_lists(x, P, y, R):
 
 @answer_to("05.3", right=True)
 def joseph_s_form(x, P, y, R, e, H):
-    K = P @ H.T @ inv(H @ P @ H.T + R)
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
     A = np.eye(len(x)) - K @ H
     d = y[1] - e[1]
     return x + K @ [y[0] - e[0], np.arctan2(np.sin(d), np.cos(d))], A @ P @ A.T + K @ R @ K.T
@@ -289,9 +291,10 @@ def joseph_s_form(x, P, y, R, e, H):
 
 @answer_to("05.3", right=True)
 def by_adding_information_lists_heading_with_a_turn_more(x, P, y, R, e, H):
-    new, P = textbook(x, P, y, R, e, H)
-    new[2] += 2 * np.pi
-    return list(new), P.tolist()
+    W = np.linalg.solve(R, H)
+    P = np.linalg.inv(np.linalg.inv(P) + H.T @ W)
+    x = x + P @ W.T @ np.array([y[0] - e[0], wrap(y[1] - e[1])])
+    return [*x[:2], x[2] + 2 * np.pi, *x[3:]], P.tolist()
 
 
 @answer_to("05.3", right=True)
@@ -313,9 +316,24 @@ def square_root_of_Z(x, P, y, R, e, H):
     return x + W @ np.linalg.solve(L, z), P - W @ W.T
 
 
+def place(ids, id):
+    k = 3 + 2 * list(ids).index(id)
+    return slice(k, k + 2)
+
+
+def use(x, P, ids, known, id, y, R):
+    """Correct with a known landmark, or start a new one."""
+    if known:
+        return *correct(x, P, y, R, *observe(x, place(ids, id))), ids
+    return *augment(x, P, y, R), [*ids, id]
+
+
 @answer_to("05.5", right=True)
 def one_loop_new_landmarks_as_they_come(x, P, ids, u, U, seen, ys, R):
-    return _loop()(x, P, ids, u, U, seen, ys, R)
+    x, P = predict(x, P, u, U)
+    for id, y in zip(seen, ys, strict=True):
+        x, P, ids = use(x, P, ids, id in ids, id, y, R)
+    return x, P, list(ids)
 
 
 @answer_to("05.5", right=True)
@@ -323,7 +341,7 @@ def new_landmarks_first(x, P, ids, u, U, seen, ys, R):
     x, P = predict(x, P, u, U)
     old, ids = set(ids), list(ids)
     for id, y in sorted(zip(seen, ys, strict=True), key=lambda pair: pair[0] in old):
-        x, P, ids = (_known if id in old else _new)(x, P, ids, id, y, R)
+        x, P, ids = use(x, P, ids, id in old, id, y, R)
     return x, P, ids
 
 
@@ -332,7 +350,7 @@ def all_known_landmarks_in_one_correction_lists_and_an_array_of_ids(x, P, ids, u
     x, P = predict(x, P, u, U)
     known = [i for i, id in enumerate(seen) if id in ids]
     if known:
-        rows = [observe(x, _range(ids, seen[i])) for i in known]
+        rows = [observe(x, place(ids, seen[i])) for i in known]
         H = np.vstack([H for _, H in rows])
         z = np.concatenate([[ys[i][0] - e[0], wrap(ys[i][1] - e[1])] for i, (e, _) in zip(known, rows, strict=True)])
         K = np.linalg.solve(H @ P @ H.T + np.kron(np.eye(len(known)), R), H @ P).T
@@ -354,7 +372,8 @@ def in_the_opposite_order_heading_not_wrapped(x, P, ids, u, U, seen, ys, R):
 
 @answer_to("05.2", right=True)
 def by_the_chain_rule_through_the_robot_frame(x, l):
-    T = _turn(x[2]).T
+    c, s = np.cos(x[2]), np.sin(x[2])
+    T = np.array([[c, s], [-s, c]])
     p = T @ (x[l] - x[:2])
     r = np.hypot(*p)
     E_p = np.array([p / r, [-p[1] / r**2, p[0] / r**2]])
@@ -376,14 +395,19 @@ def complex_numbers_whole_turns_added_lists(x, l):
 
 @answer_to("05.2", right=True)
 def finite_differences(x, l):
-    direction = np.arctan2(*(x[l] - x[:2])[::-1])
-    J = [(_smooth(x + d, l, direction) - _smooth(x - d, l, direction)) / 2e-6 for d in 1e-6 * np.eye(len(x))]
-    return _smooth(x, l, 0.0), np.transpose(J)
+    def value(x):
+        dx, dy = x[l] - x[:2]
+        return np.array([np.hypot(dx, dy), np.arctan2(dy, dx) - x[2]])
+
+    J = [(value(x + d) - value(x - d)) / 2e-6 for d in 1e-6 * np.eye(len(x))]
+    return value(x), np.transpose(J)
 
 
 @answer_to("05.1", right=True)
 def one_big_Jacobian_heading_wrapped(x, P, u, U):
-    X_x, X_u = jacobians(x[2], u)
+    c, s = np.cos(x[2]), np.sin(x[2])
+    X_x = np.array([[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]], [0, 0, 1]])
+    X_u = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     new = np.concatenate([x[:3] + X_u @ u, x[3:]])
     new[2] = np.arctan2(np.sin(new[2]), np.cos(new[2]))
     F, G = np.eye(len(x)), np.zeros((len(x), 3))
@@ -394,7 +418,7 @@ def one_big_Jacobian_heading_wrapped(x, P, u, U):
 @answer_to("05.1", right=True)
 def the_model_of_the_toolbox_whole_turns_added_lists(x, P, u, U):
     x_r, X_x, X_u = Odometry2().move(x[:3], u, 1.0)
-    return [*x_r[:2], x_r[2] + 4 * np.pi, *x[3:]], covariance(P, X_x, X_u @ U @ X_u.T).tolist()
+    return [*x_r[:2], x_r[2] + 4 * np.pi, *x[3:]], moved(P, X_x, X_u, U).tolist()
 
 
 @answer_to("05.1", right=True)
