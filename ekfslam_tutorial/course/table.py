@@ -34,9 +34,25 @@ from ..geometry import wrap
 from . import expect, guard
 from .exercise import Exercise
 
+DERIVATIVE = r"d (\w+)(?:\[(\d)\])? / (\w+)"  # a matrix, perhaps one row of it, and by what
+NEXT = r", (?=[A-Za-z])"  # between two results, not between two indices
+
 
 def table(
-    id, title, solution, *, hints, returns, cases, checks, wrong, jacobians=None, angles=None, entries=None, **options
+    id,
+    title,
+    solution,
+    *,
+    hints,
+    returns,
+    cases,
+    checks,
+    wrong,
+    jacobians=None,
+    angles=None,
+    entries=None,
+    rtol=None,
+    **options,
 ):
     """Build an `Exercise`.
 
@@ -50,7 +66,8 @@ def table(
         ``rng -> list of argument tuples``. The case ``any`` is wanted; take one for the limits, too.
     checks : str
         A line each: ``name | result | case | help``. The result is a name, or a part of it (``P[:3, :3]``), or
-        ``d L_y / y``, which compares the Jacobian L_y with differences.
+        ``d L_y / y``, which compares the Jacobian L_y with differences; ``d L_y[0] / y`` its first row. Several of
+        them, ``x, P``, make a link each.
     wrong : str
         A block each: ``name: hint``, and below it, indented, edits ``old -> new`` of the solution's source.
     jacobians : dict, optional
@@ -61,6 +78,9 @@ def table(
     entries : dict, optional
         What the entries of a result or a parameter are called, for the messages about Jacobians:
         ``{"l": "x_l, y_l", "y": "range, bearing"}``.
+    rtol : dict, optional
+        What counts as rounding in a result, relative to its largest entry, if it is not 1e-5: ``{"P": 1e-3}``. More
+        is for results that some right answers have with less precision, such as after a first guess of 1e6.
 
     Returns
     -------
@@ -98,33 +118,37 @@ def table(
         part = _part(what, names)
         if case not in cases:
             raise ValueError(f"{id}, {name}: there is no case {case!r}; there are {', '.join(cases)}")
-        derivative = re.fullmatch(r"d (\w+) / (\w+)", what)
+        derivative = re.fullmatch(DERIVATIVE, what)
         if derivative:
             of = (jacobians or {})[names[part]]
             value = _one(solution, names.index(of)) if isinstance(of, str) else of
-            labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[2])
-            test = _derivative(cases[case], parts, part, names[part], value, params.index(derivative[2]), labels)
+            labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[3])
+            row = int(derivative[2]) if derivative[2] else None
+            test = _derivative(cases[case], parts, part, names[part], value, params.index(derivative[3]), labels, row)
         else:
-            test = _value(
-                cases[case], parts, part, what, _one(solution, part if len(names) > 1 else None), params, angles
-            )
+            right = _one(solution, part if len(names) > 1 else None)
+            test = _value(cases[case], parts, part, what, right, params, angles, (rtol or {}).get(names[part], 1e-5))
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
 
 
 def rows(text: str) -> list[list[str]]:
-    """Return lines of four cells between bars."""
+    """Return lines of four cells between bars; a line about several results is one line for each."""
     found = [[cell.strip() for cell in line.split("|", 3)] for line in text.strip().splitlines() if line.strip()]
     for row in found:
         if len(row) != 4:
             raise ValueError(f"a check is written `name | result | case | help`, got {' | '.join(row)!r}")
-    return found
+    return [
+        [name if i == 0 else f"{name}: {what}", what, case, help]
+        for name, several, case, help in found
+        for i, what in enumerate(re.split(NEXT, several))
+    ]
 
 
 def _part(what, names):
     """The number of the result that a check looks at."""
-    derivative = re.fullmatch(r"d (\w+) / \w+", what)
+    derivative = re.fullmatch(DERIVATIVE, what)
     name = derivative[1] if derivative else what.split("[")[0]
     if name not in names:
         raise ValueError(f"there is no result {name!r}; there are {', '.join(names)}")
@@ -150,7 +174,7 @@ def _is_numeric(value) -> bool:
     return isinstance(value, (np.ndarray, float, np.floating))
 
 
-def _value(cases, parts, part, name, right, params, angles):
+def _value(cases, parts, part, name, right, params, angles, rtol):
     """The test that one result, or a part of it, is that of the solution."""
     place = _place(name)
 
@@ -160,11 +184,11 @@ def _value(cases, parts, part, name, right, params, angles):
             if not _is_numeric(want):
                 expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
                 continue
+            got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
-                got = np.asarray(got) + 0.0
                 turned = got[angles[part]] - want[angles[part]] if got.ndim else got - want
                 got[angles[part]] -= turned - wrap(turned)
-            expect.close(got[place], want[place], name, at=shown)
+            expect.close(got[place], want[place], name, rtol, at=shown)
 
     return test
 
@@ -181,14 +205,14 @@ def _labels(entries, name):
     return text and [entry.strip() for entry in text.split(",")]
 
 
-def _derivative(cases, parts, part, name, value, at, labels):
+def _derivative(cases, parts, part, name, value, at, labels, row):
     """The test that a Jacobian agrees with differences."""
 
     def test(f, rng):
         for args in cases(rng):
             got = parts(args, f(*args))[part]
             along = lambda x, args=args: np.asarray(value(*args[:at], x, *args[at + 1 :]))
-            expect.jacobian(got, along, args[at], name, *labels)
+            expect.jacobian(got, along, args[at], name, *labels, row=row)
 
     return test
 
