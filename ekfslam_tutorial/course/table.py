@@ -99,15 +99,16 @@ def table(
     for _, what, _, help in lines:
         helps.setdefault(_part(what, names), help)
 
-    def parts(args, result):
-        """The results of one call in the types and shapes of the solution's, else `Failed`."""
+    def parts(args, result, part=None, help=""):
+        """The results of one call in the types and shapes of the solution's, else `Failed` with the help to a part."""
+        said = helps | {part: help}
         right = solution(*args)
         if len(names) == 1:
-            taken, right = [_taken(result, right, names[0], helps.get(0, ""))], [right]
+            taken, right = [_taken(result, right, names[0], said.get(0, ""))], [right]
         else:
             given = expect.results(result, *names)
             taken = [
-                _taken(*pair, name, helps.get(i, ""))
+                _taken(*pair, name, said.get(i, ""))
                 for i, (*pair, name) in enumerate(zip(given, right, names, strict=True))
             ]
         return settled(taken, right) if settled else taken
@@ -132,7 +133,7 @@ def table(
             )
         else:
             right = _one(solution, part if len(names) > 1 else None)
-            test = _value(cases[case], parts, part, what, right, params, angles, sphere)
+            test = _value(cases[case], parts, part, what, right, params, angles, sphere, help)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
@@ -177,13 +178,19 @@ def _is_numeric(value) -> bool:
     return isinstance(value, (np.ndarray, float, np.floating))
 
 
-def _value(cases, parts, part, name, right, params, angles, sphere=None):
+def _value(cases, parts, part, name, right, params, angles, sphere=None, help=""):
     """The test that one result, or a part of it, is that of the solution."""
     place = _place(name)
 
     def test(f, rng):
         for args in cases(rng):
-            got, want, shown = parts(args, f(*args))[part], right(*args), at(params, args)
+            want, shown = right(*args), at(params, args)
+            try:
+                got = parts(args, f(*args), part, help)[part]
+            except expect.Failed as failed:
+                if " has shape " not in str(failed):
+                    raise
+                raise expect.Failed(f"{failed} for {shown}", failed.hint) from None
             if not _is_numeric(want):
                 expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
                 continue
@@ -241,6 +248,8 @@ def at(params, args) -> str:
 
 def _shown(value) -> str:
     if isinstance(value, np.ndarray):
+        if value.ndim == 1 and value.size <= 30 and value.dtype.kind in "biu":
+            return str(value.astype(int).tolist())
         if value.size > 9:
             return f"an array {value.shape}"
         return np.array2string(value, precision=3, suppress_small=True, separator=", ").replace("\n", "")
