@@ -32,6 +32,7 @@ from .trial import OFTEN, Trial, run_trial
 
 SEEDS = tuple(range(101, 107))  # the runs of a check, besides the student's own
 SECONDS = 30.0  # for one run
+CLAIMS = 0.94, 1.6, 1.7  # sigmas over those of the reference: robots at least and at most, landmarks at most
 LEAST = 0.6  # share of the landmarks seen often that must be in the map
 
 
@@ -80,7 +81,10 @@ class Scores:
     mounting_nees, mounting_sigma : float
         Of the angles of mountings that are estimated: mean NEES at the end (honest 3), and their sigma as a part of
         that at the start; NaN where there is none.
-    size : float
+    claim, landmark_claim : float
+        Sigma of the robots, and median sigma of the landmarks, over those of the reference with the same data. The
+        reference uses every measurement once: nobody can honestly claim less.
+    size : int
         Most numbers in x.
     frames : int
     seconds : float
@@ -102,13 +106,15 @@ class Scores:
     landmark_error: float
     mounting_nees: float
     mounting_sigma: float
+    claim: float
+    landmark_claim: float
     size: int
     frames: int
     seconds: float
 
 
-def scores(trials) -> Scores:
-    """Measure some runs of one loop together."""
+def scores(trials, reference=None) -> Scores:
+    """Measure some runs of one loop together; `reference` is a run of the reference with the data of the first."""
     tracks = [np.array(rows) for trial in trials for rows in trial.errors.values()]  # (frames, 3) each
     dead = [np.array(rows) for trial in trials for rows in trial.dead.values()]
     n = min(len(track) for track in tracks)
@@ -135,10 +141,22 @@ def scores(trials) -> Scores:
             landmark_error=float(np.median(lmks[:, 0])) if len(lmks) else np.nan,
             mounting_nees=_mean(mountings[:, 0]) if len(mountings) else np.nan,
             mounting_sigma=float(mountings[:, 1].mean()) if len(mountings) else np.nan,
+            claim=_sigma(trials[0]) / _sigma(reference) if reference else np.nan,
+            landmark_claim=_landmark_sigma(trials[0]) / _landmark_sigma(reference) if reference else np.nan,
             size=max(t.numbers for t in trials),
             frames=n,
             seconds=max(t.seconds for t in trials),
         )
+
+
+def _sigma(trial) -> float:
+    """Root mean square sigma of the positions of the robots, over all frames."""
+    return float(np.sqrt(np.mean([np.array(rows)[:, 1] ** 2 for rows in trial.errors.values()])))
+
+
+def _landmark_sigma(trial) -> float:
+    """Median sigma of the landmarks at the end."""
+    return float(np.median([row[1] for row in trial.landmarks])) if trial.landmarks else np.nan
 
 
 def _mean(a) -> float:
@@ -169,6 +187,12 @@ class Symptom:
 
 
 SYMPTOMS = (
+    Symptom(
+        "the noise of the motion",
+        lambda s, p: np.isinf(s.nees),
+        "P of a robot is singular in most frames: a part of its pose is claimed to be known exactly",
+        "Every step adds noise: X_u U X_u' belongs in the block of the robot, in every frame.",
+    ),
     Symptom(
         "the map",
         lambda s, p: s.share < p.least,
@@ -231,6 +255,22 @@ SYMPTOMS = (
         "covariances already)? Does the gate throw good measurements away?",
     ),
     Symptom(
+        "nothing is used twice",
+        lambda s, p: s.claim < p.claims[0],
+        "the sigma of the robots is {s.claim:.2f} times that of a filter that uses every measurement once (at least "
+        "{p.claims[0]:g})",
+        "Nobody can know more than that. Is a measurement used twice, for example to start a landmark and to correct? "
+        "Is a Jacobian too small, X_x for example, that carries the uncertainty of the heading into the position?",
+    ),
+    Symptom(
+        "all is used",
+        lambda s, p: s.claim > p.claims[1] or s.landmark_claim > p.claims[2],
+        "the sigma of the robots is {s.claim:.2f} times that of the reference with the same data (at most "
+        "{p.claims[1]:g}), the sigma of the landmarks {s.landmark_claim:.2f} times (at most {p.claims[2]:g})",
+        "Too cautious: are all landmarks in view corrected in every frame? Is R that of the sensor, and U that of the "
+        "frame, both variances and both counted once?",
+    ),
+    Symptom(
         "the error",
         lambda s, p: s.error > p.gain * s.dead_sigma,
         "the robots are off by {s.error:.2f} m in the last third; {p.gain:g} times the sigma of dead reckoning is "
@@ -271,6 +311,8 @@ class Project:
         The error must stay below this share of the sigma of dead reckoning.
     least : float
         Share of the landmarks seen often that must be in the map.
+    claims : three float
+        Least and most sigma of the robots over that of the reference with the same data, and most of the landmarks.
     landmark_band : float
         Largest median of NEES / 3 of the landmarks (an honest one has 0.8).
     before, symptoms : sequence of Symptom
@@ -291,12 +333,14 @@ class Project:
     misconceptions, variants = (), ()  # of a run they are too slow for every audit: see tests/course/test_projects.py
 
     def __init__(
-        self, id, title, loop, *, scenario, start, hints, asks=(), band, gain=0.75, least=LEAST, landmark_band=3.0,
-        before=(), symptoms=SYMPTOMS, seeds=SEEDS, seconds=SECONDS, sensor=None, recording=None, helpers=(),
+        self, id, title, loop, *, scenario, start, hints, asks=(), band, gain=0.75, least=LEAST, claims=CLAIMS,
+        landmark_band=3.0, before=(), symptoms=SYMPTOMS, seeds=SEEDS, seconds=SECONDS, sensor=None,
+        recording=None, helpers=(),
     ):  # fmt: skip
         self.id, self.title, self.loop, self.hints = id, title, loop, tuple(hints)
         self.scenario, self.start, self.asks = scenario, start, tuple(asks)
-        self.band, self.gain, self.least, self.landmark_band = band, gain, least, landmark_band
+        self.band, self.gain, self.least, self.claims, self.landmark_band = band, gain, least, claims, landmark_band
+        self._kept: dict = {}
         self.symptoms, self.seeds = (*before, *symptoms), tuple(seeds)
         self.seconds, self.sensor, self.recording, self.helpers = seconds, sensor, recording, tuple(helpers)
 
@@ -409,11 +453,19 @@ class Project:
             if trials[-1].failed is not None:
                 message = f"with the seed {seed}: {trials[-1].failed}"
                 return Verdict("failed", "loop", message, trials[-1].failed.hint)
-        return self.verdict(trials)
+        return self.verdict(trials, self.kept_reference(run))
 
-    def verdict(self, trials) -> Verdict:
-        """What some runs of one loop show."""
-        s, summary = scores(trials), self.summary(trials)
+    def kept_reference(self, run) -> Trial | None:
+        """The reference with the data of a run; it is computed once for each scenario. None if it fails there."""
+        if run.scenario not in self._kept:
+            reference = Run(self, run.scenario, self.loop, run.data, reference=True)
+            trial = self.trial(reference, run.data.seed)
+            self._kept[run.scenario] = None if trial.failed else trial
+        return self._kept[run.scenario]
+
+    def verdict(self, trials, reference=None) -> Verdict:
+        """What some runs of one loop show; `reference` is the reference with the data of the first."""
+        s, summary = scores(trials, reference), self.summary(trials)
         p = _Stated(self, s)
         for symptom in self.symptoms:
             if symptom.shows(s, self):
