@@ -37,7 +37,7 @@ import numpy as np
 from IPython.display import display
 
 from .controls import Choice, Control, Float, Int, Toggle
-from .figures import Places, bundle, one_line, png, publish, show, size
+from .figures import Places, bundle, one_line, picture, png, publish, show, size
 
 
 def explorable(*, run: bool = False, ranges: dict | None = None, **controls: Control):
@@ -78,14 +78,15 @@ def explore(draw: Callable, *given, run: bool | None = None, **controls: Control
     **controls
         One `Float`, `Int`, `Choice` or `Toggle` per parameter; without any, those of `explorable`.
     """
-    controls = controls or getattr(draw, "controls", {})
-    run = getattr(draw, "run", False) if run is None else run
+    marked = draw.func if isinstance(draw, partial) else draw  # a drawing with some things handed over already
+    controls = controls or getattr(marked, "controls", {})
+    run = getattr(marked, "run", False) if run is None else run
     draw = handed(draw, controls, given)
     start = {name: control.value for name, control in controls.items()}
     fig, facts = draw(**start)
-    picture = png(fig)
-    publish(picture, one_line(facts["caption"]))
-    display(Panel(draw, controls, run, picture, facts).box)
+    poster = picture(fig)
+    publish(poster, one_line(facts["caption"]))
+    display(Panel(draw, controls, run, poster, facts).box)
 
 
 def wanted(draw: Callable, controls: dict[str, Control]) -> list[str]:
@@ -213,7 +214,7 @@ def knob(control: Control, name: str) -> w.ValueWidget:
     )
 
 
-def sweep(draw: Callable, corners: int = 20, seed: int = 0, given: tuple = ()) -> int:
+def sweep(draw: Callable, corners: int = 20, seed: int = 0, together: int = 16, given: tuple = ()) -> int:
     """Try a drawing at the least, first and greatest value of every control and at random corners.
 
     Parameters
@@ -223,6 +224,8 @@ def sweep(draw: Callable, corners: int = 20, seed: int = 0, given: tuple = ()) -
     corners : int
         Number of random settings.
     seed : int
+    together : int
+        How many of the settings with every control at one of its ends.
     given : tuple
         What a notebook hands over with `explore`.
 
@@ -244,7 +247,7 @@ def sweep(draw: Callable, corners: int = 20, seed: int = 0, given: tuple = ()) -
     settings += [{name: c.draw(rng) for name, c in controls.items()} for _ in range(corners)]
     extremes = [(c.corners()[0], c.corners()[-1]) for c in controls.values()]
     settings += [
-        dict(zip(controls, values, strict=True)) for values in itertools.islice(itertools.product(*extremes), 16)
+        dict(zip(controls, values, strict=True)) for values in itertools.islice(itertools.product(*extremes), together)
     ]
     tried = []
     for setting in settings:

@@ -20,6 +20,7 @@ from nbconvert.filters import Highlight2HTML, ansi2html, markdown2html_mistune
 from pygments.formatters import HtmlFormatter
 
 from ..build import source
+from ..figures import stored
 from ..lecture import tagged
 
 HERE = Path(__file__).parent
@@ -109,14 +110,14 @@ def add_code(found: list[Slide], cell: dict, lead: str):
     code = _colour(text)
     made, printed = [], []
     for output in cell.get("outputs", []):
+        picture = stored(output)
         data = {kind: "".join(value) for kind, value in output.get("data", {}).items()}
         if output["output_type"] == "stream":
             printed.append(f"<pre class='printed'>{ansi2html(''.join(output['text']))}</pre>")
-        elif "image/png" in data:
-            alt = html.escape(output["metadata"].get("image/png", {}).get("alt", ""))
-            made.append(
-                Slide("picture", section, [f'<img alt="{alt}" src="data:image/png;base64,{data["image/png"]}">'])
-            )
+        elif picture:
+            kind, base64, alt = picture
+            shown = f'<img alt="{html.escape(alt)}" src="data:{kind};base64,{base64}">'
+            made.append(Slide("picture", section, [shown]))
         elif "text/html" in data:
             made.append(Slide("page", section, [f'<div class="page">{data["text/html"]}</div>']))
         elif (
