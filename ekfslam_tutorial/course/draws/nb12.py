@@ -4,8 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Rectangle
 
-from ...geometry import Frame3, e2q
 from ...analysis.consistency import md2
+from ...geometry import Frame3, e2q
 from ...graphics import (
     ESTIMATE,
     MEASUREMENT,
