@@ -35,8 +35,12 @@ def landmarks(ax: Axes, x, P, ranges, k: float = 3, labels=(), style=ESTIMATE, n
     look = dict(color=style["color"], linestyle=style["linestyle"], linewidth=1.3, zorder=4)
     plot_ellipse(ax, l, B, k, **{**look, **changes}, label=sigma_label(k) if name else None)
     ax.plot(*l.T, **points(style, markersize=4), zorder=5, label=name or None)
-    for p, text in zip(l, labels, strict=False):
-        ax.annotate(text, p, (4, 4), textcoords="offset points", fontsize=11, color=BLACK, zorder=8)
+    for p, C, text in zip(l, B, labels, strict=False):
+        away = p - l.mean(0)
+        away = away / max(np.hypot(*away), 1e-9)  # outside of the ellipse, on the far side
+        edge = p + k * C @ away / max(np.sqrt(away @ C @ away), 1e-9)
+        place = dict(textcoords="offset points", ha="center", va="center", fontsize=11, color=BLACK, zorder=8)
+        ax.annotate(text, edge, 11 * away, **place)
 
 
 def true_landmarks(ax: Axes, p) -> None:

@@ -29,6 +29,7 @@ ANSWER = re.compile(r"\*\*\(?\w\)?\*\*|The (answer|truth) ")  # to the poll befo
 FOLDED = "<details>"  # an answer or a debrief that is shown on demand
 WIDGET = re.compile(r"\(Run this cell")  # stands for the controls in a stored notebook
 HEADING = re.compile(r"\n+(?=#+ )")  # each starts a slide
+FOLD = re.compile(r"</?details>|<summary>.*?</summary>")  # on slides an answer comes with the next key
 MINUTES = re.compile(r" *\(\d+ min\)")  # those of a student
 MATHJAX = "sphinx-mathjax-offline", "sphinx-mathjax-offline/static/mathjax/tex-svg.js"
 
@@ -62,7 +63,7 @@ def slides(notebook: dict) -> list[Slide]:
     lead = ""
     for cell, following in itertools.pairwise([*cells[1:], {}]):
         if cell["cell_type"] == "markdown":
-            *before, last = HEADING.split(MINUTES.sub("", source(cell)))
+            *before, last = HEADING.split(MINUTES.sub("", FOLD.sub("", source(cell)).strip()))
             for text in filter(None, before):
                 add_text(found, text, None)
             lead = add_text(found, last, following.get("outputs"))
