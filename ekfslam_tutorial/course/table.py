@@ -52,6 +52,7 @@ def table(
     angles=None,
     entries=None,
     rtol=None,
+    shown=None,
     **options,
 ):
     """Build an `Exercise`.
@@ -81,6 +82,8 @@ def table(
     rtol : dict, optional
         What counts as rounding in a result, relative to its largest entry, if it is not 1e-5: ``{"P": 1e-3}``. More
         is for results that some right answers have with less precision, such as after a first guess of 1e6.
+    shown : callable, optional
+        What the messages call the arguments: ``arguments -> text``, if it is not their values.
 
     Returns
     -------
@@ -94,6 +97,7 @@ def table(
     made = Exercise(id, title, solution, hints, **options)
     made.cases = cases
     params, lines = made.parameters(), rows(checks)
+    said = shown or (lambda *args: at(params, args))
     helps = {}
     for _, what, _, help in lines:
         helps.setdefault(_part(what, names), help)
@@ -127,7 +131,7 @@ def table(
             test = _derivative(cases[case], parts, part, names[part], value, params.index(derivative[3]), labels, row)
         else:
             right = _one(solution, part if len(names) > 1 else None)
-            test = _value(cases[case], parts, part, what, right, params, angles, (rtol or {}).get(names[part], 1e-5))
+            test = _value(cases[case], parts, part, what, right, said, angles, (rtol or {}).get(names[part], 1e-5))
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
@@ -174,13 +178,13 @@ def _is_numeric(value) -> bool:
     return isinstance(value, (np.ndarray, float, np.floating))
 
 
-def _value(cases, parts, part, name, right, params, angles, rtol):
+def _value(cases, parts, part, name, right, said, angles, rtol):
     """The test that one result, or a part of it, is that of the solution."""
     place = _place(name)
 
     def test(f, rng):
         for args in cases(rng):
-            got, want, shown = parts(args, f(*args))[part], right(*args), at(params, args)
+            got, want, shown = parts(args, f(*args))[part], right(*args), said(*args)
             if not _is_numeric(want):
                 expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
                 continue
