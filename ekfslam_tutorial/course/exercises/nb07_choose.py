@@ -36,7 +36,13 @@ def some(rng, n):
 
 def at_the_limit(rng):
     """Return innovations just inside and just outside of the gate; the other landmarks, m of them, are far away."""
-    limits = ((0.99, 2, 3.02, 3.05), (0.95, 2, 2.4, 2.5), (0.99, 1, 2.5, 2.65), (0.99, 3, 3.3, 3.45), (0.9, 2, 2.1, 2.2))
+    limits = (
+        (0.99, 2, 3.02, 3.05),
+        (0.95, 2, 2.4, 2.5),
+        (0.99, 1, 2.5, 2.65),
+        (0.99, 3, 3.3, 3.45),
+        (0.9, 2, 2.1, 2.2),
+    )
     return [
         away(rng, *[9.0] * m, sigma, m=m, confidence=confidence) for confidence, m, *both in limits for sigma in both
     ]

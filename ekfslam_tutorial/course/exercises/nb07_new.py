@@ -55,18 +55,15 @@ def many_behind(rng):
 
 
 def at_the_limit(rng):
-    """Return measurements just inside and just outside of a gate; all other landmarks are far away."""
+    """Return measurements near the gate, and near gates of other degrees of freedom; other landmarks are far away."""
     others = [[40.0, 1.0], [60.0, -0.5], [80.0, 0.0]]
-    return [
-        at(
-            np.column_stack([5 + 0.2 * np.sqrt(chi2.ppf(c, 2)) * np.array([1.03, 0.97, -1.03]), [0.3] * 3]),
-            [[5.0, 0.3], *others[: n - 1]],
-            c,
-            np.diag([0.03, 0.001]),
-        )
-        for n in (1, 3, 2, 4)
-        for c in (FAR, 0.99)
-    ]
+
+    def near(n, confidence):
+        sigmas = np.sqrt(chi2.ppf(confidence, [2, 2, 1, 3, 6, 12])) * [1.03, -0.97, -0.97, 0.97, 0.97, 0.97]
+        ys = np.column_stack([5 + 0.2 * sigmas, [0.3] * 6])
+        return at(ys, [[5.0, 0.3], *others[: n - 1]], confidence, np.diag([0.03, 0.001]))
+
+    return [near(n, confidence) for n in (3, 1, 2, 4) for confidence in (FAR, 0.99)]
 
 
 MAP = [[3.0, 0.0], [6.0, 0.5], [6.0, -0.5]]
