@@ -95,6 +95,7 @@ class Verdict:
     misconception: str = ""
     printed: str = ""
     seconds: float = 0.0
+    note: str = ""  # of a project: what was measured
 
     @property
     def passed(self) -> bool:

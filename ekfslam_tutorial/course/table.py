@@ -30,8 +30,9 @@ import re
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import numerical_jacobian, wrap
 from . import expect, guard
+from .diagnose import same
 from .exercise import Exercise
 
 DERIVATIVE = r"d (\w+)(?:\[(\d)\])? / (\w+)"  # a matrix, perhaps one row of it, and by what
@@ -52,7 +53,10 @@ def table(
     angles=None,
     entries=None,
     rtol=None,
+    settled=None,
+    along=None,
     shown=None,
+    kinds=None,
     **options,
 ):
     """Build an `Exercise`.
@@ -82,8 +86,16 @@ def table(
     rtol : dict, optional
         What counts as rounding in a result, relative to its largest entry, if it is not 1e-5: ``{"P": 1e-3}``. More
         is for results that some right answers have with less precision, such as after a first guess of 1e6.
+    settled : callable, optional
+        ``results, right ones -> results``, before they are compared: brings results that mean the same to one
+        form, such as q and -q.
+    along : dict, optional
+        Where formulas differ that are equal for all states that there are (off the unit sphere of q): a projector
+        behind which a Jacobian is compared, ``{"X_x": lambda x, u: tangent(x)}``.
     shown : callable, optional
         What the messages call the arguments: ``arguments -> text``, if it is not their values.
+    kinds : dict, optional
+        What kind of value a result is, if it is no array: ``{"i": "an index counted from 0, or None"}``.
 
     Returns
     -------
@@ -102,16 +114,19 @@ def table(
     for _, what, _, help in lines:
         helps.setdefault(_part(what, names), help)
 
-    def parts(args, result):
-        """The results of one call in the types and shapes of the solution's, else `Failed`."""
+    def parts(args, result, part=None, help=""):
+        """The results of one call in the types and shapes of the solution's, else `Failed` with the help to a part."""
+        said = helps | {part: help}
         right = solution(*args)
         if len(names) == 1:
-            return [_taken(result, right, names[0], helps.get(0, ""))]
-        given = expect.results(result, *names)
-        return [
-            _taken(*pair, name, helps.get(i, ""))
-            for i, (*pair, name) in enumerate(zip(given, right, names, strict=True))
-        ]
+            taken, right = [_taken(result, right, names[0], said.get(0, ""))], [right]
+        else:
+            given = expect.results(result, *names)
+            taken = [
+                _taken(*pair, name, said.get(i, ""))
+                for i, (*pair, name) in enumerate(zip(given, right, names, strict=True))
+            ]
+        return settled(taken, right) if settled else taken
 
     @made.link("the results", f"The function must end with `return {returns}`.")
     def _(f, rng):
@@ -122,16 +137,17 @@ def table(
         part = _part(what, names)
         if case not in cases:
             raise ValueError(f"{id}, {name}: there is no case {case!r}; there are {', '.join(cases)}")
-        derivative = re.fullmatch(DERIVATIVE, what)
+        derivative, sphere = re.fullmatch(DERIVATIVE, what), (along or {}).get(names[part])
         if derivative:
             of = (jacobians or {})[names[part]]
             value = _one(solution, names.index(of)) if isinstance(of, str) else of
             labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[3])
-            row = int(derivative[2]) if derivative[2] else None
-            test = _derivative(cases[case], parts, part, names[part], value, params.index(derivative[3]), labels, row)
+            row, at = int(derivative[2]) if derivative[2] else None, params.index(derivative[3])
+            test = _derivative(cases[case], parts, part, names[part], value, at, labels, row, sphere)
         else:
-            right = _one(solution, part if len(names) > 1 else None)
-            test = _value(cases[case], parts, part, what, right, said, angles, (rtol or {}).get(names[part], 1e-5))
+            right, rounding = _one(solution, part if len(names) > 1 else None), (rtol or {}).get(names[part], 1e-5)
+            kind = f" ({kinds[names[part]]})" if kinds and names[part] in kinds else ""
+            test = _value(cases[case], parts, part, what, kind, right, said, angles, rounding, sphere, help)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
@@ -168,6 +184,8 @@ def _taken(value, right, name, help):
     """A student's result in the type of the right one: arrays and numbers as float arrays, ids as plain values."""
     if not _is_numeric(right):
         return value
+    if np.size(right) == 0 and isinstance(value, (list, tuple)) and len(value) == 0:
+        return np.zeros(np.shape(right))  # an empty list has no second axis that could be wrong
     try:
         return expect.array(value, np.shape(right), name)
     except expect.Failed as failed:
@@ -178,20 +196,29 @@ def _is_numeric(value) -> bool:
     return isinstance(value, (np.ndarray, float, np.floating))
 
 
-def _value(cases, parts, part, name, right, said, angles, rtol):
+def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere, help):
     """The test that one result, or a part of it, is that of the solution."""
-    place = _place(name)
+    place, name = _place(what), what + kind
 
     def test(f, rng):
         for args in cases(rng):
-            got, want, shown = parts(args, f(*args))[part], right(*args), said(*args)
+            want, shown = right(*args), said(*args)
+            try:
+                got = parts(args, f(*args), part, help)[part]
+            except expect.Failed as failed:
+                if " has shape " not in str(failed):
+                    raise
+                raise expect.Failed(f"{failed} for {shown}", failed.hint) from None
             if not _is_numeric(want):
-                expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
+                message = f"{name} is {_shown(got)} for {shown}, it should be {_shown(want)}"
+                expect.true(_is_truth(got) == _is_truth(want) and guard.equal(got, want), message)
                 continue
             got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
                 turned = got[angles[part]] - want[angles[part]] if got.ndim else got - want
                 got[angles[part]] -= turned - wrap(turned)
+            if sphere and same(got @ sphere(*args), want @ sphere(*args)):
+                continue
             expect.close(got[place], want[place], name, rtol, at=shown)
 
     return test
@@ -209,13 +236,15 @@ def _labels(entries, name):
     return text and [entry.strip() for entry in text.split(",")]
 
 
-def _derivative(cases, parts, part, name, value, at, labels, row):
+def _derivative(cases, parts, part, name, value, at, labels, row, sphere):
     """The test that a Jacobian agrees with differences."""
 
     def test(f, rng):
         for args in cases(rng):
             got = parts(args, f(*args))[part]
             along = lambda x, args=args: np.asarray(value(*args[:at], x, *args[at + 1 :]))
+            if sphere and same(got @ sphere(*args), numerical_jacobian(along, args[at]) @ sphere(*args)):
+                continue
             expect.jacobian(got, along, args[at], name, *labels, row=row)
 
     return test
@@ -236,8 +265,17 @@ def at(params, args) -> str:
     return ", ".join(f"{name} = {_shown(value)}" for name, value in zip(params, args, strict=True))
 
 
+def _is_truth(value) -> bool:
+    """Return True for truth values: True is no index, 1 no truth value."""
+    numbers = guard.numbers(value)
+    return numbers is not None and numbers.dtype.kind == "b"
+
+
 def _shown(value) -> str:
+    value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, np.ndarray):
+        if value.ndim == 1 and value.size <= 30 and value.dtype.kind in "biu":
+            return str(value.astype(int).tolist())
         if value.size > 9:
             return f"an array {value.shape}"
         return np.array2string(value, precision=3, suppress_small=True, separator=", ").replace("\n", "")

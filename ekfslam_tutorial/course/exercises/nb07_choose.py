@@ -72,6 +72,7 @@ gate = table(
         "inside[0] if len(inside) == 1, else None.",
     ),
     returns="i, d2",
+    kinds={"i": "an index counted from 0, or None"},
     shown=distances,
     cases={
         "any": lambda rng: [some(rng, n) for n in (4, 1, 6)],

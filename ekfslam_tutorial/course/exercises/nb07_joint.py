@@ -60,6 +60,7 @@ joint = table(
         "limit is chi2.ppf(confidence, 2 m).",
     ),
     returns="ok, d2, Z",
+    kinds={"ok": "True or False"},
     shown=pairs,
     cases={
         "any": lambda rng: [some(rng, m) for m in (2, 1, 4)],

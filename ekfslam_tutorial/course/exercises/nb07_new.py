@@ -79,6 +79,7 @@ new = table(
         "chi2.ppf(confidence, 2). For an empty map every measurement is new: all([]) is True.",
     ),
     returns="new, D",
+    kinds={"new": "a list of indices"},
     cases={
         "any": lambda rng: [some(rng, 3, 4), some(rng, 2, 1)],
         "sizes": lambda rng: [some(rng, 3, 4), some(rng, 5, 2, 0.01), some(rng, 1, 1, 5.0)],

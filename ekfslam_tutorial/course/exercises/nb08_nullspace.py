@@ -54,6 +54,7 @@ hidden = table(
         "The number of such directions is n minus the rank of O (np.linalg.matrix_rank); n is the number of columns.",
     ),
     returns="O, d",
+    kinds={"d": "the number of invisible directions"},
     shown=sizes,
     cases={
         "any": lambda rng: [system(rng, *some) for some in SYSTEMS],
