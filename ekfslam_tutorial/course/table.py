@@ -142,8 +142,8 @@ def table(
             of = (jacobians or {})[names[part]]
             value = _one(solution, names.index(of)) if isinstance(of, str) else of
             labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[3])
-            row, at = int(derivative[2]) if derivative[2] else None, params.index(derivative[3])
-            test = _derivative(cases[case], parts, part, names[part], value, at, labels, row, sphere)
+            row, place = int(derivative[2]) if derivative[2] else None, params.index(derivative[3])
+            test = _derivative(cases[case], parts, part, names[part], value, place, labels, row, sphere)
         else:
             right, rounding = _one(solution, part if len(names) > 1 else None), (rtol or {}).get(names[part], 1e-5)
             kind = f" ({kinds[names[part]]})" if kinds and names[part] in kinds else ""
