@@ -63,7 +63,9 @@ seen = table(
             )
         ],
         "sides": lambda rng: [
-            case for fov in (60, 200) for case in one_by_one(3.0, [25, 35, -25, -35, 55, -55, 95, -95, 110, -110], 5, fov)
+            case
+            for fov in (60, 200)
+            for case in one_by_one(3.0, [25, 35, -25, -35, 55, -55, 95, -95, 110, -110], 5, fov)
         ],
         "behind": lambda rng: [
             *one_by_one(3.0, [180, 170, -170, 95, -95, 20], 5, 90),
