@@ -75,7 +75,7 @@ gauge = table(
     """,
     wrong="""
     each robot on its own: One filter has one frame. If each path gets an alignment of its own, 15 numbers are free instead of 3, and robots that lie wrong to each other look right.
-        np.array([np.sqrt(np.mean(d)) for d in d2]) -> np.array([align_all([k], [s])[1][0] for k, s in zip(paths, truths)])
+        np.array([np.sqrt(np.mean(d)) for d in d2]) -> _each_alone(paths, truths)
     aligned by the first robot: Robot 1 alone does not tell how the others lie, and its own errors tilt them all: use all positions.
         p, q = np.concatenate(paths), np.concatenate(truths) -> p, q = paths[0], truths[0]
     mean of five alignments: Frames cannot be averaged number by number. Put all positions together, then align once.
@@ -116,6 +116,10 @@ def _orthogonal(a, b):
     """The best rotation or mirror image."""
     U, _, Vt = np.linalg.svd(b.T @ a)
     return U @ Vt
+
+
+def _each_alone(paths, truths):
+    return np.array([align_all([p], [q])[1][0] for p, q in zip(paths, truths, strict=True)])
 
 
 def _mean_of_frames(paths, truths):
