@@ -35,6 +35,9 @@ from . import expect, guard
 from .diagnose import same
 from .exercise import Exercise
 
+DERIVATIVE = r"d (\w+)(?:\[(\d)\])? / (\w+)"  # a matrix, perhaps one row of it, and by what
+NEXT = r", (?=[A-Za-z])"  # between two results, not between two indices
+
 
 def table(
     id,
@@ -49,6 +52,7 @@ def table(
     jacobians=None,
     angles=None,
     entries=None,
+    rtol=None,
     settled=None,
     along=None,
     **options,
@@ -65,7 +69,8 @@ def table(
         ``rng -> list of argument tuples``. The case ``any`` is wanted; take one for the limits, too.
     checks : str
         A line each: ``name | result | case | help``. The result is a name, or a part of it (``P[:3, :3]``), or
-        ``d L_y / y``, which compares the Jacobian L_y with differences.
+        ``d L_y / y``, which compares the Jacobian L_y with differences; ``d L_y[0] / y`` its first row. Several of
+        them, ``x, P``, make a link each.
     wrong : str
         A block each: ``name: hint``, and below it, indented, edits ``old -> new`` of the solution's source.
     jacobians : dict, optional
@@ -76,6 +81,9 @@ def table(
     entries : dict, optional
         What the entries of a result or a parameter are called, for the messages about Jacobians:
         ``{"l": "x_l, y_l", "y": "range, bearing"}``.
+    rtol : dict, optional
+        What counts as rounding in a result, relative to its largest entry, if it is not 1e-5: ``{"P": 1e-3}``. More
+        is for results that some right answers have with less precision, such as after a first guess of 1e6.
     settled : callable, optional
         ``results, right ones -> results``, before they are compared: brings results that mean the same to one
         form, such as q and -q.
@@ -122,35 +130,37 @@ def table(
         part = _part(what, names)
         if case not in cases:
             raise ValueError(f"{id}, {name}: there is no case {case!r}; there are {', '.join(cases)}")
-        derivative = re.fullmatch(r"d (\w+) / (\w+)", what)
-        sphere = (along or {}).get(names[part])
+        derivative, sphere = re.fullmatch(DERIVATIVE, what), (along or {}).get(names[part])
         if derivative:
             of = (jacobians or {})[names[part]]
             value = _one(solution, names.index(of)) if isinstance(of, str) else of
-            labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[2])
-            test = _derivative(
-                cases[case], parts, part, names[part], value, params.index(derivative[2]), labels, sphere
-            )
+            labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[3])
+            row, at = int(derivative[2]) if derivative[2] else None, params.index(derivative[3])
+            test = _derivative(cases[case], parts, part, names[part], value, at, labels, row, sphere)
         else:
-            right = _one(solution, part if len(names) > 1 else None)
-            test = _value(cases[case], parts, part, what, right, params, angles, sphere, help)
+            right, rounding = _one(solution, part if len(names) > 1 else None), (rtol or {}).get(names[part], 1e-5)
+            test = _value(cases[case], parts, part, what, right, params, angles, rounding, sphere, help)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
 
 
 def rows(text: str) -> list[list[str]]:
-    """Return lines of four cells between bars."""
+    """Return lines of four cells between bars; a line about several results is one line for each."""
     found = [[cell.strip() for cell in line.split("|", 3)] for line in text.strip().splitlines() if line.strip()]
     for row in found:
         if len(row) != 4:
             raise ValueError(f"a check is written `name | result | case | help`, got {' | '.join(row)!r}")
-    return found
+    return [
+        [name if i == 0 else f"{name}: {what}", what, case, help]
+        for name, several, case, help in found
+        for i, what in enumerate(re.split(NEXT, several))
+    ]
 
 
 def _part(what, names):
     """The number of the result that a check looks at."""
-    derivative = re.fullmatch(r"d (\w+) / \w+", what)
+    derivative = re.fullmatch(DERIVATIVE, what)
     name = derivative[1] if derivative else what.split("[")[0]
     if name not in names:
         raise ValueError(f"there is no result {name!r}; there are {', '.join(names)}")
@@ -178,7 +188,7 @@ def _is_numeric(value) -> bool:
     return isinstance(value, (np.ndarray, float, np.floating))
 
 
-def _value(cases, parts, part, name, right, params, angles, sphere=None, help=""):
+def _value(cases, parts, part, name, right, params, angles, rtol, sphere, help):
     """The test that one result, or a part of it, is that of the solution."""
     place = _place(name)
 
@@ -194,13 +204,13 @@ def _value(cases, parts, part, name, right, params, angles, sphere=None, help=""
             if not _is_numeric(want):
                 expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
                 continue
+            got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
-                got = np.asarray(got) + 0.0
                 turned = got[angles[part]] - want[angles[part]] if got.ndim else got - want
                 got[angles[part]] -= turned - wrap(turned)
             if sphere and same(got @ sphere(*args), want @ sphere(*args)):
                 continue
-            expect.close(got[place], want[place], name, at=shown)
+            expect.close(got[place], want[place], name, rtol, at=shown)
 
     return test
 
@@ -217,7 +227,7 @@ def _labels(entries, name):
     return text and [entry.strip() for entry in text.split(",")]
 
 
-def _derivative(cases, parts, part, name, value, at, labels, sphere=None):
+def _derivative(cases, parts, part, name, value, at, labels, row, sphere):
     """The test that a Jacobian agrees with differences."""
 
     def test(f, rng):
@@ -226,7 +236,7 @@ def _derivative(cases, parts, part, name, value, at, labels, sphere=None):
             along = lambda x, args=args: np.asarray(value(*args[:at], x, *args[at + 1 :]))
             if sphere and same(got @ sphere(*args), numerical_jacobian(along, args[at]) @ sphere(*args)):
                 continue
-            expect.jacobian(got, along, args[at], name, *labels)
+            expect.jacobian(got, along, args[at], name, *labels, row=row)
 
     return test
 

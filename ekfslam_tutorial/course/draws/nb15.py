@@ -188,7 +188,7 @@ def meet(stage, bearing_std, seed):
 
 
 @explorable(
-    turn=Float(0.9, 0.0, 3.0, 0.3, "turn of the robot in a frame", "deg"),
+    turn=Float(0.0, 0.0, 3.0, 0.3, "turn of the robot in a frame", "deg"),
     std=Float(2.0, 0.5, 4.0, 0.5, "mounting is off by, 1 sigma", "deg"),
     calibrate=Toggle(True, label="the mounting is in the map"),
     seed=Int(1, 1, 9, label="noise number"),
