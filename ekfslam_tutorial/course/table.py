@@ -114,9 +114,12 @@ def table(
     for _, what, _, help in lines:
         helps.setdefault(_part(what, names), help)
 
-    def parts(args, result, part=None, help=""):
-        """The results of one call in the types and shapes of the solution's, else `Failed` with the help to a part."""
-        said = helps | {part: help}
+    def parts(args, result, part=None):
+        """The results of one call in the types and shapes of the solution's, else `Failed`.
+
+        With the help to the part that fails; for the part that a link is about it has its own.
+        """
+        said = helps | {part: ""}
         right = solution(*args)
         if len(names) == 1:
             taken, right = [_taken(result, right, names[0], said.get(0, ""))], [right]
@@ -147,7 +150,7 @@ def table(
         else:
             right, rounding = _one(solution, part if len(names) > 1 else None), (rtol or {}).get(names[part], 1e-5)
             kind = f" ({kinds[names[part]]})" if kinds and names[part] in kinds else ""
-            test = _value(cases[case], parts, part, what, kind, right, said, angles, rounding, sphere, help)
+            test = _value(cases[case], parts, part, what, kind, right, said, angles, rounding, sphere)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
@@ -193,10 +196,10 @@ def _taken(value, right, name, help):
 
 
 def _is_numeric(value) -> bool:
-    return isinstance(value, (np.ndarray, float, np.floating))
+    return isinstance(value, (np.ndarray, float, np.floating, np.bool_))
 
 
-def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere, help):
+def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere):
     """The test that one result, or a part of it, is that of the solution."""
     place, name = _place(what), what + kind
 
@@ -204,7 +207,7 @@ def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere, he
         for args in cases(rng):
             want, shown = right(*args), said(*args)
             try:
-                got = parts(args, f(*args), part, help)[part]
+                got = parts(args, f(*args), part)[part]
             except expect.Failed as failed:
                 if " has shape " not in str(failed):
                     raise
@@ -215,13 +218,18 @@ def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere, he
                 continue
             got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
-                turned = got[angles[part]] - want[angles[part]] if got.ndim else got - want
-                got[angles[part]] -= turned - wrap(turned)
+                got[angles[part]] = _turned_to(got[angles[part]], want[angles[part]])
             if sphere and same(got @ sphere(*args), want @ sphere(*args)):
                 continue
             expect.close(got[place], want[place], name, rtol, at=shown)
 
     return test
+
+
+def _turned_to(got, want):
+    """The angles without the whole turns by which they differ; wrong ones as they are, so that a message shows them."""
+    off = wrap(got - want)
+    return np.where(np.abs(off) < 1e-5 * (1 + np.abs(want)), want + off, got)
 
 
 def _place(what):
@@ -241,7 +249,7 @@ def _derivative(cases, parts, part, name, value, at, labels, row, sphere):
 
     def test(f, rng):
         for args in cases(rng):
-            got = parts(args, f(*args))[part]
+            got = parts(args, f(*args), part)[part]
             along = lambda x, args=args: np.asarray(value(*args[:at], x, *args[at + 1 :]))
             if sphere and same(got @ sphere(*args), numerical_jacobian(along, args[at]) @ sphere(*args)):
                 continue
