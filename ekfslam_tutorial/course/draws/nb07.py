@@ -209,7 +209,9 @@ def counts_figure(slips, right: dict[str, list]):
     """Right pairs against the slip of the robot. Returns (fig, caption)."""
     fig, ax = plt.subplots(figsize=(11, 4.4), layout="constrained")
     words = []
-    for (name, values), (color, mark) in zip(right.items(), ((GREEN, "s:"), (VERMILLION, "x--"), (BLUE, "o-")), strict=False):
+    for (name, values), (color, mark) in zip(
+        right.items(), ((GREEN, "s:"), (VERMILLION, "x--"), (BLUE, "o-")), strict=False
+    ):
         ax.plot(slips, values, mark, color=color, linewidth=2.2, markersize=9, markeredgewidth=2, label=name)
         words.append(f"{name} {np.mean(values):.1f} of 8")
     ax.set(xlabel="slip of the robot along the corridor (m)", ylabel="right pairs (-)", ylim=(-0.4, 8.6))

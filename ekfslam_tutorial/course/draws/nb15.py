@@ -162,7 +162,7 @@ def meet(stage, bearing_std, seed):
                 linestyle="none")  # fmt: skip
         q = x[at : at + 3] + [0, 0, -np.pi / 2]
         robot(ax, [*show(q[:2]), q[2]], size=0.5, facecolor=LOOKS[k]["color"])
-        ax.annotate(f"robot {k + 1}", tuple(show(q[:2])), (10, 6 - 22 * k), textcoords="offset points", fontsize=13,
+        ax.annotate(f"robot {k + 1}", tuple(show(q[:2])), ((10, 6), (-26, 18))[k], textcoords="offset points", fontsize=13,
                     weight="bold")  # fmt: skip
         robot(ax, [*show(truth[at : at + 2]), truth[at + 2] - np.pi / 2], TRUTH, size=0.5)
     if stage:
@@ -188,7 +188,7 @@ def meet(stage, bearing_std, seed):
 
 
 @explorable(
-    turn=Float(0.9, 0.0, 3.0, 0.3, "turn of the robot in a frame", "deg"),
+    turn=Float(0.0, 0.0, 3.0, 0.3, "turn of the robot in a frame", "deg"),
     std=Float(2.0, 0.5, 4.0, 0.5, "mounting is off by, 1 sigma", "deg"),
     calibrate=Toggle(True, label="the mounting is in the map"),
     seed=Int(1, 1, 9, label="noise number"),
