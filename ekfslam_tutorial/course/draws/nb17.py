@@ -99,17 +99,19 @@ def ways_figure(values):
     """NEES of honest poses in several ways, {way: (n,)}, beside the chi-square distribution. Returns (fig, caption)."""
     fig, ax = plt.subplots(figsize=(10.5, 4.8), layout="constrained")
     u = np.geomspace(0.3, 1e8, 400)
-    ax.plot(u, 100 * chi2.cdf(u, DOF), color=BLACK, linewidth=7, alpha=0.25, label="chi-square, 6 dof: honest")
+    ax.plot(u, 100 * chi2.sf(u, DOF), color=BLACK, linewidth=7, alpha=0.25, label="chi-square, 6 dof: honest")
     words = []
     for way, n in values.items():
         color, dash = WAYS[way]
-        share = 100 * (np.arange(len(n)) + 0.5) / len(n)
+        share = 100 * (1 - (np.arange(len(n)) + 0.5) / len(n))
         ax.plot(np.sort(np.clip(n, 1e-3, 1e9)), share, color=color, linestyle=dash, linewidth=2.6, label=way)
         words.append(f"{way} {_short(np.mean(n))}")
-    ax.set(xscale="log", xlim=(0.5, 1e7), ylim=(0, 100), xlabel="NEES (-)", ylabel="share of the poses below (%)")
+    ax.set(xscale="log", yscale="log", xlim=(0.5, 1e7), ylim=(0.1, 110))
+    ax.set(xlabel="NEES (-)", ylabel="share of the poses above (%)")
+    ax.set_yticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
     ax.minorticks_off()
-    ax.legend(loc="lower right")
-    return fig, f"{len(n)} honest poses; the mean NEES should be 6. {'; '.join(words)}."
+    ax.legend(loc="upper right")
+    return fig, f"{len(n)} honest poses. Mean NEES, which should be 6: {'; '.join(words)}."
 
 
 # ---- a run, seen ----------------------------------------------------------------------------------------------------

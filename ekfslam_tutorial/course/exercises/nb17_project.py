@@ -103,7 +103,9 @@ class Honest(Project):
                     watch.draw_if_due()
                 measure(trial, now)
         except (ValueError, TypeError) as error:
-            trial.failed = Failed(f"the scenario does not run: {error}", "See which landmark a camera can start: section 2.")
+            trial.failed = Failed(
+                f"the scenario does not run: {error}", "See which landmark a camera can start: section 2."
+            )
             return trial
         trial.seconds = time.perf_counter() - began
         if seed == run.data.seed:  # the student's own run: eight seeds, of which this is the first
@@ -147,7 +149,9 @@ class Honest(Project):
         for symptom in self.symptoms:
             if symptom.shows(s, self):
                 message = symptom.says.format(s=s, p=self)
-                return Verdict("failed", symptom.name, message, symptom.hint, seconds=s.seconds, note=self.summary(trials))
+                return Verdict(
+                    "failed", symptom.name, message, symptom.hint, seconds=s.seconds, note=self.summary(trials)
+                )
         return Verdict("passed", seconds=s.seconds, note=self.summary(trials))
 
     def judge(self, run):
@@ -292,7 +296,7 @@ project = Honest(
     hints=(
         "The loop is that of section 2, once for each seed: a list of rows, an array at the end, and in_band of the whole. "
         "The scenario: section 2 says which of the six ways was honest with poor odometry.",
-        'x[None], P[None], truth[None] are one pose for pose_nees. A camera that measures the depth is type = '
+        "x[None], P[None], truth[None] are one pose for pose_nees. A camera that measures the depth is type = "
         '"pin_hole_depth" with depth_std = 0.1 (m); its landmarks are "euc_pnt".',
     ),
     asks=(
