@@ -155,7 +155,7 @@ def leave_out_figure(which, some, whole):
 
 def alignment_figure(which, paths, truths, F, ates):
     """Five paths under one alignment, and under one each. Returns (fig, caption)."""
-    fig, axes = plt.subplots(1, 2, figsize=(13, 6.2), layout="constrained")
+    fig, axes = plt.subplots(1, 2, figsize=(11.6, 5.5), layout="constrained")
     own = [align(p, t) for p, t in zip(paths, truths, strict=True)]
     for ax, aligned, title in (
         (axes[0], [Frame2(F)] * len(paths), "one alignment for all: 3 numbers"),
@@ -170,7 +170,7 @@ def alignment_figure(which, paths, truths, F, ates):
     apart = [np.sqrt(((G.from_frame(p)[0] - t) ** 2).sum(1).mean()) for p, t, G in zip(paths, truths, own, strict=True)]
     return fig, (
         f"{which.capitalize()}: ATE of the robots with one alignment {', '.join(f'{a:.3f}' for a in ates)} m; each "
-        f"aligned on its own {', '.join(f'{a:.3f}' for a in apart)} m, which hides how they lie to each other."
+        f"aligned on its own {', '.join(f'{a:.3f}' for a in apart)} m, which hides how they lie relative to each other."
     )
 
 
@@ -276,7 +276,7 @@ def one_sighting(rho, turn, way):
 # ---- player and paths -----------------------------------------------------------------------------------------------
 
 
-def film(which, run, pictures=60):
+def film(which, run, pictures=48):
     """A run as a state log. The ground truth of a real log stays where it is: only estimates are kept."""
     log = StateLog(f"five robots, {which}", period=max(len(run) // pictures, 1))
     for now in run:
