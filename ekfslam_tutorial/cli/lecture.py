@@ -44,9 +44,10 @@ def run(notebook, folder):
     at = {"metadata": {"path": str(folder)}}
     client = NotebookClient(nb, timeout=600, kernel_name="python3", extra_arguments=quiet, resources=at)
     with tempfile.TemporaryDirectory() as private:
-        progress = os.path.join(private, "progress.json")  # the lecturer's own record stays as it is
+        own = {"EKFSLAM_PROGRESS": "progress.json", "EKFSLAM_MY_SLAM": "my_slam.py"}  # the lecturer's stay as they are
+        own = {variable: os.path.join(private, name) for variable, name in own.items()}
         try:
-            client.execute(env=os.environ | {"EKFSLAM_DPI": str(DPI), "EKFSLAM_PROGRESS": progress})
+            client.execute(env=os.environ | {"EKFSLAM_DPI": str(DPI)} | own)
         except BaseException as error:
             if getattr(client, "_async_cleanup_kernel_future", None) is None:
                 raise

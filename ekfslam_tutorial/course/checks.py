@@ -7,6 +7,7 @@ import textwrap
 
 from . import logbook, registry
 from .exercise import Exercise, Verdict
+from .keep import remember
 from .project import Project
 
 FALLBACK = "The reference solution is used below."
@@ -46,6 +47,7 @@ def check(id: str, answer=None):
     verdict = exercise.judge(answer)
     if verdict.status != "not attempted":
         logbook.attempt(id, verdict.passed)
+        remember(id, answer if verdict.passed else None)
     print(report(exercise, verdict))
     return exercise.in_arrays(answer) if verdict.passed else exercise.reference
 

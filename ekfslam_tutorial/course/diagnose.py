@@ -42,6 +42,11 @@ def _is_square(a):
     return a.ndim == 2 and a.shape[0] == a.shape[1] > 1
 
 
+def _is_covariance(a):
+    """Return True for what can be a covariance: of several numbers, symmetric, no negative variance."""
+    return _is_square(a) and same(a, a.T) and bool((np.diag(a) >= 0).all())
+
+
 def _reversed_differs(want, rtol):
     return want.ndim == 1 and want.size > 1 and not same(want[::-1], want, rtol)
 
@@ -64,6 +69,15 @@ def _wrapped(got, want, rtol):
     return off.any() and (wrapped == off).all()
 
 
+def _wrapped_without_brackets(got, want, rtol):
+    """Return True if the wrong entries are (a + pi) % 2 * pi - pi of the angles, for some whole turns."""
+    got, want = np.ravel(got), np.ravel(want)
+    off = np.abs(got - want) > 1e-9
+    angles = want[off, None] + 2 * np.pi * np.arange(-4, 5)
+    slipped = (angles + np.pi) % 2 * np.pi - np.pi
+    return bool(off.any()) and bool(np.isclose(slipped, got[off, None], rtol=0, atol=1e-6).any(axis=1).all())
+
+
 # Slips of all entries, the likely ones first. Each: what explains the difference, what to tell the student.
 # Decimals are compared exactly: beside a large entry, such as a time stamp, the small ones would count as rounding.
 _SLIPS = (
@@ -71,12 +85,21 @@ _SLIPS = (
     (lambda g, w, r: same(g, -w, r), "The sign is the wrong way round."),
     (lambda g, w, r: _is_square(w) and same(g, w.T, r) and not same(w, w.T, r), "Yours is the transpose."),
     (lambda g, w, r: same(g, 2 * w, r), "Yours is twice as large."),
-    (lambda g, w, r: same(g, w / 2, r), "Yours is exactly half: was something counted twice?"),
+    (lambda g, w, r: _is_covariance(w) and same(g, w / 2, r), "Yours is exactly half: was something counted twice?"),
+    (lambda g, w, r: same(g, w / 2, r), "Yours is exactly half."),
     (lambda g, w, r: same(g, w * DEGREES, r), "Yours is in degrees: keep to radians."),
     (lambda g, w, r: same(g, w / DEGREES, r), "Yours looks converted from degrees: all angles are in radians already."),
     (_not_wrapped, "Yours is off by whole turns of 2 pi: wrap the angle."),
     (_wrapped, "Yours has lost whole turns of 2 pi: only an angle is wrapped."),
-    (lambda g, w, r: same(g**2, w, r), "Yours is the square root: a covariance holds variances."),
+    (
+        _wrapped_without_brackets,
+        "Python reads `% 2*np.pi` as `(... % 2) * np.pi`: the whole turn needs brackets, `% (2 * np.pi)`.",
+    ),
+    (
+        lambda g, w, r: _is_covariance(w) and same(g**2, w, r),
+        "Yours is the square root: a covariance holds variances.",
+    ),
+    (lambda g, w, r: same(g**2, w, r), "Yours is the square root."),
     (lambda g, w, r: same(g, w**2, r), "Yours is the square."),
     (
         lambda g, w, r: np.array_equal(g, np.round(w)) or np.array_equal(g, np.trunc(w)),
@@ -96,6 +119,10 @@ def _one_entry(got, want, rtol) -> str:
     named = ", ".join(_bracket(p) for p in places[:4]) + (" ..." if len(places) > 4 else "")
     if same(got[wrong], -want[wrong], rtol):
         return f"Wrong sign at {named}."
+    if same(got[wrong], want[wrong] * DEGREES, rtol):
+        return f"In degrees at {named}: keep to radians."
+    if same(got[wrong], want[wrong] / DEGREES, rtol):
+        return f"Converted from degrees at {named}: all angles are in radians already."
     if not got[wrong].any():
         return f"Missing (zero) at {named}."
     return f"Wrong at {named} only." if len(places) <= want.size // 2 else ""

@@ -5,6 +5,8 @@ A block is a name, a hint, and below it the edits, each `old -> new`::
     heading subtracted: A landmark seen to the left (beta > 0) lies in the direction theta *plus* beta.
         y[1] + x_r[2] -> x_r[2] - y[1]
 
+A name with a colon ends in two: `UP_p: not divided :: d(x/z)/dx = 1/z, not 1.`
+
 An edit that does not match exactly one place of the solution is an error at once. Edits compose: two mistakes at once
 are the edits of both.
 """
@@ -35,7 +37,7 @@ def blocks(text: str) -> list[tuple[str, str, list[tuple[str, str]]]]:
             name, hint, places = found.pop()
             found.append((name, f"{hint} {line.strip()}", places))
         elif ": " in line:
-            name, hint = line.split(": ", 1)
+            name, hint = line.split(" :: " if " :: " in line else ": ", 1)
             found.append((name, hint, []))
         else:
             raise ValueError(f"a block begins with `name: hint`, got {line!r}")

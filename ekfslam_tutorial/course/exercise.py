@@ -223,12 +223,18 @@ class Exercise:
         if outcome is None:
             return Verdict("passed", printed=printed, seconds=seconds)
         known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
-        name, hint = " + ".join(m.name for m in known), outcome.hint or at[0].help
+        name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if len(known) == 1:
             hint = known[0].hint
         elif known:
             hint = f"Two things, in this order. First: {known[0].hint} Then: {known[1].hint}"
         return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
+
+    def _help(self, outcome, link) -> str:
+        """What to say where no listed mistake is recognised: the advice of the failure, then the link's own help."""
+        if not outcome.hint or outcome.certain or link is self.links[0]:  # the first asks for the form of the results
+            return outcome.hint or link.help
+        return f"{outcome.hint} What is tested here: {link.help}"
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer. Where a call says little, the links behind make more calls."""

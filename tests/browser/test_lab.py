@@ -26,6 +26,8 @@ WRONG = {
     "05.2": ("wrap(np.arctan2(dy, dx) - x[2])", "wrap(np.arctan2(dy, dx))"),
 }
 
+NOT_PYTHON = "14.1"  # the exercise whose cell ends in a SyntaxError: its check still runs, with the reference
+
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(START_S + RUN_S)]
 
 # The kernel must be there before "Run All"; the promise of the command is fulfilled when the last cell has run.
@@ -102,29 +104,52 @@ def move_a_slider(page, nb):
 def give_answers(page, nb):
     """Type a wrong answer and read its hint; type the right one and read that it has passed."""
     for cell, id, _ in exercise_cells(nb):
+        i = nb.cells.index(cell)
         if id in WRONG:
-            exercise, i = registry.get(id), nb.cells.index(cell)
+            exercise = registry.get(id)
             right, wrong = exercise.source(), exercise.source().replace(*WRONG[id])
             assert wrong != right
             verdict = answer(page, i, wrong)
             hints = [m.hint for m in exercise.misconceptions if " ".join(m.hint.split()) in verdict]
             assert f"[{id}]" in verdict and "passed" not in verdict and hints, verdict
+            assert f"[{id}] not judged" in check_again(page, i + 1)
             verdict = answer(page, i, right)
             assert f"[{id}] passed" in verdict, verdict
+            assert f"[{id}] passed" in check_again(page, i + 1)  # it is the student's own
+        elif id == NOT_PYTHON:
+            write(page, i, "def this is not Python")
+            page.wait_for_function(f"i => ({TEXT_OF_CELL})(i).includes('SyntaxError')", arg=i)
+            assert f"[{id}] not judged" in check_again(page, i + 1)
+
+
+def check_again(page, i):
+    """Run the check cell alone, once more, and return what it says."""
+    page.evaluate(GO_TO_CELL, i)
+    before = page.evaluate(COUNT_OF_CELL, i)
+    page.keyboard.press("Shift+Enter")
+    page.wait_for_function(
+        f"([i, before]) => ({COUNT_OF_CELL})(i) > before && ({TEXT_OF_CELL})(i).includes(']')", arg=[i, before]
+    )
+    return " ".join(page.evaluate(TEXT_OF_CELL, i).split())
 
 
 def answer(page, i, text):
     """Type the text into cell i, run it and the check cell below it, and return what the check says."""
-    page.evaluate(GO_TO_CELL, i)
-    page.locator(".jp-mod-active .cm-content").click()
-    page.keyboard.press("Control+a")
-    page.keyboard.insert_text(text)
     before = page.evaluate(COUNT_OF_CELL, i + 1)
-    page.keyboard.press("Shift+Enter")
+    write(page, i, text)
     page.keyboard.press("Shift+Enter")
     done = f"([i, before]) => ({COUNT_OF_CELL})(i) > before && ({TEXT_OF_CELL})(i).includes(']')"
     page.wait_for_function(done, arg=[i + 1, before])
     return " ".join(page.evaluate(TEXT_OF_CELL, i + 1).split())
+
+
+def write(page, i, text):
+    """Type the text into cell i and run it."""
+    page.evaluate(GO_TO_CELL, i)
+    page.locator(".jp-mod-active .cm-content").click()
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text(text)
+    page.keyboard.press("Shift+Enter")
 
 
 COUNT_OF_CELL = "i => window.jupyterapp.shell.currentWidget.content.widgets[i].model.executionCount ?? -1"

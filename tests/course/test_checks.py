@@ -435,3 +435,50 @@ def test_a_message_that_asks_ends_in_one_mark():
 def test_audit_of_exercises_that_there_are_not(capsys):
     assert audit.main(["99", "02"]) == 2
     assert "no exercises of notebook 99; there are 00, 01, 02" in capsys.readouterr().err
+
+
+# --- what a slip sentence knows of what is compared ---
+
+
+def test_only_a_covariance_is_told_of_variances_and_of_counting_twice():
+    P = np.array([[0.25, 0.02], [0.02, 0.16]])
+    assert "twice?" in diagnose(P / 2, P) and "variances" in diagnose(np.sqrt(P), P)
+    for number in (np.array(3.7), np.array([3.7, 1.2])):
+        assert diagnose(number / 2, number) == "Yours is exactly half."
+        assert diagnose(np.sqrt(number), number) == "Yours is the square root."
+
+
+def test_a_whole_turn_without_brackets_is_told():
+    angles = np.array([0.4, 2.0, -3.5, 9.0])
+    slipped = (angles + np.pi) % 2 * np.pi - np.pi
+    assert "brackets" in diagnose(slipped, wrap(angles))
+    assert "brackets" in diagnose(slipped[2], wrap(angles[2]))
+    assert "brackets" in diagnose([4.2, slipped[3]], [4.2, wrap(angles[3])])
+    assert "brackets" not in diagnose([4.2, 0.7], [4.2, wrap(angles[3])])
+
+
+def test_one_entry_in_degrees_is_told():
+    assert "In degrees at [1]" in diagnose([4.0, np.degrees(0.3)], [4.0, 0.3])
+
+
+def test_an_exception_does_not_hide_what_is_tested():
+    def far(y, x_r):
+        return q(y, x_r) if y[0] < 20 else q(y, x_r[:2])
+
+    link = registry.get("02.3").links[-1]
+    verdict = registry.get("02.3").judge(far)
+    assert verdict.link == link.name and "raised IndexError" in verdict.message
+    assert verdict.hint.endswith(f"What is tested here: {link.help}")
+
+
+@pytest.mark.parametrize(
+    "given, advice", [([np.eye(2)], "[item.copy() for item in F]"), ([1, 2], "list(F)"), (np.eye(2), "F.copy()")]
+)
+def test_how_to_copy_depends_on_what_it_is(given, advice):
+    def spoil(F):
+        F[0] = F[0] + 1
+        return F
+
+    with pytest.raises(expect.Failed) as failed:
+        guard.Guarded(spoil, names=("F",))(given)
+    assert advice in failed.value.hint

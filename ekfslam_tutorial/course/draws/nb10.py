@@ -82,7 +82,7 @@ FORMULAS = {
 
 
 @explorable(
-    formula=Choice("R' (p - t)", list(FORMULAS), "pf ="),
+    formula=Choice("R (p - t)", list(FORMULAS), "pf ="),
     x=Float(1.5, -1.0, 3.0, 0.25, "frame, x", "m"),
     yaw=Float(-20.0, -180.0, 180.0, 10.0, "yaw", "deg"),
     pitch=Float(-20.0, -80.0, 80.0, 10.0, "pitch", "deg"),

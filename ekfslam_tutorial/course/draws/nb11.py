@@ -111,8 +111,8 @@ def twist(v, roll, pitch, yaw):
 
 @explorable(
     step=Int(15, 1, STEPS, label="step", play=200),
-    axes=Choice(ROBOT, [ROBOT, WORLD], "the filter adds noise in the axes of"),
-    turning=Toggle(True, "the turn is noisy, too"),
+    axes=Choice(WORLD, [ROBOT, WORLD], "the filter adds noise in the axes of"),
+    turning=Toggle(False, "the turn is noisy, too"),
     ranges={"inside": (0, 100)},
 )
 def tube(step, axes, turning):

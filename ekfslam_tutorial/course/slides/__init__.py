@@ -1,8 +1,9 @@
 """The lecture cut as slides: one HTML file with everything inside, to be projected without a network or a kernel.
 
 A text cell is a slide. A picture gets a slide of its own, as large as it can be, with its caption. A few words before
-a picture stand above it, and the answer to a poll below it. Code is folded; where a cell only prints, code and output
-are shown. The Markdown and the coloured code are nbconvert's; formulas are set by MathJax, which is part of the file.
+a picture stand above it, and the answer to a poll below it, folded where it is folded in the notebook. Code is folded;
+where a cell only prints, code and output are shown. The Markdown and the coloured code are nbconvert's; formulas are
+set by MathJax, which is part of the file.
 """
 
 from __future__ import annotations
@@ -19,11 +20,13 @@ from nbconvert.filters import Highlight2HTML, ansi2html, markdown2html_mistune
 from pygments.formatters import HtmlFormatter
 
 from ..build import source
+from ..figures import stored
 from ..lecture import tagged
 
 HERE = Path(__file__).parent
 FEW_WORDS = 25  # as many stand above or below a picture
 ANSWER = re.compile(r"\*\*\(?\w\)?\*\*|The (answer|truth) ")  # to the poll before the picture
+FOLDED = "<details>"  # an answer or a debrief that is shown on demand
 WIDGET = re.compile(r"\(Run this cell")  # stands for the controls in a stored notebook
 HEADING = re.compile(r"\n+(?=#+ )")  # each starts a slide
 MINUTES = re.compile(r" *\(\d+ min\)")  # those of a student
@@ -88,6 +91,9 @@ def add_text(found: list[Slide], text: str, shown_next) -> str:
     """
     heading = re.search(r"^#+ +(.*)$", text, re.MULTILINE)
     few = len(text.split()) <= FEW_WORDS and heading is None and "|---" not in text and "$$" not in text
+    if text.startswith(FOLDED) and found[-1].kind in ("picture", "code"):
+        found[-1].parts.append(f'<div class="words">{markdown(text)}</div>')  # it takes one line
+        return ""
     answer = ANSWER.match(text)
     if few and found[-1].kind == "picture" and (answer or not shown_next) and "Predict before" not in text:
         found[-1].parts.append(f'<div class="words">{markdown(text)}</div>')
@@ -104,14 +110,14 @@ def add_code(found: list[Slide], cell: dict, lead: str):
     code = _colour(text)
     made, printed = [], []
     for output in cell.get("outputs", []):
+        picture = stored(output)
         data = {kind: "".join(value) for kind, value in output.get("data", {}).items()}
         if output["output_type"] == "stream":
             printed.append(f"<pre class='printed'>{ansi2html(''.join(output['text']))}</pre>")
-        elif "image/png" in data:
-            alt = html.escape(output["metadata"].get("image/png", {}).get("alt", ""))
-            made.append(
-                Slide("picture", section, [f'<img alt="{alt}" src="data:image/png;base64,{data["image/png"]}">'])
-            )
+        elif picture:
+            kind, base64, alt = picture
+            shown = f'<img alt="{html.escape(alt)}" src="data:{kind};base64,{base64}">'
+            made.append(Slide("picture", section, [shown]))
         elif "text/html" in data:
             made.append(Slide("page", section, [f'<div class="page">{data["text/html"]}</div>']))
         elif (

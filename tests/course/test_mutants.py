@@ -1,0 +1,61 @@
+"""Every edit of every expression of a solution that changes a result is rejected by the exercise's check.
+
+Whether an edit changes a result is seen on inputs that the check does not use: those that its links draw from other
+seeds. An edit at a limit (`<` for `<=`) changes nothing there, so each of them must be rejected, or stand in EQUAL with
+the reason why no answer can differ.
+"""
+
+import contextlib
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.course import deadline, guard, registry
+from ekfslam_tutorial.course.exercise import Exercise
+
+from .mutants import mutants
+
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
+FUNCTIONS = [exercise for exercise in registry.everything() if isinstance(exercise, Exercise)]
+EQUAL: dict[tuple[str, str], str] = {}  # (id, edit): why it gives the same results
+
+
+def inputs(exercise, seeds=(11, 12)):
+    """Return the arguments of the calls that the links make from other seeds."""
+    found = []
+    for seed in seeds:
+        for link in exercise.links:
+            f = guard.Guarded(exercise.solution, exercise.may_change, exercise.parameters())
+            with contextlib.suppress(Exception):
+                link.test(f, np.random.default_rng(seed))
+            found += [call.args for call in f.calls[:6]]
+    return found[:60]
+
+
+def changes_a_result(exercise, mutant, known) -> bool:
+    """Return True if a result differs, or the mutant fails where the solution does not."""
+    return any(not exercise.alike(exercise.result(mutant, args), result) for args, result in known)
+
+
+def rejected(exercise, mutant) -> bool:
+    """Return True if some link of the check fails."""
+    f = guard.Guarded(mutant, exercise.may_change, exercise.parameters())
+    return exercise._first_failure(f, [exercise.links[0]]) is not None
+
+
+@pytest.mark.parametrize("exercise", FUNCTIONS, ids=lambda e: e.id)
+def test_every_edit_that_changes_a_result_is_rejected(exercise):
+    known = [(args, exercise.result(exercise.solution, args)) for args in inputs(exercise)]
+    survivors, tried = [], 0
+    for edit, mutant, at_a_limit in mutants(exercise.solution):
+        if (exercise.id, edit) in EQUAL:
+            continue
+        try:
+            different, _ = deadline.run(lambda mutant=mutant: changes_a_result(exercise, mutant, known), 5.0)
+            fails, _ = deadline.run(lambda mutant=mutant: rejected(exercise, mutant), 5.0)
+        except (deadline.TookTooLong, guard.NotAttempted):
+            continue  # a loop that does not end is stopped in the check, too
+        tried += 1
+        if (different or at_a_limit) and not fails:
+            survivors.append(edit)
+    assert not survivors, f"{len(survivors)} of {tried} edits pass the check: " + "; ".join(survivors)

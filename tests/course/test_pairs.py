@@ -1,0 +1,86 @@
+"""Two mistakes at once: both are named, in the order in which to mend them; never a third one.
+
+Pairs are drawn from the listed edits of each exercise. A pair counts if the solution with both edits answers unlike the
+solution and unlike each of the two alone.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.course import registry
+from ekfslam_tutorial.course.exercise import Exercise
+
+from .test_mutants import inputs
+
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
+SEED, MOST = 7, 3  # pairs of an exercise
+WITH_EDITS = [
+    e for e in registry.everything() if isinstance(e, Exercise) and sum(bool(m.edits) for m in e.misconceptions) > 1
+]
+WANTED = 0.7  # of all pairs are named, both of them
+
+
+def pairs(exercise):
+    """Yield some pairs of mistakes and the answer that makes both."""
+    found = [m for m in exercise.misconceptions if m.edits]
+    combinations = list(itertools.combinations(found, 2))
+    known = inputs(exercise, seeds=(3,))[:12]
+    answers = lambda f: [exercise.result(f, args) for args in known]
+    alike = lambda one, other: all(map(exercise.alike, one, other))
+    taken = 0
+    for i in np.random.default_rng(SEED).permutation(len(combinations)):
+        one, other = combinations[i]
+        both = exercise.composed(one, other)
+        if both is None:
+            continue
+        made = answers(both)
+        if any(alike(made, answers(f)) for f in (exercise.solution, one.answer, other.answer)):
+            continue
+        yield one, other, both
+        taken += 1
+        if taken == MOST:
+            return
+
+
+@pytest.fixture(scope="module")
+def verdicts():
+    """The verdict on each pair."""
+    return [(e, {one.name, other.name}, e.judge(both)) for e in WITH_EDITS for one, other, both in pairs(e)]
+
+
+def test_most_pairs_are_named_both_of_them(verdicts):
+    assert all(verdict.status == "failed" for _, _, verdict in verdicts)
+    both = [set(verdict.misconception.split(" + ")) == names for _, names, verdict in verdicts]
+    assert len(both) >= len(WITH_EDITS) and np.mean(both) >= WANTED, f"{np.mean(both):.0%} of {len(both)} pairs"
+
+
+def test_no_pair_is_taken_for_something_else(verdicts):
+    # Another mistake may give the very same results as the pair; then it is as good a name.
+    for exercise, names, verdict in verdicts:
+        told = set(verdict.misconception.split(" + ")) - {""}
+        if told <= names:
+            continue
+        pair, other = (_answers(exercise, some) for some in (names, told))
+        same = all(map(exercise.alike, pair, other))
+        part = next(link.part for link in exercise.links if link.name == verdict.link)
+        same = same or (part is not None and all(exercise.alike(a, b, part) for a, b in zip(pair, other, strict=True)))
+        assert same, f"{exercise.id}: {names} taken for {told}"
+
+
+def _answers(exercise, names):
+    listed = [m for m in exercise.misconceptions if m.name in names]
+    answer = listed[0].answer if len(listed) == 1 else exercise.composed(*listed)
+    return [exercise.result(answer, args) for args in inputs(exercise, seeds=(3,))[:12]]
+
+
+def test_the_order_is_that_of_the_links():
+    born = registry.get("02.3")
+    one, other = (
+        next(m for m in born.misconceptions if m.name == name) for name in ("transposed", "heading forgotten")
+    )
+    verdict = born.judge(born.composed(one, other))
+    assert verdict.misconception == "heading forgotten + transposed"
+    assert verdict.hint.startswith("Two things, in this order. First: beta is counted from the robot's heading.")
+    assert "Then: Rows are outputs" in verdict.hint
