@@ -153,8 +153,8 @@ def leave_out(one_filter, which, leave, met):
     bars.legend(loc="upper left", fontsize=12)
     names, ate = ", ".join(str(r) for r in error), some.summary()["ate_rmse_m"] or 0.0
     caption = (
-        f"{which.capitalize()}, 60 s, robots {names} in one filter, {'with' if met else 'without'} sightings of robots: ATE "
-        f"{ate:.2f} m. All five, with sightings: {whole.summary()['ate_rmse_m'] or 0.0:.2f} m."
+        f"{which.capitalize()}, 60 s, robots {names} in one filter, {'with' if met else 'without'} sightings of "
+        f"robots: ATE {ate:.2f} m. All five, with sightings: {whole.summary()['ate_rmse_m'] or 0.0:.2f} m."
     )
     return fig, {"ate": ate, "caption": caption}
 
