@@ -81,7 +81,7 @@ TAKEN_AS_NEWS = (
     "                if z @ np.linalg.solve(T + E_a @ P[a, a] @ E_a.T, z) < 13.8:\n"
     "                    x, P = correct_both(x, P, a, b, z, E_a, 0 * E_b, T)\n"
 )
-Z18 = "z = np.array([y[0] - e[0], wrap(y[1] - e[1])])"
+Z18 = "z = y - e\n        z[1] = wrap(z[1])"
 
 WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of the hint
     "17 one seed for all": (
@@ -91,7 +91,7 @@ WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of
         "the measure",
         "own seed",
     ),
-    "17 NEES / 6": ("17", (), [("truth[None])[0]", "truth[None])[0] / 6")], "the measure", "pose_nees"),
+    "17 NEES / 6": ("17", (), [("true[None]))", "true[None]) / 6)")], "the measure", "pose_nees"),
     "17 another band": (
         "17",
         (),
@@ -114,7 +114,7 @@ WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of
     "18 expected minus measured": (
         "18",
         (),
-        [(Z18, "z = np.array([e[0] - y[0], wrap(e[1] - y[1])])")],
+        [(Z18, "z = e - y\n        z[1] = wrap(z[1])")],
         "better than nothing",
         "sign of the innovation",
     ),
