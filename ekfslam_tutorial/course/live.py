@@ -53,7 +53,7 @@ class Watch:
 
     def draw(self, dpi=None, caption=""):
         """Draw the last frame into the output of the cell, in place of the picture before."""
-        picture = _png(self.picture(dpi or figures.DPI))
+        picture = _png(self.picture(dpi or figures.DPI), dpi or figures.DPI)
         output = figures.bundle(figures.with_palette(picture), caption or self.title)
         options = {"display_id": self.handle, "update": True} if self.handle else {"display_id": True}
         shown = figures.display(output["data"], metadata=output["metadata"], raw=True, **options)
@@ -126,9 +126,9 @@ def caption(now, sensor=None) -> str:
     )
 
 
-def _png(image):
+def _png(image, dpi):
     buffer = io.BytesIO()
-    Image.fromarray(image).save(buffer, format="png")
+    Image.fromarray(image).save(buffer, format="png", dpi=(dpi, dpi))
     return buffer.getvalue()
 
 

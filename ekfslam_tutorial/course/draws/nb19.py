@@ -7,6 +7,8 @@ from ...graphics import DEAD_RECKONING, ESTIMATE, MEASUREMENT, REJECTED, UPDATED
 from ...graphics.artists import Labels
 from ...graphics.player import log_strip
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
+from ..controls import Int, Toggle
+from ..widgets import explorable
 from .nb19_log import recording
 from .parts import robot
 
@@ -243,13 +245,19 @@ def park_figure(which, d, far, error):
     )
 
 
-def until_figure(which, d, percent):
-    """Path and trees after a part of the log, with GPS over them. Returns (fig, caption)."""
+@explorable(
+    percent=Int(50, 2, 100, 2, label="time", play=200, tip="Per cent of the log; arrow keys move it"),
+    gps=Toggle(True, label="GPS"),
+    ranges={"trees": (1, 600)},
+)
+def overlay(which, d, percent, gps):
+    """The park from the first scan to the last: path and trees, with GPS over them."""
     t, pose, trees = d.views[max(len(d.views) * percent // 100 - 1, 0)]
     k = int(np.searchsorted(d.t, t, side="right"))
     fig, ax = plt.subplots(figsize=(9.6, 6.6))
     fixes = recording(which).fixes[1]
-    ax.plot(*fixes[fixes[:, 0] <= t, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+    if gps:
+        ax.plot(*fixes[fixes[:, 0] <= t, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
     ax.plot(*d.path[:k].T, **line(ESTIMATE), linewidth=1.3, label="EKF-SLAM")
     ax.plot(*trees.T, **points(ESTIMATE, markersize=4), label="trees")
     robot(ax, pose, size=8, facecolor=BLACK, edgecolor=BLACK)
@@ -257,7 +265,7 @@ def until_figure(which, d, percent):
     ax.set(xlim=edge[:, 0], ylim=edge[:, 1], aspect="equal", xlabel="x, east (m)", ylabel="y, north (m)")
     ax.set_title(f"{which}, {t:.0f} s")
     ax.legend(loc="upper left", fontsize=12)
-    return fig, f"{which.capitalize()} after {t:.0f} s: {len(trees)} trees."
+    return fig, {"trees": len(trees), "caption": f"{which.capitalize()} after {t:.0f} s: {len(trees)} trees."}
 
 
 def film(which, run):
