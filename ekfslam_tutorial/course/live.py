@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import time
 
@@ -40,10 +41,11 @@ class Watch:
         self.drawn = time.perf_counter()
 
     def __call__(self, world, before, estimate):
-        """Take one frame; draw it if the last picture is old enough."""
+        """Take one frame; draw it if the last picture is old enough. An estimate too wrong to be drawn is left out."""
         if self.live:
-            self.update(as_snapshot(world, before, estimate))
-            self.draw_if_due()
+            with contextlib.suppress(ValueError, ArithmeticError):
+                self.update(as_snapshot(world, before, estimate))
+                self.draw_if_due()
 
     def draw_if_due(self):
         """Draw, if the last picture is old enough."""

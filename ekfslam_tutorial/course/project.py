@@ -198,7 +198,7 @@ SYMPTOMS = (
         lambda s, p: s.share < p.least,
         "{s.landmarks:.0f} landmarks are in the map at the end, of {s.seen:.0f} that were seen in five frames or more",
         "Births fail, or stop: is a landmark started in every frame in which a new one is seen, not in the first only? "
-        "Is it put into `lmks` with its range? Is the limit on births too low?",
+        "Is it put into `lmks` with its range? Is the limit on births too low, or a known landmark started again?",
     ),
     Symptom(
         "corrections",
@@ -242,9 +242,9 @@ SYMPTOMS = (
         "honest",
         lambda s, p: s.nees > p.band[1],
         "the mean NEES is {s.nees:.1f} (band {p.band[0]:g} to {p.band[1]:g}, honest {s.dof}), from the beginning on",
-        "Too sure from the first frames: does the loop begin with the P of the start? Is R that of the sensor, and U "
-        "added in every frame? Is the mounting of the sensor in the chain of frames? A landmark that corrects in the "
-        "frame of its birth is counted twice.",
+        "Too sure from the first frames on. Noise in the filter that is too small (X_u U X_u' in every frame, or R)? The "
+        "P of the start left out, or the mounting of the sensor in the chain of frames? A measurement that is used "
+        "twice: it corrects twice, or starts a landmark and corrects, too?",
     ),
     Symptom(
         "honest",
