@@ -242,8 +242,8 @@ SYMPTOMS = (
         "honest",
         lambda s, p: s.nees > p.band[1],
         "the mean NEES is {s.nees:.1f} (band {p.band[0]:g} to {p.band[1]:g}, honest {s.dof}), from the beginning on",
-        "Too sure from the first frames on. Noise in the filter that is too small (X_u U X_u' in every frame, or R)? The "
-        "P of the start left out, or the mounting of the sensor in the chain of frames? A measurement that is used "
+        "Too sure from the first frames on. Noise in the filter that is too small (X_u U X_u' in every frame, or R)? "
+        "The P of the start left out, or the mounting of the sensor in the chain of frames? A measurement that is used "
         "twice: it corrects twice, or starts a landmark and corrects, too?",
     ),
     Symptom(
@@ -397,12 +397,11 @@ class Project:
             raise Failed(f"the scenario is a text in TOML, got {type(scenario).__name__}", "Keep the three quotes.")
         try:
             data = UserData.from_text(scenario)
+            answers = [sentence for ask in self.asks if (sentence := ask(data))]
         except (ValueError, TypeError) as error:
             raise Failed(f"the scenario: {error}", "All keys are in docs/scenarios.md.") from None
-        for ask in self.asks:
-            sentence = ask(data)
-            if sentence:
-                raise Failed(f"the scenario is not the one of the task: {sentence}", "Read the task once more.")
+        if answers:
+            raise Failed(f"the scenario is not the one of the task: {answers[0]}", "Read the task once more.")
         return data
 
     def run(self, scenario, loop, reference=False, watch=None) -> Run:
@@ -542,12 +541,9 @@ def experiment(id: str, scenario: str, loop) -> Run:
 
 
 def is_stub(loop) -> bool:
-    """True for a loop that does nothing but raise NotImplementedError."""
-    try:
-        body = ast.parse(textwrap.dedent(inspect.getsource(loop))).body[0].body
-    except (OSError, TypeError, SyntaxError, IndexError, AttributeError):
-        return False
-    return len(body) <= 2 and isinstance(body[-1], ast.Raise)
+    """Return True for a loop that is not begun: it yields nothing, and raises NotImplementedError."""
+    names = getattr(getattr(loop, "__code__", None), "co_names", ())
+    return "NotImplementedError" in names and not inspect.isgeneratorfunction(loop)
 
 
 def _source(function) -> str:
