@@ -11,9 +11,11 @@ from ..controls import Choice, Float, Toggle
 from ..widgets import explorable
 from .nb18_log import ROBOTS, SECONDS, TWIN, frames, recording, survey
 from .parts import robot, true_landmarks
+from .parts import say as say
 
 WAYS = ("alone", "five filters that\ntell each other", "one filter,\nlandmarks only", "one filter,\nrobots see robots")
 LOOKS = ((GREY, ".."), (ORANGE, "//"), (SKY_BLUE, "\\\\"), (BLUE, ""))
+POINTS = 150  # of a path that is drawn
 DASHES = ("-", (0, (6, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
 HUES = (OKABE_ITO[5], OKABE_ITO[6], OKABE_ITO[3], OKABE_ITO[7], OKABE_ITO[1])
 
@@ -171,8 +173,10 @@ def alignment_figure(which, paths, truths, F, ates):
         (axes[1], own, f"one for each robot: {3 * len(paths)} numbers"),
     ):
         for i, (p, t, G) in enumerate(zip(paths, truths, aligned, strict=True)):
-            ax.plot(*G.from_frame(p)[0].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
-            ax.plot(*t.T, **line(TRUTH, linewidth=1.0), label="truth" if i == 0 else None)
+            some = slice(None, None, max(len(p) // POINTS, 1))
+            q = G.from_frame(p[some])[0]
+            ax.plot(*q.T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
+            ax.plot(*t[some].T, **line(TRUTH, linewidth=1.0), label="truth" if i == 0 else None)
         ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=title)
         ax.set_adjustable("datalim")
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", frameon=False)
@@ -285,7 +289,7 @@ def one_sighting(rho, turn, way):
 # ---- player and paths -----------------------------------------------------------------------------------------------
 
 
-def film(which, run, pictures=48):
+def film(which, run, pictures=40):
     """A run as a state log. The ground truth of a real log stays where it is: only estimates are kept."""
     log = StateLog(f"five robots, {which}", period=max(len(run) // pictures, 1))
     for now in run:
@@ -321,7 +325,13 @@ def _paths(ax, which, history):
     for r in history.robots:
         track = history.track(r).moved(F)
         i = r - 1
-        ax.plot(*track.x[:, :2].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.5, label=f"robot {r}")
+        ax.plot(
+            *track.x[:: max(len(track.x) // POINTS, 1), :2].T,
+            color=HUES[i],
+            linestyle=DASHES[i],
+            linewidth=1.5,
+            label=f"robot {r}",
+        )
         robot(ax, track.x[-1], size=0.3, facecolor=HUES[i], edgecolor=HUES[i])
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.set_adjustable("datalim")

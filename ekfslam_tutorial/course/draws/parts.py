@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
+
+import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -65,3 +68,9 @@ def nees_gauge(ax: Axes, value: float, dof: int, runs: int, low: float = 0.8, hi
     words = "honest" if honest else ("too sure of itself" if value > band[1] else "too cautious")
     ax.set_title(f"NEES {value:.3g}: {words}", loc="left", weight="bold", color=BLACK if honest else VERMILLION)
     ax.set_xlabel(f"mean of {runs} runs; green: honest, {band[0]:.2g} to {band[1]:.2g}")
+
+
+def say(fig, caption: str) -> None:
+    """Print the caption of a figure that a notebook has shown already, for another log; the figure itself is closed."""
+    plt.close(fig)
+    print(textwrap.fill(" ".join(caption.split()), 100))
