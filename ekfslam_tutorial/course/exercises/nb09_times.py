@@ -70,12 +70,10 @@ times = table(
     checks="""
     good order  | rows | good order | Each row moves as a whole: find the order from column 0, then take rows[order].
     sorted      | rows | any        | Each row moves as a whole: find the order from column 0, then take rows[order].
-    a few rows  | rows | small      | Each row moves as a whole: find the order from column 0, then take rows[order].
-    equal stamps | rows | ties      | Rows with the same stamp keep their order: kind="stable".
+    a few rows  | rows, late | small      | Each row moves as a whole: find the order from column 0, then take rows[order].
+    equal stamps | rows, late | ties      | Rows with the same stamp keep their order: kind="stable".
     none late   | late | good order | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
     late rows   | late | any        | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
-    late in few | late | small      | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
-    late, equal stamps | late | ties | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
     gap         | gap  | any        | The longest step between neighbours *after* sorting, in seconds.
     gap of few  | gap  | small      | The longest step between neighbours *after* sorting, in seconds.
     """,

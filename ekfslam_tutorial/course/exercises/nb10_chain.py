@@ -89,6 +89,10 @@ exercise = table(
         PS_pr @ PR_r, PS_s, -> PS_s, PS_pr @ PR_r,
     PS_s multiplied once more: PS_s is the derivative of ps already: nothing stands behind the sensor.
         PS_s, PS_pr @ PR_p -> PS_pr @ PS_s, PS_pr @ PR_p
+    both factors transposed: Jacobians are used as they come: PS_pr @ PR_p, no transposes.
+        PS_pr @ PR_p -> PS_pr.T @ PR_p.T
+    PS_r twice: PS_s is the derivative by the sensor's frame: it comes out of the second step, Sf.to_frame(pr).
+        PR_r, PS_s, -> PR_r, PS_pr @ PR_r,
     the other factor: PS_r goes through pr: its factors are PS_pr and PR_r, not PR_p.
         PS_pr @ PR_r -> PR_p @ PR_r
     """,

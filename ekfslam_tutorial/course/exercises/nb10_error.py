@@ -84,6 +84,8 @@ exercise = table(
         v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = _short(x[3:]) - _short(truth[3:])
     position in the axes of the robot: The position error is asked in the axes of the world: t - t_truth.
         x[:3] - truth[:3] -> Frame3(truth).to_frame(x[:3])[0]
+    position the other way: The position error is estimate minus truth, t - t_truth. The rotation is right.
+        x[:3] - truth[:3] -> truth[:3] - x[:3]
     degrees: The rotation vector is asked in radians: q2v gives radians.
         v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = np.degrees(q2v(dq if dq[0] >= 0 else -dq)[0])
     """,

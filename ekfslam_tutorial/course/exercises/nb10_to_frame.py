@@ -97,6 +97,8 @@ exercise = table(
         -R.T, R.T -> -R, R
     derivatives swapped: Return the derivative by t first, then the one by p.
         -R.T, R.T -> R.T, -R.T
+    PF_p with a minus: When the point goes forward, it does so in the frame, too: PF_p = R', with a plus.
+        -R.T, R.T -> -R.T, -R.T
     PF_p without rotation: p passes through R': PF_p = R'.
         -R.T, R.T -> -R.T, np.eye(3)
     """,

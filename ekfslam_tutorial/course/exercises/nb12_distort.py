@@ -59,8 +59,7 @@ distorted = table(
     far from the axis       | ud    | far    | ud = (1 + d2 r^2 + d4 r^4 + ...) up, with r = |up|.
     UD_up                   | d UD_up / up | any | ud = f up: both f and up change when up changes.
     UD_d                    | d UD_d / d | bent | ud depends on d linearly: the column of d_2i is up r^(2 i).
-    in the middle of the image | UD_up | middle | At up = 0 the lens does nothing: UD_up = I, UD_d = 0.
-    no change by d there    | UD_d  | middle | At up = 0 the lens does nothing: UD_up = I, UD_d = 0.
+    in the middle of the image | UD_up, UD_d | middle | At up = 0 the lens does nothing: UD_up = I, UD_d = 0.
     """,
     wrong="""
     odd powers of r: The powers are even: r^2, r^4, r^6. With r2 = up @ up: r2, r2^2, r2^3.

@@ -84,6 +84,8 @@ projected = table(
         U_ls @ LS_lr @ LR_r -> U_ls @ LS_s
     U_r and U_s exchanged: Return the derivative by the robot's frame first, then by the camera's.
         return u, U_r, U_s -> return u, U_s, U_r
+    U_r twice: U_s is the derivative by the camera's frame, the second step: U_s = U_ls LS_s.
+        U_ls @ LS_s -> U_ls @ LS_lr @ LR_r
     LS_s taken at l: The second step starts at lr: Sf.to_frame(lr), not Sf.to_frame(l).
         U_ls @ LS_s -> U_ls @ Sf.to_frame(l)[1]
     pin_hole at lr: The camera sees ls, the point in its own frame, not lr.

@@ -25,8 +25,8 @@ SIZE, UPRIGHT = np.array([640.0, 480.0]), np.array([480.0, 640.0])
 
 
 def in_image(rng, n):
-    """Pixels in the image."""
-    return rng.uniform([20, 20], [620, 460], (n, 2))
+    """Pixels well inside the image."""
+    return rng.uniform([20, 20], [300, 220], (n, 2))
 
 
 def in_front(rng, n, r=0.5):

@@ -48,7 +48,8 @@ corrected = table(
     cases={
         "any": lambda rng: [case(rng, n) for n in (5, 1, 3)],
         "expected": lambda rng: [as_expected(*case(rng, 5, b)) for b in (1.0, -0.7, 2.5)],
-        "infinity": lambda rng: [as_expected(*FAR, 0, 1e-4), (*FAR, np.array([0.02, -0.1, 0.25]), 1e-4)],
+        "infinity": lambda rng: [as_expected(*FAR, 0, 1e-4)],
+        "beyond": lambda rng: [(*FAR, np.array([0.02, -0.1, 0.25]), 1e-4)],
         "b = 0": lambda rng: [case(rng, 4, 0.0)],
     },
     checks="""
@@ -57,7 +58,7 @@ corrected = table(
     gain                    | rho | any      | K = P H / (H P H + var) with H = de / d rho, not de / dd.
     no step, no depth       | P   | b = 0    | Without a step to the side (b = 0) the angle does not depend on the depth.
     variance                | P   | any      | The variance shrinks by the factor 1 - K H.
-    variance at infinity    | P   | infinity | The variance shrinks by the factor 1 - K H.
+    far points              | rho, P | beyond | At infinity and beyond it is the same correction: no point needs a line of its own.
     """,
     wrong="""
     rho taken for the depth: rho is *one over* the depth: arctan(b / d) = arctan(b rho).

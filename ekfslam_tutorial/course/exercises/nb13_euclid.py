@@ -73,8 +73,8 @@ turned = table(
         "alone": lambda rng: [case(rng, 0, 0, scale) for scale in (1.0, 0.01)],
     },
     checks="""
-    the point              | x | alone | The point is anchor + m / rho, in the place of the six numbers.
-    the other states       | x | any   | All other numbers of x stay, in their order: x has n - 3 numbers, P has n - 3 rows and columns.
+    the point              | x | alone | The point is anchor + m / rho, in the place of the six numbers: x has n - 3 numbers, P has n - 3 rows and columns.
+    the other states       | x | any   | All other numbers of x stay, in their order.
     alone in the map       | P | alone | P_l = [I, M_py / rho, -m / rho^2]: the covariance of the point is P_l P P_l'.
     covariance with the others | P | any | Rows and columns of the landmark change by the same Jacobian.
     """,

@@ -53,12 +53,10 @@ sorted_out = table(
     checks="""
     all known   | correct | any      | Measurements of known landmarks correct the map; nothing is started.
     all new     | start   | all new  | With an empty map every measurement starts a landmark.
-    both        | correct | both     | Known ones correct, the others start: each index in one list.
-    each once   | start   | both     | Known ones correct, the others start: each index in one list.
+    both        | correct, start | both     | Known ones correct, the others start: each index in one list.
     nobody's    | start   | nobody's | -1 says: nobody knows whose measurement it is.
     n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first.
-    many frames | correct | many     | Try your function on paper with one of these frames.
-    new in many | start   | many     | Try your function on paper with one of these frames.
+    many frames | correct, start | many     | Try your function on paper with one of these frames.
     """,
     wrong="""
     used twice: A measurement that has started a landmark is used up. Correcting with it again counts it twice, and halves the covariance for nothing.

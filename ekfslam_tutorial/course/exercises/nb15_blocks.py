@@ -70,11 +70,9 @@ exercise = table(
     },
     checks="""
     no surprise         | x | z = 0    | z = 0: the measurement was what was expected. x stays, P shrinks.
-    uncorrelated states | x | diagonal | Each E_r goes into the columns of its own slice.
-    a correlated map    | x | any      | Z = H P H' + R has the cross terms, and K = P H' inv(Z) has a row for each state.
-    its covariance      | P | any      | Z = H P H' + R has the cross terms, and K = P H' inv(Z) has a row for each state.
-    known states        | x | known    | r = None: this state is not in the map. It has no columns in H: skip it.
-    P with known states | P | known    | r = None: this state is not in the map. It has no columns in H: skip it.
+    uncorrelated states | x | diagonal | Each E_r goes into the columns of its own slice. Then Z = H P H' + R, and K = P H' inv(Z).
+    a correlated map    | x, P | any      | Z = H P H' + R has the cross terms, and K = P H' inv(Z) has a row for each state.
+    known states        | x, P | known    | r = None: this state is not in the map. It has no columns in H: skip it.
     """,
     wrong="""
     innovation turned round: z is measured minus expected: x + K z.

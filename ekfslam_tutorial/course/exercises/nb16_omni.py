@@ -52,8 +52,7 @@ omni = table(
     derivative of the azimuth   | Y_p[..., 0, :] | any | Row 0 of Y_p: the derivative of the azimuth. One point gives Y_p of shape (2, 3).
     derivative of the elevation | Y_p[..., 1, :] | any | Row 1 of Y_p: the derivative of the elevation.
     derivatives for rays | Y_p   | rays | The nearer the point, the more the angles change when it moves.
-    many points | y               | many | Write p[..., 0], not p[0], and stack along axis=-1 and axis=-2.
-    many Jacobians | Y_p          | many | Write p[..., 0], not p[0], and stack along axis=-1 and axis=-2.
+    many points | y, Y_p | many | Write p[..., 0], not p[0], and stack along axis=-1 and axis=-2.
     """,
     wrong="""
     arctan: arctan(y / x) cannot tell ahead from behind: arctan2(y, x).

@@ -42,8 +42,7 @@ ranged = table(
     checks="""
     range       | y         | any  | The range is the length of the vector, sqrt(px^2 + py^2): one point of shape (2,) gives y of shape (1,).
     Jacobian    | d Y_p / p | any  | When the point moves along the line of sight by 1 m, the range grows by 1 m. One point gives Y_p of shape (1, 2).
-    many points | y         | many | Write p[..., 0] and axis=-1, not p[0] and axis=0: then a list of points is one call.
-    many Jacobians | Y_p    | many | Write p[..., 0] and axis=-1, not p[0] and axis=0: then a list of points is one call.
+    many points | y, Y_p | many | Write p[..., 0] and axis=-1, not p[0] and axis=0: then a list of points is one call.
     """,
     wrong="""
     squared range: That is the square of the range. Take the root.
@@ -60,6 +59,8 @@ ranged = table(
         np.asarray(p) / r -> np.stack([-p[..., 1], p[..., 0]], -1) / r**2
     across the line of sight: A step across the line of sight changes nothing. Y_p points along it: p / r.
         np.asarray(p) / r -> np.stack([-p[..., 1], p[..., 0]], -1) / r
+    Jacobian of the square: 2 p is the derivative of the squared range. The range itself has p / r.
+        np.asarray(p) / r -> 2 * np.asarray(p)
     towards the sensor: The sign: a point that moves away has a larger range.
         np.asarray(p) / r -> -np.asarray(p) / r
     half of it: The inner derivative of the square, 2 px, cancels the 1/2 of the root: p / r.

@@ -68,8 +68,17 @@ tangent = table(
         "C = E_x @ P @ np.swapaxes(E_x, -1, -2); np.linalg.solve(C, e[..., None])[..., 0] is C^-1 e for all N at once.",
     ),
     returns="nees",
-    cases={"any": lambda rng: [poses(rng, 0.01, N) for N in (4, 1)]},
-    checks="",
+    rtol={"nees": 3e-4},  # P has lost digits
+    cases={
+        "any": lambda rng: [poses(rng, angle, N) for angle, N in ((0.01, 4), (0.02, 7), (0.01, 1))],
+        "right turn": lambda rng: [poses(rng, 1e-9)],
+        "signs": lambda rng: signs(*poses(rng, 0.02)),
+    },
+    checks="""
+    one for each | nees | any        | Return N numbers, one NEES for each pose: e' C^-1 e with the covariance of e, C = E_x P E_x'.
+    position     | nees | right turn | Where the orientation is right, e is [t - t_truth, 0]; its covariance is still the whole C = E_x P E_x'.
+    q and -q     | nees | signs      | q and -q are one orientation: the NEES must not change with the sign.
+    """,
     wrong="""
     quaternions subtracted, pseudo-inverse: q - q_truth is no error of an orientation: q and -q are the same, and P has no inverse along q. The pseudo-inverse hides the second, not the first.
         C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = x - truth, np.linalg.pinv(P, rcond=1e-9)
@@ -102,37 +111,14 @@ tangent = table(
 )
 
 
-def _link(name, help, cases, rtol=3e-4):
-    """The NEES must be right to this part: P has lost digits."""
-
-    @tangent.link(name, help)
-    def _(f, rng):
-        for args in cases(rng):
-            got = expect.array(f(*args), len(args[0]), "the NEES")
-            expect.close(got, pose_nees(*args), "the NEES", rtol, at=f"{len(got)} poses")
-
-
-_link(
-    "position",
-    "Where the orientation is right, e is [t - t_truth, 0]; its covariance is still the whole C = E_x P E_x'.",
-    lambda rng: [poses(rng, 1e-9)],
+@tangent.link(
+    "large errors", "A rotation has a length of its own: the angle. The difference of two quaternions is a chord."
 )
-_link(
-    "small errors",
-    "NEES = e' C^-1 e with the covariance of e, C = E_x P E_x': one number for each pose.",
-    lambda rng: [poses(rng, angle, N) for angle, N in ((0.01, 4), (0.02, 7), (0.01, 1))],
-)
-_link(
-    "q and -q",
-    "q and -q are one orientation: the NEES must not change with the sign.",
-    lambda rng: signs(*poses(rng, 0.02)),
-)
-_link(
-    "large errors",
-    "A rotation has a length of its own: the angle. The difference of two quaternions is a chord.",
-    lambda rng: [poses(rng, angle, 4, isotropic=True) for angle in (1.0, 2.5)],
-    1e-4,
-)
+def _(f, rng):
+    for angle in (1.0, 2.5):
+        args = poses(rng, angle, 4, isotropic=True)
+        got = expect.array(f(*args), 4, "the NEES")
+        expect.close(got, pose_nees(*args), "the NEES", 1e-4, at=f"errors of up to {angle} rad")
 
 
 def _euler(x, P, truth):

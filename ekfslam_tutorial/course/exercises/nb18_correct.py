@@ -68,10 +68,8 @@ both = table(
     one robot each      | x | by hand | One number a robot, so that you can follow it by hand: the gain of b is P_bb / Z.
     mean                | x | any     | x + K z, with K = P H' Z^-1: rows for all numbers of the state.
     covariance          | P | any     | P - K Z K', or (I - K H) P, or Joseph's form.
-    a third robot       | x[6:] | third | A robot that hangs together with b must move, too: K has rows for it.
-    its covariance      | P | third   | A robot that hangs together with b must move, too: K has rows for it.
-    order of the robots | x | order   | The same with a behind b in the state: nothing may depend on the order.
-    order in P          | P | order   | The same with a behind b in the state: nothing may depend on the order.
+    a third robot       | x[6:], P | third | A robot that hangs together with b must move, too: K has rows for it.
+    order of the robots | x, P | order   | The same with a behind b in the state: nothing may depend on the order.
     """,
     wrong="""
     robot b taken as known: Robot b is uncertain, too. Without E_b in H robot a believes it as if it were a surveyed mark, and b learns nothing.

@@ -64,8 +64,7 @@ fusion = table(
     by hand            | l | by hand | Variances 1 and 4: the first map has the weight 4/5, the second 1/5.
     mean               | l | any     | The whole matrices: a landmark is also told by what is known of its neighbours.
     covariance         | P | any     | P1 - K P1, which is (P1^-1 + P2^-1)^-1.
-    order of the maps  | l | order   | Neither map is better by its place: fuse(1, 2) is fuse(2, 1).
-    order in P         | P | order   | Neither map is better by its place: fuse(1, 2) is fuse(2, 1).
+    order of the maps  | l, P | order   | Neither map is better by its place: fuse(1, 2) is fuse(2, 1).
     an unsure neighbour | l | unsure | Map 2 knows its first landmark only. In map 1 the second hangs on the first, so it must move along.
     """,
     wrong="""

@@ -71,8 +71,7 @@ truck = table(
     right turn    | x         | right    | tan(alpha) has a sign: a right turn makes the left wheel faster than the middle.
     Jacobian X_x  | d X_x / x | any      | Only theta matters: a shift of the start shifts the end. The last column is the velocity turned by 90 degrees.
     Jacobian X_u  | d X_u / u | control  | Both v and alpha are in v_c and in w: chain rule.
-    a whole turn  | x         | turned   | At theta + 2 pi the truck does the same.
-    X_x after a turn | X_x    | turned   | At theta + 2 pi the truck does the same.
+    a whole turn  | x, X_x | turned   | At theta + 2 pi the truck does the same.
     """,
     wrong="""
     the axle instead of the laser: That is the pose of the rear axle. The laser is a ahead of it and b to the left: add w times the arm, turned by 90 degrees.

@@ -74,8 +74,7 @@ exercise = table(
         "seam": lambda rng: [behind(*case(rng, 5, 3, 0.1), side) for side in (-1, 1)],
     },
     checks="""
-    one iteration          | x | one  | With one iteration it is the ordinary EKF: x + K z, P - K H P.
-    P of one iteration     | P | one  | With one iteration it is the ordinary EKF: x + K z, P - K H P.
+    one iteration          | x, P | one  | With one iteration it is the ordinary EKF: x + K z, P - K H P.
     mean of two iterations | x | any  | The second iteration starts from the prior again: only H and e are taken elsewhere.
     covariance             | P | more | P is that of one correction of the prior, with the last K and H: the data are used once.
     mean of more           | x | more | The second iteration starts from the prior again: only H and e are taken elsewhere.

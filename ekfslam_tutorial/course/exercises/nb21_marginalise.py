@@ -52,12 +52,10 @@ exercise = table(
         "unconnected": lambda rng: [unconnected(*case(rng, 5, keep)) for keep in ((0, 1, 2), (4, 1))],
     },
     checks="""
-    all stay      | A | all         | Where nothing goes, nothing changes, but for the order.
-    all stay in b | b | all         | Where nothing goes, nothing changes, but for the order.
+    all stay      | A, b | all         | Where nothing goes, nothing changes, but for the order.
     covariance    | A | any         | inv of the new A must be the block of inv(A): what was known of those that stay.
     mean          | b | any         | The mean of those that stay must not change: inv(A) b before and after.
-    no connection | A | unconnected | An unknown that has nothing to do with the others goes without a trace.
-    no connection in b | b | unconnected | An unknown that has nothing to do with the others goes without a trace.
+    no connection | A, b | unconnected | An unknown that has nothing to do with the others goes without a trace.
     """,
     wrong="""
     rows and columns deleted: That is conditioning: it takes the others for known. To marginalise *their uncertainty* as well, subtract A_kg A_gg^-1 A_gk, and the same for b.
