@@ -12,6 +12,7 @@ import os
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from . import needs, registry
 from .exercise import Exercise
@@ -22,8 +23,8 @@ VARIABLE = "EKFSLAM_MY_SLAM"  # names another file
 
 SHARED = {"00.1": "wrap_00", "01.4": "correct_01", "11.2": "predict_11"}  # the filter of 05 has the plain names
 
-_passed: dict[str, object] = {}  # what passed its last check in this session
-_owned: dict[int, tuple[str, object]] = {}  # by address: id and function, of what `own` has handed out
+_passed: dict[str, Any] = {}  # what passed its last check in this session
+_owned: dict[int, tuple[str, Any]] = {}  # by address: id and function, of what `own` has handed out
 
 
 def path() -> Path:
@@ -314,7 +315,11 @@ def _loaded(file: MyFile):
         with suppress(ValueError):  # a helper, or a section that the student has made
             exercise = registry.get(key)
             function = getattr(module, file_name(exercise), None)
-            if callable(function) and not exercise.is_reference(inspect.unwrap(function)):
+            if (
+                isinstance(exercise, Exercise)
+                and callable(function)
+                and not exercise.is_reference(inspect.unwrap(function))
+            ):
                 setattr(module, file_name(exercise), exercise.in_arrays(function))
     return module
 

@@ -204,7 +204,7 @@ def _parts(text):
     return [*(part for part in parts if part != ""), *([free] if free else [])]
 
 
-def _rank(key):
+def _rank(key) -> tuple[int, str]:
     """The order of new sections: imports, helpers, exercises."""
     if key == IMPORTS:
         return (0, "")
