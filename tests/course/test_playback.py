@@ -5,10 +5,8 @@ import pytest
 
 from ekfslam_tutorial.course import registry, replay
 from ekfslam_tutorial.course.cells import experiment_of
-from ekfslam_tutorial.course.draws import nb18, nb19
+from ekfslam_tutorial.course.draws import nb18
 from ekfslam_tutorial.course.draws.nb18_log import ROBOTS, TWIN
-from ekfslam_tutorial.course.draws.nb19_log import SHORT, recording
-from ekfslam_tutorial.graphics.artists import Labels
 from ekfslam_tutorial.toolbox import universal_slam
 
 
@@ -35,13 +33,4 @@ def test_five_robots_have_five_looks(five_robots):
         paths = [line for line in ax.lines if str(line.get_label()).startswith("robot")]
         assert len({(line.get_color(), line.get_linestyle()) for line in paths}) == len(paths) == len(ROBOTS)
     assert [text.get_text() for text in fig.legends[0].texts][-len(ROBOTS) :] == [f"robot {r}" for r in ROBOTS]
-    plt.close(fig)
-
-
-def test_a_map_of_many_trees_is_not_hidden_by_their_numbers():
-    user_data = experiment_of("19")["user_data"]
-    log = nb19.film(TWIN, universal_slam(user_data(last=SHORT[TWIN]), recording(TWIN)))
-    fig = nb19.film_strip(log)
-    assert len(fig.axes) == 3 and len(log.frames()[-1].lmks) > 40
-    assert not [c for ax in fig.axes for c in ax.collections if isinstance(c, Labels)]
     plt.close(fig)

@@ -3,9 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ...graphics import DEAD_RECKONING, ESTIMATE, MEASUREMENT, REJECTED, UPDATED, StateLog, line, plot_ellipse, points
-from ...graphics.artists import Labels
-from ...graphics.player import log_strip
+from ...graphics import DEAD_RECKONING, ESTIMATE, MEASUREMENT, REJECTED, UPDATED, line, plot_ellipse, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
 from ..controls import Int, Toggle
 from ..widgets import explorable
@@ -15,7 +13,7 @@ from .parts import say as say
 
 GATE, NEW = 9.21, 24.9  # squared distances: 99 % and 99.9996 % of chi-square with 2 degrees of freedom
 SHARE = 0.95
-PICTURES = 50  # of the film, and of the park
+PICTURES = 50  # of the park
 POINTS = 600  # of a path that is drawn
 
 
@@ -268,26 +266,6 @@ def overlay(which, d, percent, gps):
     ax.set_title(f"{which}, {t:.0f} s")
     ax.legend(loc="upper left", fontsize=12)
     return fig, {"trees": len(trees), "caption": f"{which.capitalize()} after {t:.0f} s: {len(trees)} trees."}
-
-
-def film(which, run):
-    """A run for the player: estimates only, no part of the log itself."""
-    log = StateLog(f"Victoria Park, {which}", period=max(len(run) // PICTURES, 1))
-    for now in run:
-        now.truth, now.obs = {}, {}
-        log.add(now)
-    return log
-
-
-def film_strip(log, n=3):
-    """Frames of the film side by side, without the numbers of the trees: there are too many."""
-    fig = log_strip(log, n)
-    for ax in fig.axes:
-        for names in [c for c in ax.collections if isinstance(c, Labels)]:
-            names.remove()
-        for dots in ax.lines:  # small ones, from the first trees on
-            dots.set_markersize(min(dots.get_markersize(), 2.5))
-    return fig
 
 
 def wrong_mount_figure(which, right, wrong, ahead):
