@@ -238,7 +238,7 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer. Where a call says little, the links behind make more calls."""
-        if few_values(self, f.calls):
+        if few_values(self, f.calls, failed.part):
             with contextlib.suppress(deadline.TookTooLong):
                 deadline.run(lambda: self._go_on(f, failed), max(limit, 0.1))
         return recognise(self, f.calls, failed.part)

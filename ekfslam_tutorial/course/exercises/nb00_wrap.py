@@ -54,36 +54,23 @@ wrapping = table(
     an array          | wrapped | arrays | The function must take arrays of any shape, too: no `if` on the whole array.
     """,
     wrong="""
-    nothing done: Your function gives back its input. What is 2 pi more than 0.5?
-        np.pi - (np.pi - angle) % (2 * np.pi) -> angle
-    0 to 2 pi: Yours lies between 0 and 2 pi. A small turn to the right must be a small negative number: -0.5, not 5.78.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> angle % (2 * np.pi)
-    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-        np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % 2 * np.pi - np.pi
-    in degrees: The angle is in radians: a whole turn is 2 pi, not 360.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> 180 - (180 - angle) % 360
-    converted to degrees: The result must be in radians, like the input.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> np.degrees(np.pi - (np.pi - angle) % (2 * np.pi))
-    converted from degrees: The input is in radians already: no conversion.
-        np.pi - angle) -> np.pi - np.radians(angle))
+    nothing done | np.pi - (np.pi - angle) % (2 * np.pi) -> angle | Your function gives back its input. What is 2 pi more than 0.5?
+    0 to 2 pi | np.pi - (np.pi - angle) % (2 * np.pi) -> angle % (2 * np.pi) | Yours lies between 0 and 2 pi. A small turn to the right must be a small negative number: -0.5, not 5.78.
+    brackets forgotten | np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    in degrees | np.pi - (np.pi - angle) % (2 * np.pi) -> 180 - (180 - angle) % 360 | The angle is in radians: a whole turn is 2 pi, not 360.
+    converted to degrees | np.pi - (np.pi - angle) % (2 * np.pi) -> np.degrees(np.pi - (np.pi - angle) % (2 * np.pi)) | The result must be in radians, like the input.
+    converted from degrees | np.pi - angle) -> np.pi - np.radians(angle)) | The input is in radians already: no conversion.
     half turns removed: Your results lie between -pi/2 and pi/2: half turns are gone, too, and ahead is no longer told from back. A whole turn is 2 pi, and it is arctan2(sine, cosine) that knows all directions.
         np.pi - (np.pi - angle) % (2 * np.pi) -> np.arctan(np.tan(angle))
-    modulo pi: A whole turn is 2 pi, not pi: ahead and back have become the same.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> angle % np.pi
-    arcsine: Two directions have the same sine, 3 and 0.14 rad. The sine and the cosine together tell them apart: arctan2.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> np.arcsin(np.sin(angle))
-    sign lost: The sign is lost: left and right are different directions.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> np.abs(np.pi - (np.pi - angle) % (2 * np.pi))
-    arctan2 with its arguments swapped: arctan2 takes the sine first, then the cosine.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> np.arctan2(np.cos(angle), np.sin(angle))
-    cut off: You cut the angle off at pi. Another angle is another direction: remove whole turns instead.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> np.clip(angle, -np.pi, np.pi)
-    shift not undone: You shifted the angle by pi before the %: shift it back afterwards.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % (2 * np.pi)
+    modulo pi | np.pi - (np.pi - angle) % (2 * np.pi) -> angle % np.pi | A whole turn is 2 pi, not pi: ahead and back have become the same.
+    arcsine | np.pi - (np.pi - angle) % (2 * np.pi) -> np.arcsin(np.sin(angle)) | Two directions have the same sine, 3 and 0.14 rad. The sine and the cosine together tell them apart: arctan2.
+    sign lost | np.pi - (np.pi - angle) % (2 * np.pi) -> np.abs(np.pi - (np.pi - angle) % (2 * np.pi)) | The sign is lost: left and right are different directions.
+    arctan2 with its arguments swapped | np.pi - (np.pi - angle) % (2 * np.pi) -> np.arctan2(np.cos(angle), np.sin(angle)) | arctan2 takes the sine first, then the cosine.
+    cut off | np.pi - (np.pi - angle) % (2 * np.pi) -> np.clip(angle, -np.pi, np.pi) | You cut the angle off at pi. Another angle is another direction: remove whole turns instead.
+    shift not undone | np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
     fmod: np.fmod and math.fmod keep the sign of the input. Python's % with a positive number never gives a negative one.
         np.pi - (np.pi - angle) % (2 * np.pi) -> np.fmod(angle + np.pi, 2 * np.pi) - np.pi
-    mirrored: The sign is the wrong way round: left has become right.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> (np.pi - angle) % (2 * np.pi) - np.pi
+    mirrored | np.pi - (np.pi - angle) % (2 * np.pi) -> (np.pi - angle) % (2 * np.pi) - np.pi | The sign is the wrong way round: left has become right.
     one turn only: Your function removes one turn. After several turns one is not enough: use a loop, or %.
         np.pi - (np.pi - angle) % (2 * np.pi) -> angle - 2 * np.pi * (np.asarray(angle) > np.pi) + 2 * np.pi * (np.asarray(angle) <= -np.pi)
     """,

@@ -73,60 +73,33 @@ correction = table(
     P shrinks                | P | often       | P must stay symmetric, and lose uncertainty in every direction.
     """,
     wrong="""
-    Z without R: The measurement has noise, too: Z = H P H' + R.
-        H @ P @ H.T + R -> H @ P @ H.T
-    R for Z: The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.
-        np.linalg.inv(Z) -> np.linalg.inv(R)
+    Z without R | H @ P @ H.T + R -> H @ P @ H.T | The measurement has noise, too: Z = H P H' + R.
+    R for Z | np.linalg.inv(Z) -> np.linalg.inv(R) | The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.
         P - K @ Z @ K.T -> P - K @ H @ P
-    R subtracted: Noise adds up: Z = H P H' *plus* R.
-        H @ P @ H.T + R -> H @ P @ H.T - R
-    Z not inverted: K = P H' inv(Z): a large uncertainty of the innovation makes a small gain.
-        np.linalg.inv(Z) -> Z
-    inverse entry by entry: inv(Z) is the inverse of a matrix, not 1 / Z for each entry.
-        np.linalg.inv(Z) -> (1 / Z)
-    R squared: R holds variances already: do not square it.
-        H.T + R -> H.T + R @ R
-    square root of R: R holds variances, and Z = H P H' + R needs variances: no square root.
-        H.T + R -> H.T + np.sqrt(np.abs(R))
-    only the diagonal of R: Use the whole R: the noise of range and bearing may be correlated.
-        H.T + R -> H.T + np.diag(np.diag(R))
-    only the diagonal of P: Use the whole P: position and heading are correlated.
-        Z = -> P = np.diag(np.diag(P)); Z =
-    P forgotten in the gain: K = P H' inv(Z): the gain begins with P.
-        K = P @ H.T -> K = H.T
-    P forgotten in Z: The state is uncertain, too: Z = H P H' + R, with P in the middle.
-        Z = H @ P @ H.T -> Z = H @ H.T
-    minus K z: z is measured minus expected: x *plus* K z moves towards the measurement.
-        x + K @ z -> x - K @ z
-    x unchanged: The innovation moves the state: x + K z.
-        x + K @ z -> x.copy()
-    K z only: K z is the *change* of the state: x + K z.
-        x + K @ z -> K @ z
-    P unchanged: The measurement brings information: P - K H P.
-        P - K @ Z @ K.T -> P.copy()
-    covariance added: The measurement brings information: P *minus* K H P.
-        P - K @ Z -> P + K @ Z
-    R missing in K Z K': That is P - K (H P H') K': R is missing. P - K Z K' has the whole Z = H P H' + R, and P - K H P has one K only.
-        K @ Z @ K.T -> K @ (Z - R) @ K.T
-    K z added twice: Add K z once.
-        x + K @ z -> x + 2 * K @ z
-    K R K' subtracted: P - K Z K' has the whole Z = H P H' + R in it.
-        K @ Z @ K.T -> K @ R @ K.T
-    K Z subtracted: P - K Z K': Z stands between two gains, else the sizes fit by chance only.
-        K @ Z @ K.T -> K @ K.T
-    half of Joseph's form: Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.
-        P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T
-    P (I - K H): The order matters: (I - K H) P. Yours is not symmetric.
-        P - K @ Z @ K.T -> P @ (np.eye(len(P)) - K @ H)
-    I - K H: I - K H is only the factor: multiply it by P.
-        P - K @ Z @ K.T -> np.eye(len(P)) - K @ H
-    only the diagonal of the new P: Keep the whole new P: after a measurement, position and heading are correlated.
-        P - K @ Z @ K.T -> np.diag(np.diag(P - K @ Z @ K.T))
-    H x subtracted again: z is the innovation already, measured minus expected: do not subtract H x from it.
-        x + K @ z -> x + K @ (z - H @ x)
-    column instead of vector: Vectors have one axis here: x has shape (n,), no columns.
-        return x + K @ z, -> return (x + K @ z)[:, None],
-    sizes of the pose only: Write np.eye(len(x)), not np.eye(3): the state may have any size.
-        P - K @ Z @ K.T -> (np.eye(3) - K @ H) @ P
+    R subtracted | H @ P @ H.T + R -> H @ P @ H.T - R | Noise adds up: Z = H P H' *plus* R.
+    Z not inverted | np.linalg.inv(Z) -> Z | K = P H' inv(Z): a large uncertainty of the innovation makes a small gain.
+    inverse entry by entry | np.linalg.inv(Z) -> (1 / Z) | inv(Z) is the inverse of a matrix, not 1 / Z for each entry.
+    R squared | H.T + R -> H.T + R @ R | R holds variances already: do not square it.
+    square root of R | H.T + R -> H.T + np.sqrt(np.abs(R)) | R holds variances, and Z = H P H' + R needs variances: no square root.
+    only the diagonal of R | H.T + R -> H.T + np.diag(np.diag(R)) | Use the whole R: the noise of range and bearing may be correlated.
+    only the diagonal of P | Z = -> P = np.diag(np.diag(P)); Z = | Use the whole P: position and heading are correlated.
+    P forgotten in the gain | K = P @ H.T -> K = H.T | K = P H' inv(Z): the gain begins with P.
+    P forgotten in Z | Z = H @ P @ H.T -> Z = H @ H.T | The state is uncertain, too: Z = H P H' + R, with P in the middle.
+    minus K z | x + K @ z -> x - K @ z | z is measured minus expected: x *plus* K z moves towards the measurement.
+    x unchanged | x + K @ z -> x.copy() | The innovation moves the state: x + K z.
+    K z only | x + K @ z -> K @ z | K z is the *change* of the state: x + K z.
+    P unchanged | P - K @ Z @ K.T -> P.copy() | The measurement brings information: P - K H P.
+    covariance added | P - K @ Z -> P + K @ Z | The measurement brings information: P *minus* K H P.
+    R missing in K Z K' | K @ Z @ K.T -> K @ (Z - R) @ K.T | That is P - K (H P H') K': R is missing. P - K Z K' has the whole Z = H P H' + R, and P - K H P has one K only.
+    K z added twice | x + K @ z -> x + 2 * K @ z | Add K z once.
+    K R K' subtracted | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
+    K Z subtracted | K @ Z @ K.T -> K @ K.T | P - K Z K': Z stands between two gains, else the sizes fit by chance only.
+    half of Joseph's form | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T | Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.
+    P (I - K H) | P - K @ Z @ K.T -> P @ (np.eye(len(P)) - K @ H) | The order matters: (I - K H) P. Yours is not symmetric.
+    I - K H | P - K @ Z @ K.T -> np.eye(len(P)) - K @ H | I - K H is only the factor: multiply it by P.
+    only the diagonal of the new P | P - K @ Z @ K.T -> np.diag(np.diag(P - K @ Z @ K.T)) | Keep the whole new P: after a measurement, position and heading are correlated.
+    H x subtracted again | x + K @ z -> x + K @ (z - H @ x) | z is the innovation already, measured minus expected: do not subtract H x from it.
+    column instead of vector | return x + K @ z, -> return (x + K @ z)[:, None], | Vectors have one axis here: x has shape (n,), no columns.
+    sizes of the pose only | P - K @ Z @ K.T -> (np.eye(3) - K @ H) @ P | Write np.eye(len(x)), not np.eye(3): the state may have any size.
     """,
 )

@@ -70,41 +70,23 @@ surprise = table(
     many at once            | z | many  | For shape (m, 2) each row is a measurement: z[..., 1] holds all bearings.
     """,
     wrong="""
-    not wrapped: 3.12 and -3.12 rad are nearly the same direction: wrap the difference of the bearings.
-        wrap(z[..., 1]) -> z[..., 1]
-    range wrapped, too: The range is a length, not an angle: wrap the bearing only.
-        return z -> return wrap(z)
-    range wrapped instead of the bearing: The last axis is [range, bearing]: entry 0 is a length, entry 1 is the angle.
-        z[..., 1] = wrap(z[..., 1]) -> z[..., 0] = wrap(z[..., 0])
-    bearings wrapped, not their difference: The difference of two wrapped angles can still be nearly 2 pi: subtract first, then wrap.
-        wrap(z[..., 1]) -> wrap(y[..., 1]) - wrap(e[..., 1])
-    wrapped to 0 ... 2 pi: A small negative difference must stay small and negative: wrap into -pi ... pi.
-        wrap(z[..., 1]) -> z[..., 1] % (2 * np.pi)
-    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-        wrap(z[..., 1]) -> (z[..., 1] + np.pi) % 2 * np.pi - np.pi
-    bearing expected minus measured: The bearing has the wrong sign: measured minus expected.
-        wrap(z[..., 1]) -> wrap(-z[..., 1])
-    range expected minus measured: The range has the wrong sign: measured minus expected.
-        return z -> z[..., 0] = -z[..., 0]; return z
-    absolute value: The sign is lost: the filter must know which way it is off.
-        wrap(z[..., 1]) -> np.abs(wrap(z[..., 1]))
-    absolute range: The sign of the range is lost: the filter must know which way it is off.
-        return z -> z[..., 0] = np.abs(z[..., 0]); return z
-    degrees: Angles are in radians everywhere.
-        wrap(z[..., 1]) -> np.degrees(wrap(z[..., 1]))
-    wrapped as degrees: Angles are in radians: a whole turn is 2 pi, not 360.
-        wrap(z[..., 1]) -> (z[..., 1] + 180) % 360 - 180
-    half turns removed: A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.
-        wrap(z[..., 1]) -> np.arctan(np.tan(z[..., 1]))
-    one turn only: Your function removes one turn at most. Bearings may hold several: use wrap.
-        wrap(z[..., 1]) -> z[..., 1] - 2 * np.pi * (z[..., 1] > np.pi) + 2 * np.pi * (z[..., 1] <= -np.pi)
-    expected minus measured: The innovation is measurement minus expectation, z = y - e.
-        np.subtract(y, e, dtype=float) -> np.subtract(e, y, dtype=float)
-    the measurement itself: z is the surprise: measured minus expected.
-        z = np.subtract(y, e, dtype=float) -> return np.array(y)
-    the sum: z = y *minus* e.
-        np.subtract -> np.add
-    one measurement only: For one measurement it is right. For shape (m, 2), z[1] is the second *row*: write z[..., 1] for the bearings.
-        z[..., 1] = wrap(z[..., 1]) -> z[1] = wrap(z[1])
+    not wrapped | wrap(z[..., 1]) -> z[..., 1] | 3.12 and -3.12 rad are nearly the same direction: wrap the difference of the bearings.
+    range wrapped, too | return z -> return wrap(z) | The range is a length, not an angle: wrap the bearing only.
+    range wrapped instead of the bearing | z[..., 1] = wrap(z[..., 1]) -> z[..., 0] = wrap(z[..., 0]) | The last axis is [range, bearing]: entry 0 is a length, entry 1 is the angle.
+    bearings wrapped, not their difference | wrap(z[..., 1]) -> wrap(y[..., 1]) - wrap(e[..., 1]) | The difference of two wrapped angles can still be nearly 2 pi: subtract first, then wrap.
+    wrapped to 0 ... 2 pi | wrap(z[..., 1]) -> z[..., 1] % (2 * np.pi) | A small negative difference must stay small and negative: wrap into -pi ... pi.
+    brackets forgotten | wrap(z[..., 1]) -> (z[..., 1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    bearing expected minus measured | wrap(z[..., 1]) -> wrap(-z[..., 1]) | The bearing has the wrong sign: measured minus expected.
+    range expected minus measured | return z -> z[..., 0] = -z[..., 0]; return z | The range has the wrong sign: measured minus expected.
+    absolute value | wrap(z[..., 1]) -> np.abs(wrap(z[..., 1])) | The sign is lost: the filter must know which way it is off.
+    absolute range | return z -> z[..., 0] = np.abs(z[..., 0]); return z | The sign of the range is lost: the filter must know which way it is off.
+    degrees | wrap(z[..., 1]) -> np.degrees(wrap(z[..., 1])) | Angles are in radians everywhere.
+    wrapped as degrees | wrap(z[..., 1]) -> (z[..., 1] + 180) % 360 - 180 | Angles are in radians: a whole turn is 2 pi, not 360.
+    half turns removed | wrap(z[..., 1]) -> np.arctan(np.tan(z[..., 1])) | A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.
+    one turn only | wrap(z[..., 1]) -> z[..., 1] - 2 * np.pi * (z[..., 1] > np.pi) + 2 * np.pi * (z[..., 1] <= -np.pi) | Your function removes one turn at most. Bearings may hold several: use wrap.
+    expected minus measured | np.subtract(y, e, dtype=float) -> np.subtract(e, y, dtype=float) | The innovation is measurement minus expectation, z = y - e.
+    the measurement itself | z = np.subtract(y, e, dtype=float) -> return np.array(y) | z is the surprise: measured minus expected.
+    the sum | np.subtract -> np.add | z = y *minus* e.
+    one measurement only | z[..., 1] = wrap(z[..., 1]) -> z[1] = wrap(z[1]) | For one measurement it is right. For shape (m, 2), z[1] is the second *row*: write z[..., 1] for the bearings.
     """,
 )

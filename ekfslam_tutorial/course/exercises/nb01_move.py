@@ -68,61 +68,36 @@ motion = table(
     special cases        | x2, F_x, F_u | special | No division by v, w or dt is needed: the robot may also stand still, or drive back.
     """,
     wrong="""
-    sine and cosine swapped: x goes with the cosine, y with the sine.
-        x[0] + d * c, x[1] + d * s -> x[0] + d * s, x[1] + d * c
-    turned first: The robot drives first, the way it looks *before* the step, and then turns.
-        x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(x[2] + dt * u[1]), x[1] + d * np.sin(x[2] + dt * u[1])
+    sine and cosine swapped | x[0] + d * c, x[1] + d * s -> x[0] + d * s, x[1] + d * c | x goes with the cosine, y with the sine.
+    turned first | x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(x[2] + dt * u[1]), x[1] + d * np.sin(x[2] + dt * u[1]) | The robot drives first, the way it looks *before* the step, and then turns.
     half the turn first: The robot drives the way it looks *before* the step, not in the middle of the turn.
         x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(x[2] + dt * u[1] / 2), x[1] + d * np.sin(x[2] + dt * u[1] / 2)
     arc: Yours is the exact arc. Here the robot drives v dt straight ahead first, and then it turns.
         x2 = np.array([x[0] + d * c, x[1] + d * s, x[2] + u[1] * dt]) -> x2 = Unicycle().move(x, u, dt)[0]
-    turned to the other side: A positive w turns to the left: theta *plus* w dt.
-        x[2] + u[1] * dt -> x[2] - u[1] * dt
-    dt forgotten: v and w are per second: multiply both by dt.
-        x[0] + d * c, x[1] + d * s, x[2] + u[1] * dt -> x[0] + u[0] * c, x[1] + u[0] * s, x[2] + u[1]
-    dt forgotten in the drive: v is in m per second: the robot goes v dt.
-        x[0] + d * c, x[1] + d * s -> x[0] + u[0] * c, x[1] + u[0] * s
-    heading not used: The robot drives the way it looks: v dt along x is right for theta = 0 only.
-        x[0] + d * c, x[1] + d * s -> x[0] + d, x[1]
-    dt forgotten in the turn: w is in rad per second: the heading grows by w dt.
-        x[2] + u[1] * dt -> x[2] + u[1]
-    not turned: After the step the robot looks another way: theta + w dt.
-        x[2] + u[1] * dt -> x[2]
-    degrees: The heading is in radians already: no conversion.
-        x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(np.radians(x[2])), x[1] + d * np.sin(np.radians(x[2]))
-    turn in degrees: The turn is in radians, like the heading: no conversion.
-        x[2] + u[1] * dt -> x[2] + np.radians(u[1] * dt)
-    driven backwards: A positive v drives ahead: x *plus* v dt cos(theta).
-        x[0] + d * c, x[1] + d * s -> x[0] - d * c, x[1] - d * s
+    turned to the other side | x[2] + u[1] * dt -> x[2] - u[1] * dt | A positive w turns to the left: theta *plus* w dt.
+    dt forgotten | x[0] + d * c, x[1] + d * s, x[2] + u[1] * dt -> x[0] + u[0] * c, x[1] + u[0] * s, x[2] + u[1] | v and w are per second: multiply both by dt.
+    dt forgotten in the drive | x[0] + d * c, x[1] + d * s -> x[0] + u[0] * c, x[1] + u[0] * s | v is in m per second: the robot goes v dt.
+    heading not used | x[0] + d * c, x[1] + d * s -> x[0] + d, x[1] | The robot drives the way it looks: v dt along x is right for theta = 0 only.
+    dt forgotten in the turn | x[2] + u[1] * dt -> x[2] + u[1] | w is in rad per second: the heading grows by w dt.
+    not turned | x[2] + u[1] * dt -> x[2] | After the step the robot looks another way: theta + w dt.
+    degrees | x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(np.radians(x[2])), x[1] + d * np.sin(np.radians(x[2])) | The heading is in radians already: no conversion.
+    turn in degrees | x[2] + u[1] * dt -> x[2] + np.radians(u[1] * dt) | The turn is in radians, like the heading: no conversion.
+    driven backwards | x[0] + d * c, x[1] + d * s -> x[0] - d * c, x[1] - d * s | A positive v drives ahead: x *plus* v dt cos(theta).
     F_x after the move: You used the heading *after* the step in F_x. Differentiate at the pose before it.
         [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, -d * np.sin(x2[2])], [0, 1, d * np.cos(x2[2])], [0, 0, 1]]
-    F_x transposed: Rows are outputs, columns are inputs: yours is the transpose.
-        return x2, F_x, F_u -> return x2, F_x.T, F_u
-    F_x is the identity: A small error of the heading moves the robot sideways by v dt: F_x has a third column.
-        [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    sign of the sine: The derivative of the cosine is *minus* the sine.
-        [1, 0, -d * s] -> [1, 0, d * s]
-    derivative of the sine with a minus: The derivative of the sine is the cosine, with a plus.
-        [0, 1, d * c] -> [0, 1, -d * c]
-    sine and cosine not differentiated: The third column of F_x is the derivative by theta: cos becomes -sin, sin becomes cos.
-        [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, d * s]
-    diagonal of F_x forgotten: x2 = x + ...: the derivative of x2 by x is 1. The diagonal of F_x is 1, 1, 1.
-        [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[0, 0, -d * s], [0, 0, d * c], [0, 0, 0]]
-    dt forgotten in F_x: The third column of F_x is the derivative by theta: v dt, not v, times -sin and cos.
-        [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, -u[0] * s], [0, 1, u[0] * c]
-    F_u after the move: You used the heading *after* the step in F_u. Differentiate at the pose before it.
-        [[dt * c, 0], [dt * s, 0] -> [[dt * np.cos(x2[2]), 0], [dt * np.sin(x2[2]), 0]
-    dt forgotten in F_u: x2 holds v dt and w dt: their derivatives by v and w have the factor dt.
-        [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[c, 0], [s, 0], [0, 1]]
-    columns of F_u swapped: u = [v, w]: the first column is the derivative by v.
-        [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[0, dt * c], [0, dt * s], [dt, 0]]
-    v in F_u: The derivative of v dt cos(theta) by v is dt cos(theta): v itself is gone.
-        [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[d * c, 0], [d * s, 0], [0, u[1] * dt]]
-    sine and cosine swapped in F_u: By v, the line of x becomes dt cos(theta), the line of y dt sin(theta).
-        [[dt * c, 0], [dt * s, 0] -> [[dt * s, 0], [dt * c, 0]
-    F_u transposed: Rows are outputs, columns are inputs: F_u has shape (3, 2).
-        return x2, F_x, F_u -> return x2, F_x, F_u.T
-    column instead of vector: Vectors have one axis here: x2 has shape (3,), no columns.
-        return x2, F_x, F_u -> return x2[:, None], F_x, F_u
+    F_x transposed | return x2, F_x, F_u -> return x2, F_x.T, F_u | Rows are outputs, columns are inputs: yours is the transpose.
+    F_x is the identity | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, 0], [0, 1, 0], [0, 0, 1]] | A small error of the heading moves the robot sideways by v dt: F_x has a third column.
+    sign of the sine | [1, 0, -d * s] -> [1, 0, d * s] | The derivative of the cosine is *minus* the sine.
+    derivative of the sine with a minus | [0, 1, d * c] -> [0, 1, -d * c] | The derivative of the sine is the cosine, with a plus.
+    sine and cosine not differentiated | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, d * s] | The third column of F_x is the derivative by theta: cos becomes -sin, sin becomes cos.
+    diagonal of F_x forgotten | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[0, 0, -d * s], [0, 0, d * c], [0, 0, 0]] | x2 = x + ...: the derivative of x2 by x is 1. The diagonal of F_x is 1, 1, 1.
+    dt forgotten in F_x | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, -u[0] * s], [0, 1, u[0] * c] | The third column of F_x is the derivative by theta: v dt, not v, times -sin and cos.
+    F_u after the move | [[dt * c, 0], [dt * s, 0] -> [[dt * np.cos(x2[2]), 0], [dt * np.sin(x2[2]), 0] | You used the heading *after* the step in F_u. Differentiate at the pose before it.
+    dt forgotten in F_u | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[c, 0], [s, 0], [0, 1]] | x2 holds v dt and w dt: their derivatives by v and w have the factor dt.
+    columns of F_u swapped | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[0, dt * c], [0, dt * s], [dt, 0]] | u = [v, w]: the first column is the derivative by v.
+    v in F_u | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[d * c, 0], [d * s, 0], [0, u[1] * dt]] | The derivative of v dt cos(theta) by v is dt cos(theta): v itself is gone.
+    sine and cosine swapped in F_u | [[dt * c, 0], [dt * s, 0] -> [[dt * s, 0], [dt * c, 0] | By v, the line of x becomes dt cos(theta), the line of y dt sin(theta).
+    F_u transposed | return x2, F_x, F_u -> return x2, F_x, F_u.T | Rows are outputs, columns are inputs: F_u has shape (3, 2).
+    column instead of vector | return x2, F_x, F_u -> return x2[:, None], F_x, F_u | Vectors have one axis here: x2 has shape (3,), no columns.
     """,
 )

@@ -57,50 +57,31 @@ grown = table(
     the first landmark             | x, P                | empty | An empty map has x of shape (0,) and P of shape (0, 0): no special case is needed.
     """,
     wrong="""
-    R itself: R is the covariance of range and bearing (m^2, rad^2). A landmark has x and y: carry R over with L_y R L_y'.
-        L_y @ R @ L_y.T -> R
-    L' R L: The transpose is on the wrong side: cov(L y) = L R L'.
-        L_y @ R @ L_y.T -> L_y.T @ R @ L_y
-    L R only: A covariance is multiplied from both sides: L R L'.
-        L_y @ R @ L_y.T -> L_y @ R
-    no transpose: A covariance is multiplied from both sides, the second time by the transpose: L R L'.
-        L_y @ R @ L_y.T -> L_y @ R @ L_y
-    elementwise product: `*` multiplies entry by entry; matrices are multiplied by `@`.
-        L_y @ R @ L_y.T -> L_y * R * L_y.T
-    standard deviation taken for variance: R holds variances already: do not square it.
-        L_y @ R @ L_y.T -> L_y @ R @ R @ L_y.T
-    square root: R holds variances, and P wants variances: no square root.
-        L_y @ R @ L_y.T -> L_y @ np.sqrt(np.abs(R)) @ L_y.T
-    variances only: Your block is diagonal. In the map frame x and y of a landmark are correlated: keep the whole product L R L'.
-        L_y @ R @ L_y.T -> np.diag(np.diag(L_y @ R @ L_y.T))
-    noise of range and bearing independent: You used the diagonal of R only. R may have a covariance between range and bearing.
-        L_y @ R @ L_y.T -> L_y @ np.diag(np.diag(R)) @ L_y.T
-    L L': Where is the noise of the sensor? cov(L y) = L R L'.
-        L_y @ R @ L_y.T -> L_y @ L_y.T
-    identity: The sensor tells how uncertain the landmark is: L R L', not 1 m^2 for all.
-        L_y @ R @ L_y.T -> np.eye(2)
-    zero: A zero block says that the new landmark is known exactly. It was measured with noise R.
-        L_y @ R @ L_y.T -> 0
-    double counting: Your block is exactly half of L R L': the measurement that starts the landmark must not update it, too.
-        L_y @ R @ L_y.T -> L_y @ R @ L_y.T / 2
-    very large: A large first guess is honest only if the measurement then corrects it. Or directly: L R L'.
-        L_y @ R @ L_y.T -> 1e6 * np.eye(2)
-    inverse of H missing: You used H (range and bearing by x and y). The noise goes the other way: L_y = dl/dy, the inverse of H.
-        L_y @ R @ L_y.T -> np.linalg.inv(L_y) @ R @ np.linalg.inv(L_y).T
-    new landmark first: The new landmark goes behind the others: the ranges of the old ones must not change.
-        P_new[:n, :n] = P -> P_new[2:, 2:] = P
+    R itself | L_y @ R @ L_y.T -> R | R is the covariance of range and bearing (m^2, rad^2). A landmark has x and y: carry R over with L_y R L_y'.
+    L' R L | L_y @ R @ L_y.T -> L_y.T @ R @ L_y | The transpose is on the wrong side: cov(L y) = L R L'.
+    L R only | L_y @ R @ L_y.T -> L_y @ R | A covariance is multiplied from both sides: L R L'.
+    no transpose | L_y @ R @ L_y.T -> L_y @ R @ L_y | A covariance is multiplied from both sides, the second time by the transpose: L R L'.
+    elementwise product | L_y @ R @ L_y.T -> L_y * R * L_y.T | `*` multiplies entry by entry; matrices are multiplied by `@`.
+    standard deviation taken for variance | L_y @ R @ L_y.T -> L_y @ R @ R @ L_y.T | R holds variances already: do not square it.
+    square root | L_y @ R @ L_y.T -> L_y @ np.sqrt(np.abs(R)) @ L_y.T | R holds variances, and P wants variances: no square root.
+    variances only | L_y @ R @ L_y.T -> np.diag(np.diag(L_y @ R @ L_y.T)) | Your block is diagonal. In the map frame x and y of a landmark are correlated: keep the whole product L R L'.
+    noise of range and bearing independent | L_y @ R @ L_y.T -> L_y @ np.diag(np.diag(R)) @ L_y.T | You used the diagonal of R only. R may have a covariance between range and bearing.
+    L L' | L_y @ R @ L_y.T -> L_y @ L_y.T | Where is the noise of the sensor? cov(L y) = L R L'.
+    identity | L_y @ R @ L_y.T -> np.eye(2) | The sensor tells how uncertain the landmark is: L R L', not 1 m^2 for all.
+    zero | L_y @ R @ L_y.T -> 0 | A zero block says that the new landmark is known exactly. It was measured with noise R.
+    double counting | L_y @ R @ L_y.T -> L_y @ R @ L_y.T / 2 | Your block is exactly half of L R L': the measurement that starts the landmark must not update it, too.
+    very large | L_y @ R @ L_y.T -> 1e6 * np.eye(2) | A large first guess is honest only if the measurement then corrects it. Or directly: L R L'.
+    inverse of H missing | L_y @ R @ L_y.T -> np.linalg.inv(L_y) @ R @ np.linalg.inv(L_y).T | You used H (range and bearing by x and y). The noise goes the other way: L_y = dl/dy, the inverse of H.
+    new landmark first | P_new[:n, :n] = P -> P_new[2:, 2:] = P | The new landmark goes behind the others: the ranges of the old ones must not change.
         P_new[n:, n:] -> P_new[:2, :2]
         [x, l] -> [l, x]
-    measurement instead of landmark: The map holds x and y of each landmark: append q(y, x_r), not the measurement y.
-        [x, l] -> [x, y]
+    measurement instead of landmark | [x, l] -> [x, y] | The map holds x and y of each landmark: append q(y, x_r), not the measurement y.
     correlated with the old ones: That would be right if an uncertain robot tied them together (SLAM). Here the pose is known: zeros.
         P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, :] = np.tile(L_y @ R @ L_y.T, n // 2 + 1); P_new[:, n:] = P_new[n:, :].T
     noise added to all: A new landmark tells nothing about the old ones: their block of P stays as it is.
         P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, n:] = L_y @ R @ L_y.T; P_new += np.kron(np.eye(n // 2 + 1), L_y @ R @ L_y.T)
-    old covariance lost: The old P must stand in the upper left block.
-        P_new[:n, :n] = P -> pass
-    only the variances of the old ones: The old P stands in the upper left block as it was, with all its covariances.
-        P_new[:n, :n] = P -> P_new[:n, :n] = np.diag(np.diag(P))
+    old covariance lost | P_new[:n, :n] = P -> pass | The old P must stand in the upper left block.
+    only the variances of the old ones | P_new[:n, :n] = P -> P_new[:n, :n] = np.diag(np.diag(P)) | The old P stands in the upper left block as it was, with all its covariances.
     """,
 )
 

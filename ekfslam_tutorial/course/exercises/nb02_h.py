@@ -78,69 +78,43 @@ expected = table(
     derivative of the bearing | d H[1] / x | all     | d arctan2(dy, dx): [-dy, dx] over what? Does theta matter here?
     """,
     wrong="""
-    heading forgotten: That is the direction in the map frame. The robot measures from its own x axis: subtract theta.
-        np.arctan2(dy, dx) - x_r[2] -> np.arctan2(dy, dx)
-    heading added: Turn the robot to the left: the landmark moves to the right in its view. Subtract theta, do not add it.
-        np.arctan2(dy, dx) - x_r[2] -> np.arctan2(dy, dx) + x_r[2]
-    from the landmark to the robot: Your differences point from the landmark to the robot. Use landmark minus robot in arctan2.
-        np.arctan2(dy, dx) -> np.arctan2(-dy, -dx)
-    arctan2 swapped: arctan2 takes y first: arctan2(dy, dx).
-        np.arctan2(dy, dx) -> np.arctan2(dx, dy)
-    arctan of the quotient: arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).
-        np.arctan2(dy, dx) -> np.arctan(dy / dx)
-    bearing to the right: Your bearing has the wrong sign: angles count to the left (counter-clockwise).
-        np.arctan2(dy, dx) - x_r[2] -> x_r[2] - np.arctan2(dy, dx)
-    bearing in degrees: Angles are in radians everywhere.
-        wrap(np.arctan2(dy, dx) - x_r[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x_r[2]))
+    heading forgotten | np.arctan2(dy, dx) - x_r[2] -> np.arctan2(dy, dx) | That is the direction in the map frame. The robot measures from its own x axis: subtract theta.
+    heading added | np.arctan2(dy, dx) - x_r[2] -> np.arctan2(dy, dx) + x_r[2] | Turn the robot to the left: the landmark moves to the right in its view. Subtract theta, do not add it.
+    from the landmark to the robot | np.arctan2(dy, dx) -> np.arctan2(-dy, -dx) | Your differences point from the landmark to the robot. Use landmark minus robot in arctan2.
+    arctan2 swapped | np.arctan2(dy, dx) -> np.arctan2(dx, dy) | arctan2 takes y first: arctan2(dy, dx).
+    arctan of the quotient | np.arctan2(dy, dx) -> np.arctan(dy / dx) | arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).
+    bearing to the right | np.arctan2(dy, dx) - x_r[2] -> x_r[2] - np.arctan2(dy, dx) | Your bearing has the wrong sign: angles count to the left (counter-clockwise).
+    bearing in degrees | wrap(np.arctan2(dy, dx) - x_r[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x_r[2])) | Angles are in radians everywhere.
     brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
         wrap(np.arctan2(dy, dx) - x_r[2]) -> (np.arctan2(dy, dx) - x_r[2] + np.pi) % 2 * np.pi - np.pi
-    range squared: Take the square root: the range is in metres, dx^2 + dy^2 in square metres.
-        e = np.array([r, -> e = np.array([r2,
-    distances added: The range is the straight distance: the root of dx^2 + dy^2, not the sum of both ways.
-        e = np.array([r, -> e = np.array([abs(dx) + abs(dy),
-    bearing first: The order is range, then bearing.
-        return e, H -> return e[::-1], H
-    robot at the origin: The differences begin at the robot: subtract its position, x_r[:2].
-        x[2 * i : 2 * i + 2] - x_r[:2] -> x[2 * i : 2 * i + 2]
-    counts from one: Python counts from 0: landmark i has the entries 2*i and 2*i + 1.
-        dx, dy = x -> i = (i - 1) % (len(x) // 2); dx, dy = x
-    index i instead of 2i: Each landmark takes two places in x: landmark i starts at 2*i.
-        x[2 * i : 2 * i + 2] -> x[i : i + 2]
+    range squared | e = np.array([r, -> e = np.array([r2, | Take the square root: the range is in metres, dx^2 + dy^2 in square metres.
+    distances added | e = np.array([r, -> e = np.array([abs(dx) + abs(dy), | The range is the straight distance: the root of dx^2 + dy^2, not the sum of both ways.
+    bearing first | return e, H -> return e[::-1], H | The order is range, then bearing.
+    robot at the origin | x[2 * i : 2 * i + 2] - x_r[:2] -> x[2 * i : 2 * i + 2] | The differences begin at the robot: subtract its position, x_r[:2].
+    counts from one | dx, dy = x -> i = (i - 1) % (len(x) // 2); dx, dy = x | Python counts from 0: landmark i has the entries 2*i and 2*i + 1.
+    index i instead of 2i | x[2 * i : 2 * i + 2] -> x[i : i + 2] | Each landmark takes two places in x: landmark i starts at 2*i.
         H[:, 2 * i : 2 * i + 2] -> H[:, i : i + 2]
-    all x first: The map is stored landmark by landmark: x_0, y_0, x_1, y_1, ...
-        x[2 * i : 2 * i + 2] -> x[[i, len(x) // 2 + i]]
+    all x first | x[2 * i : 2 * i + 2] -> x[[i, len(x) // 2 + i]] | The map is stored landmark by landmark: x_0, y_0, x_1, y_1, ...
         H[:, 2 * i : 2 * i + 2] -> H[:, [i, len(x) // 2 + i]]
-    right block, wrong columns: H has the block of landmark i in the columns 2*i and 2*i + 1.
-        H[:, 2 * i : 2 * i + 2] -> H[:, i : i + 2]
-    only the 2 x 2 block: Put the 2 x 2 block into a matrix of zeros with one column per number in the map.
-        H = np.zeros((2, len(x))) -> H = np.zeros((2, 2))
+    right block, wrong columns | H[:, 2 * i : 2 * i + 2] -> H[:, i : i + 2] | H has the block of landmark i in the columns 2*i and 2*i + 1.
+    only the 2 x 2 block | H = np.zeros((2, len(x))) -> H = np.zeros((2, 2)) | Put the 2 x 2 block into a matrix of zeros with one column per number in the map.
         H[:, 2 * i : 2 * i + 2] -> H[:, :]
-    H transposed: Rows are outputs (range, bearing), columns are inputs (the map): H is 2 x 2n.
-        return e, H -> return e, H.T
-    columns instead of vectors: Vectors have one axis here: np.array([r, beta]), no columns, no extra brackets.
-        return e, H -> return e[:, None], H
+    H transposed | return e, H -> return e, H.T | Rows are outputs (range, bearing), columns are inputs (the map): H is 2 x 2n.
+    columns instead of vectors | return e, H -> return e[:, None], H | Vectors have one axis here: np.array([r, beta]), no columns, no extra brackets.
     derivative by the robot: That is the derivative by the robot's position. By the landmark's it has the other sign: dr/dx_l = +dx/r.
         [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dx / r, -dy / r], [dy / r2, -dx / r2]]
-    sign of the range row: The range grows when the landmark moves away: dr/dx_l = +dx/r, dr/dy_l = +dy/r.
-        [[dx / r, dy / r], -> [[-dx / r, -dy / r],
-    r for r^2: The bearing row is divided by r^2, not by r: a landmark twice as far away turns half as fast.
-        [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, dy / r], [-dy / r, dx / r]]
-    r^2 for r: The range row is divided by r, not by r^2: it is a unit vector.
-        [[dx / r, dy / r], -> [[dx / r2, dy / r2],
-    sign of the bearing row: d bearing / d x_l = -dy/r^2 and d bearing / d y_l = +dx/r^2. Check with a landmark straight ahead.
-        [-dy / r2, dx / r2] -> [dy / r2, -dx / r2]
-    minus sign forgotten: d bearing / d x_l = -dy/r^2: a landmark on the left that moves forward (x_l grows) gets a smaller bearing.
-        [-dy / r2, dx / r2] -> [dy / r2, dx / r2]
-    dx and dy swapped: In the bearing row dy stands in the x column and dx in the y column: [-dy, dx] / r^2.
-        [-dy / r2, dx / r2] -> [-dx / r2, dy / r2]
+    sign of the range row | [[dx / r, dy / r], -> [[-dx / r, -dy / r], | The range grows when the landmark moves away: dr/dx_l = +dx/r, dr/dy_l = +dy/r.
+    r for r^2 | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, dy / r], [-dy / r, dx / r]] | The bearing row is divided by r^2, not by r: a landmark twice as far away turns half as fast.
+    r^2 for r | [[dx / r, dy / r], -> [[dx / r2, dy / r2], | The range row is divided by r, not by r^2: it is a unit vector.
+    sign of the bearing row | [-dy / r2, dx / r2] -> [dy / r2, -dx / r2] | d bearing / d x_l = -dy/r^2 and d bearing / d y_l = +dx/r^2. Check with a landmark straight ahead.
+    minus sign forgotten | [-dy / r2, dx / r2] -> [dy / r2, dx / r2] | d bearing / d x_l = -dy/r^2: a landmark on the left that moves forward (x_l grows) gets a smaller bearing.
+    dx and dy swapped | [-dy / r2, dx / r2] -> [-dx / r2, dy / r2] | In the bearing row dy stands in the x column and dx in the y column: [-dy, dx] / r^2.
     block transposed: The 2 x 2 block is transposed: the first row is the derivative of the range, by x_l and by y_l.
         [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, -dy / r2], [dy / r, dx / r2]]
     turned by theta: x is in the map frame, and so are the columns of H. theta only shifts the bearing: it is not in H.
         H = np.zeros -> c, s = np.cos(x_r[2]), np.sin(x_r[2]); dx, dy = c * dx + s * dy, c * dy - s * dx; H = np.zeros
-    in degrees: The bearing row is in degrees per metre: keep to radians.
-        [-dy / r2, dx / r2] -> [np.degrees(-dy / r2), np.degrees(dx / r2)]
-    rows swapped: The first row of H is the derivative of the range, the second that of the bearing.
-        [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dy / r2, dx / r2], [dx / r, dy / r]]
+    in degrees | [-dy / r2, dx / r2] -> [np.degrees(-dy / r2), np.degrees(dx / r2)] | The bearing row is in degrees per metre: keep to radians.
+    rows swapped | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dy / r2, dx / r2], [dx / r, dy / r]] | The first row of H is the derivative of the range, the second that of the bearing.
     """,
 )
 

@@ -110,54 +110,33 @@ step = table(
     a mixed scan                   | ids, x, P   | mixed   | Known and new landmarks in one scan, in any order: each row of ys is used once.
     """,
     wrong="""
-    double counting: The landmark was started with this measurement and then updated with it: P is exactly half. Use `else`.
-        else: -> if True:
+    double counting | else: -> if True: | The landmark was started with this measurement and then updated with it: P is exactly half. Use `else`.
     no filtering: A known landmark is started anew at each sight: the star cloud. Combine old and new by the gain K.
         x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2], L_y = q(y, x_r)
         P = P - K @ Z @ K.T -> P = P.copy(); P[i : i + 2, i : i + 2] = L_y @ R @ L_y.T
-    known landmarks ignored: A known landmark stays as it was at first sight. Its new measurement must correct x and P.
-        else: -> elif False:
-    known landmark added again: A known landmark was put into the map a second time. Look it up in `ids`.
-        if id not in ids: -> if True:
+    known landmarks ignored | else: -> elif False: | A known landmark stays as it was at first sight. Its new measurement must correct x and P.
+    known landmark added again | if id not in ids: -> if True: | A known landmark was put into the map a second time. Look it up in `ids`.
     plain mean: Old and new are weighted equally, whatever P and R say. The gain K weighs them.
         x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2] = (x[i : i + 2] + q(y, x_r)[0]) / 2
         P = P - K @ Z @ K.T -> pass
-    innovation reversed: z is measurement minus expectation, y - e. Yours pushes the landmark away.
-        [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])]
-    bearing not wrapped: At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).
-        wrap(y[1] - e[1]) -> y[1] - e[1]
-    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-        wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi
-    bearing in degrees: Angles are in radians everywhere.
-        wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1]))
-    range wrapped, too: Only the bearing is an angle: do not wrap the range.
-        [y[0] - e[0], wrap -> [wrap(y[0] - e[0]), wrap
-    x not updated: P was corrected, x was not: x = x + K z.
-        x = x + K @ z -> pass
-    P not updated: x was corrected, P was not: P = (I - K H) P.
-        P = P - K @ Z @ K.T -> pass
-    P grows: A measurement never makes the map more uncertain: P *minus* K H P.
-        P = P - K @ Z -> P = P + K @ Z
-    P forgotten behind the bracket: (I - K H) must still be multiplied by P.
-        P = P - K @ Z @ K.T -> P = np.eye(len(P)) - K @ H
-    R missing in Z: Z = H P H' + R: without R the filter believes each measurement blindly.
-        H @ P @ H.T + R -> H @ P @ H.T
-    R squared: R holds variances already: do not square it.
-        H.T + R -> H.T + R @ R
-    square root of R: R holds variances, and Z wants variances: no square root.
-        H.T + R -> H.T + np.sqrt(np.abs(R))
-    diagonal of R: You used the diagonal of R only. R may have a covariance between range and bearing.
-        H.T + R -> H.T + np.diag(np.diag(R))
-    return inside the loop: Only the first measurement is used: is the `return` inside the loop?
-        zip(seen, ys -> zip(seen[:1], ys[:1]
-    only the last measurement: Only the last measurement is used: is the update outside the loop?
-        zip(seen, ys -> zip(seen[-1:], ys[-1:]
-    ids not kept: The map has grown, but `ids` has not: append the id of each new landmark, and return the list.
-        ids.append(id) -> pass
-    id taken for the index: The id of a landmark is its name. Its place in x is ids.index(id).
-        ids.index(id) -> id % len(ids)
-    motion noise in the map: The landmarks do not move: the prediction adds nothing to P.
-        ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P))
+    innovation reversed | [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])] | z is measurement minus expectation, y - e. Yours pushes the landmark away.
+    bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).
+    brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
+    range wrapped, too | [y[0] - e[0], wrap -> [wrap(y[0] - e[0]), wrap | Only the bearing is an angle: do not wrap the range.
+    x not updated | x = x + K @ z -> pass | P was corrected, x was not: x = x + K z.
+    P not updated | P = P - K @ Z @ K.T -> pass | x was corrected, P was not: P = (I - K H) P.
+    P grows | P = P - K @ Z -> P = P + K @ Z | A measurement never makes the map more uncertain: P *minus* K H P.
+    P forgotten behind the bracket | P = P - K @ Z @ K.T -> P = np.eye(len(P)) - K @ H | (I - K H) must still be multiplied by P.
+    R missing in Z | H @ P @ H.T + R -> H @ P @ H.T | Z = H P H' + R: without R the filter believes each measurement blindly.
+    R squared | H.T + R -> H.T + R @ R | R holds variances already: do not square it.
+    square root of R | H.T + R -> H.T + np.sqrt(np.abs(R)) | R holds variances, and Z wants variances: no square root.
+    diagonal of R | H.T + R -> H.T + np.diag(np.diag(R)) | You used the diagonal of R only. R may have a covariance between range and bearing.
+    return inside the loop | zip(seen, ys -> zip(seen[:1], ys[:1] | Only the first measurement is used: is the `return` inside the loop?
+    only the last measurement | zip(seen, ys -> zip(seen[-1:], ys[-1:] | Only the last measurement is used: is the update outside the loop?
+    ids not kept | ids.append(id) -> pass | The map has grown, but `ids` has not: append the id of each new landmark, and return the list.
+    id taken for the index | ids.index(id) -> id % len(ids) | The id of a landmark is its name. Its place in x is ids.index(id).
+    motion noise in the map | ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P)) | The landmarks do not move: the prediction adds nothing to P.
     """,
 )
 

@@ -66,57 +66,32 @@ averaged = table(
     unit                | average | units       | Metres or millimetres: the NEES has no unit and must not change.
     """,
     wrong="""
-    multiplied by P: A large P forgives a large error: *divide* by P, e' P^-1 e.
-        np.linalg.solve(P_i, e_i) -> P_i @ e_i
-    no P at all: That is the squared error in metres. Normalised means: measured in units of P, e' P^-1 e.
-        np.linalg.solve(P_i, e_i) -> e_i
-    square root: That is the Mahalanobis distance. The NEES is its square: no root.
-        [e_i @ np.linalg.solve(P_i, e_i) -> [np.sqrt(e_i @ np.linalg.solve(P_i, e_i))
-    diagonal of P only: The errors are correlated: use the whole P, not only its diagonal.
-        np.linalg.solve(P_i, e_i) -> (e_i / np.diag(P_i))
-    entry by entry: 1 / P takes the inverse of each entry. A matrix wants np.linalg.inv, or solve.
-        np.linalg.solve(P_i, e_i) -> (1 / P_i) @ e_i
-    variances taken for sigmas: The diagonal of P holds variances already: do not square them.
-        np.linalg.solve(P_i, e_i) -> (e_i / np.diag(P_i) ** 2)
-    divided by the dimension: Some authors divide by n, so that 1 is honest. Here the average stays near n.
-        np.mean(nees) -> np.mean(nees) / n
-    sum instead of mean: That is the sum of all runs. The average is the sum divided by N.
-        np.mean(nees) -> np.sum(nees)
-    NEES of the mean error: Errors of both signs cancel in the mean. Take the NEES of each run, then the mean.
-        np.mean(nees) -> e.mean(0) @ np.linalg.solve(P.mean(0), e.mean(0))
-    one P for all runs: Each run has its own P: P[i] belongs to e[i].
-        np.linalg.solve(P_i, e_i) -> np.linalg.solve(P[0], e_i)
-    mean P: Each run has its own P: do not average the covariances first.
-        np.linalg.solve(P_i, e_i) -> np.linalg.solve(P.mean(0), e_i)
-    median: The band is about the mean of the runs, not about their median.
-        np.mean(nees) -> np.median(nees)
-    last run only: All N runs are averaged: yours is the NEES of the last one.
-        np.mean(nees) -> nees[-1]
-    band of a single run: That is the band of one run. The average of N runs scatters less.
-        N * n) / N -> n)
-    band of the sum: That is the band of the *sum* of N runs. Divide it by N.
-        N * n) / N -> N * n)
-    n forgotten in the degrees of freedom: Each of the N runs brings n degrees of freedom: N n in all.
-        N * n) / N -> N) / N
-    divided by the degrees of freedom: The average is over N runs: divide the band by N, not by N n.
-        N * n) / N -> N * n) / (N * n)
-    one degree of freedom lost: Nothing is estimated from these runs: the sum has all N n degrees of freedom, not N n - 1.
-        N * n) / N -> N * n - 1) / N
-    all of the rest on each side: 1 - confidence is left out in *both* tails together: half of it on each side.
-        (1 - confidence) / 2 -> 1 - confidence
-    lower end zero: A filter can be too cautious, too: leave out half of the rest below and half above.
-        [tail, 1 - tail] -> [0, 1 - 2 * tail]
-    all of the rest above: At the upper end only half of the rest is left out: 1 - tail, not the confidence.
-        [tail, 1 - tail] -> [tail, 1 - 2 * tail]
-    all of the rest below: At the lower end only half of the rest is left out: (1 - confidence) / 2.
-        [tail, 1 - tail] -> [2 * tail, 1 - tail]
-    confidence in per cent: The confidence is a number from 0 to 1: 1 - confidence is left out, not 100 - confidence.
-        [tail, 1 - tail] -> [49.5 + tail, 50.5 - tail]
-    low and high swapped: Return the lower end first.
-        [tail, 1 - tail] -> [1 - tail, tail]
+    multiplied by P | np.linalg.solve(P_i, e_i) -> P_i @ e_i | A large P forgives a large error: *divide* by P, e' P^-1 e.
+    no P at all | np.linalg.solve(P_i, e_i) -> e_i | That is the squared error in metres. Normalised means: measured in units of P, e' P^-1 e.
+    square root | [e_i @ np.linalg.solve(P_i, e_i) -> [np.sqrt(e_i @ np.linalg.solve(P_i, e_i)) | That is the Mahalanobis distance. The NEES is its square: no root.
+    diagonal of P only | np.linalg.solve(P_i, e_i) -> (e_i / np.diag(P_i)) | The errors are correlated: use the whole P, not only its diagonal.
+    entry by entry | np.linalg.solve(P_i, e_i) -> (1 / P_i) @ e_i | 1 / P takes the inverse of each entry. A matrix wants np.linalg.inv, or solve.
+    variances taken for sigmas | np.linalg.solve(P_i, e_i) -> (e_i / np.diag(P_i) ** 2) | The diagonal of P holds variances already: do not square them.
+    divided by the dimension | np.mean(nees) -> np.mean(nees) / n | Some authors divide by n, so that 1 is honest. Here the average stays near n.
+    sum instead of mean | np.mean(nees) -> np.sum(nees) | That is the sum of all runs. The average is the sum divided by N.
+    NEES of the mean error | np.mean(nees) -> e.mean(0) @ np.linalg.solve(P.mean(0), e.mean(0)) | Errors of both signs cancel in the mean. Take the NEES of each run, then the mean.
+    one P for all runs | np.linalg.solve(P_i, e_i) -> np.linalg.solve(P[0], e_i) | Each run has its own P: P[i] belongs to e[i].
+    mean P | np.linalg.solve(P_i, e_i) -> np.linalg.solve(P.mean(0), e_i) | Each run has its own P: do not average the covariances first.
+    median | np.mean(nees) -> np.median(nees) | The band is about the mean of the runs, not about their median.
+    last run only | np.mean(nees) -> nees[-1] | All N runs are averaged: yours is the NEES of the last one.
+    band of a single run | N * n) / N -> n) | That is the band of one run. The average of N runs scatters less.
+    band of the sum | N * n) / N -> N * n) | That is the band of the *sum* of N runs. Divide it by N.
+    n forgotten in the degrees of freedom | N * n) / N -> N) / N | Each of the N runs brings n degrees of freedom: N n in all.
+    divided by the degrees of freedom | N * n) / N -> N * n) / (N * n) | The average is over N runs: divide the band by N, not by N n.
+    one degree of freedom lost | N * n) / N -> N * n - 1) / N | Nothing is estimated from these runs: the sum has all N n degrees of freedom, not N n - 1.
+    all of the rest on each side | (1 - confidence) / 2 -> 1 - confidence | 1 - confidence is left out in *both* tails together: half of it on each side.
+    lower end zero | [tail, 1 - tail] -> [0, 1 - 2 * tail] | A filter can be too cautious, too: leave out half of the rest below and half above.
+    all of the rest above | [tail, 1 - tail] -> [tail, 1 - 2 * tail] | At the upper end only half of the rest is left out: 1 - tail, not the confidence.
+    all of the rest below | [tail, 1 - tail] -> [2 * tail, 1 - tail] | At the lower end only half of the rest is left out: (1 - confidence) / 2.
+    confidence in per cent | [tail, 1 - tail] -> [49.5 + tail, 50.5 - tail] | The confidence is a number from 0 to 1: 1 - confidence is left out, not 100 - confidence.
+    low and high swapped | [tail, 1 - tail] -> [1 - tail, tail] | Return the lower end first.
     normal instead of chi-square: n +- z sqrt(2 n / N) is good for many runs only. With few, use chi2.ppf.
         chi2.ppf([tail, 1 - tail], N * n) / N -> n + norm.ppf([tail, 1 - tail]) * np.sqrt(2 * n / N)
-    always 95 %: The third argument is the confidence: 0.95 is only an example.
-        (1 - confidence) / 2 -> 0.025
+    always 95 % | (1 - confidence) / 2 -> 0.025 | The third argument is the confidence: 0.95 is only an example.
     """,
 )

@@ -62,38 +62,22 @@ banded = table(
     band           | w        | any      | k times the root of the variances: the diagonal of P, at each time.
     """,
     wrong="""
-    truth minus estimate: The error is the estimate minus the truth, as a plot of it should say where the filter is.
-        x - truth -> truth - x
-    heading not wrapped: A heading of 179 deg and one of -179 deg are 2 deg apart: wrap the third column of e.
-        wrap(e[:, 2]) -> e[:, 2]
-    all of it wrapped: Only the heading is an angle. Metres are not wrapped.
-        e[:, 2] = wrap(e[:, 2]) -> e = wrap(e)
-    size of the error only: Keep the sign: a filter that is always wrong on the same side shows it in the plot.
-        x - truth -> np.abs(x - truth)
-    variance for sigma: The diagonal of P holds variances, in square metres. The band wants sigmas: take the root.
-        np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.diagonal(P, axis1=1, axis2=2)
-    k under the root: First the root, then times k: k sigma.
-        k * np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.sqrt(k * np.diagonal(P, axis1=1, axis2=2))
-    k squared: k squared belongs to squared distances. The band ends at k sigma.
-        k * -> k**2 *
-    k forgotten: That is the band of 1 sigma, whatever k is: 32 % of the errors may leave it.
-        k * np.sqrt -> np.sqrt
-    always 3 sigma: The size of the band is the argument k; 3 is only what is drawn most.
-        k * -> 3 *
-    the whole width: The band goes from -w to +w: w is half of its width, k sigma.
-        k * -> 2 * k *
-    eigenvalues of P: They are variances along the axes of the *ellipsoid*. The band of x wants the variance of x: P[0, 0].
-        np.diagonal(P, axis1=1, axis2=2) -> np.linalg.eigvalsh(P)
-    the first P for all: P changes from time to time: P[t] belongs to the error at t.
-        np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P[0])), (len(P), 1))
-    the last P for all: P changes from time to time: P[t] belongs to the error at t.
-        np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P[-1])), (len(P), 1))
-    the mean P for all: P changes from time to time: P[t] belongs to the error at t.
-        np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P.mean(0))), (len(P), 1))
-    band of the ellipsoid: That is the size of an ellipsoid, for three numbers together. Each band is about one number.
-        k * -> np.sqrt(chi2.ppf(erf(k / np.sqrt(2)), 3)) *
-    heading in degrees: All in radians: degrees are for the axis of a plot.
-        return e, w -> return e * [1, 1, 180 / np.pi], w * [1, 1, 180 / np.pi]
+    truth minus estimate | x - truth -> truth - x | The error is the estimate minus the truth, as a plot of it should say where the filter is.
+    heading not wrapped | wrap(e[:, 2]) -> e[:, 2] | A heading of 179 deg and one of -179 deg are 2 deg apart: wrap the third column of e.
+    all of it wrapped | e[:, 2] = wrap(e[:, 2]) -> e = wrap(e) | Only the heading is an angle. Metres are not wrapped.
+    size of the error only | x - truth -> np.abs(x - truth) | Keep the sign: a filter that is always wrong on the same side shows it in the plot.
+    variance for sigma | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.diagonal(P, axis1=1, axis2=2) | The diagonal of P holds variances, in square metres. The band wants sigmas: take the root.
+    k under the root | k * np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.sqrt(k * np.diagonal(P, axis1=1, axis2=2)) | First the root, then times k: k sigma.
+    k squared | k * -> k**2 * | k squared belongs to squared distances. The band ends at k sigma.
+    k forgotten | k * np.sqrt -> np.sqrt | That is the band of 1 sigma, whatever k is: 32 % of the errors may leave it.
+    always 3 sigma | k * -> 3 * | The size of the band is the argument k; 3 is only what is drawn most.
+    the whole width | k * -> 2 * k * | The band goes from -w to +w: w is half of its width, k sigma.
+    eigenvalues of P | np.diagonal(P, axis1=1, axis2=2) -> np.linalg.eigvalsh(P) | They are variances along the axes of the *ellipsoid*. The band of x wants the variance of x: P[0, 0].
+    the first P for all | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P[0])), (len(P), 1)) | P changes from time to time: P[t] belongs to the error at t.
+    the last P for all | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P[-1])), (len(P), 1)) | P changes from time to time: P[t] belongs to the error at t.
+    the mean P for all | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P.mean(0))), (len(P), 1)) | P changes from time to time: P[t] belongs to the error at t.
+    band of the ellipsoid | k * -> np.sqrt(chi2.ppf(erf(k / np.sqrt(2)), 3)) * | That is the size of an ellipsoid, for three numbers together. Each band is about one number.
+    heading in degrees | return e, w -> return e * [1, 1, 180 / np.pi], w * [1, 1, 180 / np.pi] | All in radians: degrees are for the axis of a plot.
     the inverse of P: P says how uncertain, its inverse how certain. The band of one number, whatever the others are, wants the diagonal of P itself.
         np.diagonal(P, axis1=1, axis2=2) -> 1 / np.diagonal(np.linalg.inv(P), axis1=1, axis2=2)
     """,

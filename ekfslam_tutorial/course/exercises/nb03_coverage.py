@@ -46,38 +46,22 @@ covered = table(
     any dimension  | p | all   | The same formula must hold for 1, 2, 3, 6 ... dimensions.
     """,
     wrong="""
-    k not squared: chi-square is about *squared* distances: inside means e' P^-1 e < k^2.
-        k**2 -> k
-    one dimension for all: That is right for one number. An ellipse holds less: use dof.
-        chi2.cdf(k**2, dof) -> erf(k / np.sqrt(2))
-    a box instead of an ellipse: The power of the 1D value belongs to a *box*. An ellipse has no corners.
-        chi2.cdf(k**2, dof) -> erf(k / np.sqrt(2)) ** dof
-    the probability outside: That is the probability to be outside. Take 1 minus it: the cdf, not the sf.
-        chi2.cdf -> chi2.sf
-    always the plane: 1 - exp(-k^2 / 2) is right for two dimensions only: use dof.
-        dof) -> 2)
-    always three dimensions: The dimension is the argument dof: 3 is right for a point in space only.
-        dof) -> 3)
-    one side only: norm.cdf counts all that is below +k, the far left as well: the interval has two ends.
-        chi2.cdf(k**2, dof) -> norm.cdf(k)
-    density: pdf is the density. A probability is the cdf.
-        chi2.cdf -> chi2.pdf
-    arguments swapped: scipy wants the value first: chi2.cdf(value, degrees of freedom).
-        chi2.cdf(k**2, dof) -> chi2.cdf(dof, k**2)
-    per cent: Return a probability from 0 to 1, not per cent.
-        chi2.cdf -> 100 * chi2.cdf
-    the inverse: ppf turns a probability into a value. Here you have the value, k^2, and want the probability.
-        chi2.cdf(k**2, dof) -> k**2
-    degrees of freedom minus one: Nothing was fitted here: the degrees of freedom are the dimension itself.
-        dof) -> max(dof - 1, 1))
-    one degree of freedom too many: The degrees of freedom are the dimension itself: dof.
-        dof) -> dof + 1)
-    k doubled, not squared: chi-square is about *squared* distances: k squared, k**2, not 2 k.
-        k**2 -> 2 * k
-    one side of a box: norm.cdf counts the far left as well, and the power belongs to a box, not to an ellipse.
-        chi2.cdf(k**2, dof) -> norm.cdf(k) ** dof
-    k divided by the dimension: k counts sigmas along every direction: the dimension enters by the degrees of freedom only.
-        k**2 -> (k / dof) ** 2
+    k not squared | k**2 -> k | chi-square is about *squared* distances: inside means e' P^-1 e < k^2.
+    one dimension for all | chi2.cdf(k**2, dof) -> erf(k / np.sqrt(2)) | That is right for one number. An ellipse holds less: use dof.
+    a box instead of an ellipse | chi2.cdf(k**2, dof) -> erf(k / np.sqrt(2)) ** dof | The power of the 1D value belongs to a *box*. An ellipse has no corners.
+    the probability outside | chi2.cdf -> chi2.sf | That is the probability to be outside. Take 1 minus it: the cdf, not the sf.
+    always the plane | dof) -> 2) | 1 - exp(-k^2 / 2) is right for two dimensions only: use dof.
+    always three dimensions | dof) -> 3) | The dimension is the argument dof: 3 is right for a point in space only.
+    one side only | chi2.cdf(k**2, dof) -> norm.cdf(k) | norm.cdf counts all that is below +k, the far left as well: the interval has two ends.
+    density | chi2.cdf -> chi2.pdf | pdf is the density. A probability is the cdf.
+    arguments swapped | chi2.cdf(k**2, dof) -> chi2.cdf(dof, k**2) | scipy wants the value first: chi2.cdf(value, degrees of freedom).
+    per cent | chi2.cdf -> 100 * chi2.cdf | Return a probability from 0 to 1, not per cent.
+    the inverse | chi2.cdf(k**2, dof) -> k**2 | ppf turns a probability into a value. Here you have the value, k^2, and want the probability.
+    degrees of freedom minus one | dof) -> max(dof - 1, 1)) | Nothing was fitted here: the degrees of freedom are the dimension itself.
+    one degree of freedom too many | dof) -> dof + 1) | The degrees of freedom are the dimension itself: dof.
+    k doubled, not squared | k**2 -> 2 * k | chi-square is about *squared* distances: k squared, k**2, not 2 k.
+    one side of a box | chi2.cdf(k**2, dof) -> norm.cdf(k) ** dof | norm.cdf counts the far left as well, and the power belongs to a box, not to an ellipse.
+    k divided by the dimension | k**2 -> (k / dof) ** 2 | k counts sigmas along every direction: the dimension enters by the degrees of freedom only.
     """,
 )
 

@@ -67,48 +67,28 @@ blocks = table(
     covariance with the old landmarks | P_lx[:, 3:] | any        | The old landmarks share errors with the robot, the new one does, too: so they share errors with each other.
     """,
     wrong="""
-    zero cross-covariance: P_ll is right, but P_lx = 0 says: landmark and robot err independently. Yet the landmark was seen from that very pose.
-        return P_lx, -> return 0 * P_lx,
+    zero cross-covariance | return P_lx, -> return 0 * P_lx, | P_ll is right, but P_lx = 0 says: landmark and robot err independently. Yet the landmark was seen from that very pose.
     mapping formula: That is the mapping formula of notebook 02, for a pose without error. The robot itself is uncertain now: its error enters through L_r, into P_ll and into P_lx.
         P_lx = L_r @ P[:3] -> P_lx = np.zeros((2, len(P)))
-    pose term only in P_lx: P_ll has two terms: the pose is uncertain, too. Did you forget L_r P_rr L_r'?
-        P_ll = P_lx[:, :3] @ L_r.T + L_y -> P_ll = L_y
-    measurement noise forgotten: P_ll has two terms: the measurement has noise, too. Did you forget L_y R L_y'?
-        L_r.T + L_y @ R @ L_y.T -> L_r.T
-    only the robot: The old landmarks are correlated with the robot, so the new one is correlated with them: take all columns of P[:3].
-        return P_lx, -> P_lx[:, 3:] = 0; return P_lx,
-    P_lx transposed: Rows belong to the landmark, columns to the state so far: P_lx is 2 x n. Yours is its transpose, P_xl.
-        return P_lx, -> return P_lx.T,
-    P_lr only: P_lx must reach over the whole state: one column for each number in it, not only for the robot's three.
-        return P_lx, -> return P_lx[:, :3],
-    measurement noise not in metres: R is in range and bearing (m, rad), P_ll in x and y (m, m): the Jacobian L_y brings one to the other, L_y R L_y'.
-        L_y @ R @ L_y.T -> R
-    L_y transposed: The noise goes through L_y from the left: L_y R L_y'. Yours is L_y' R L_y.
-        L_y @ R @ L_y.T -> L_y.T @ R @ L_y
-    only the diagonal of R: Use the whole R: the noise of range and bearing may be correlated.
-        L_y @ R @ L_y.T -> L_y @ np.diag(np.diag(R)) @ L_y.T
-    R squared: R holds variances already: do not square it.
-        L_y @ R @ L_y.T -> L_y @ R @ R @ L_y.T
-    R entry by entry squared: R holds variances already: do not square it.
-        L_y @ R @ L_y.T -> L_y @ R**2 @ L_y.T
-    square root of R: R holds variances, and P_ll wants variances: no square root.
-        L_y @ R @ L_y.T -> L_y @ np.sqrt(np.abs(R)) @ L_y.T
-    noise subtracted: Two causes of error make the landmark more uncertain than one: the two terms add up.
-        L_r.T + L_y -> L_r.T - L_y
-    double counting: Your P_ll is half of what it should be: the measurement was used twice, to start the landmark and to correct it.
-        return P_lx, P_ll -> return P_lx, P_ll / 2
-    identity: An identity says: 1 m^2 of variance, whatever the pose and the sensor. The covariance follows from L_r, P, L_y and R.
-        return P_lx, P_ll -> return P_lx, np.eye(2)
-    identity and zero: An identity says: 1 m^2 of variance, whatever the pose and the sensor. And zero says: no error in common with the robot.
-        return P_lx, P_ll -> return 0 * P_lx, np.eye(2)
-    heading left out: Far landmarks suffer most from the heading: take all three columns of L_r and all three rows of the robot.
-        P_lx = L_r @ -> L_r = L_r * [1, 1, 0]; P_lx = L_r @
-    noise in the cross-covariance: The noise of a new measurement has nothing to do with the state so far: it is in P_ll, not in P_lx.
-        return P_lx, -> P_lx[:, :2] += L_y @ R @ L_y.T; return P_lx,
-    sign of the cross-covariance: If the robot is further to the left than it thinks, the landmark is so, too: the sign of P_lx is plus.
-        return P_lx, -> return -P_lx,
-    results in the wrong order: The order is P_lx, then P_ll.
-        return P_lx, P_ll -> return P_ll, P_lx
+    pose term only in P_lx | P_ll = P_lx[:, :3] @ L_r.T + L_y -> P_ll = L_y | P_ll has two terms: the pose is uncertain, too. Did you forget L_r P_rr L_r'?
+    measurement noise forgotten | L_r.T + L_y @ R @ L_y.T -> L_r.T | P_ll has two terms: the measurement has noise, too. Did you forget L_y R L_y'?
+    only the robot | return P_lx, -> P_lx[:, 3:] = 0; return P_lx, | The old landmarks are correlated with the robot, so the new one is correlated with them: take all columns of P[:3].
+    P_lx transposed | return P_lx, -> return P_lx.T, | Rows belong to the landmark, columns to the state so far: P_lx is 2 x n. Yours is its transpose, P_xl.
+    P_lr only | return P_lx, -> return P_lx[:, :3], | P_lx must reach over the whole state: one column for each number in it, not only for the robot's three.
+    measurement noise not in metres | L_y @ R @ L_y.T -> R | R is in range and bearing (m, rad), P_ll in x and y (m, m): the Jacobian L_y brings one to the other, L_y R L_y'.
+    L_y transposed | L_y @ R @ L_y.T -> L_y.T @ R @ L_y | The noise goes through L_y from the left: L_y R L_y'. Yours is L_y' R L_y.
+    only the diagonal of R | L_y @ R @ L_y.T -> L_y @ np.diag(np.diag(R)) @ L_y.T | Use the whole R: the noise of range and bearing may be correlated.
+    R squared | L_y @ R @ L_y.T -> L_y @ R @ R @ L_y.T | R holds variances already: do not square it.
+    R entry by entry squared | L_y @ R @ L_y.T -> L_y @ R**2 @ L_y.T | R holds variances already: do not square it.
+    square root of R | L_y @ R @ L_y.T -> L_y @ np.sqrt(np.abs(R)) @ L_y.T | R holds variances, and P_ll wants variances: no square root.
+    noise subtracted | L_r.T + L_y -> L_r.T - L_y | Two causes of error make the landmark more uncertain than one: the two terms add up.
+    double counting | return P_lx, P_ll -> return P_lx, P_ll / 2 | Your P_ll is half of what it should be: the measurement was used twice, to start the landmark and to correct it.
+    identity | return P_lx, P_ll -> return P_lx, np.eye(2) | An identity says: 1 m^2 of variance, whatever the pose and the sensor. The covariance follows from L_r, P, L_y and R.
+    identity and zero | return P_lx, P_ll -> return 0 * P_lx, np.eye(2) | An identity says: 1 m^2 of variance, whatever the pose and the sensor. And zero says: no error in common with the robot.
+    heading left out | P_lx = L_r @ -> L_r = L_r * [1, 1, 0]; P_lx = L_r @ | Far landmarks suffer most from the heading: take all three columns of L_r and all three rows of the robot.
+    noise in the cross-covariance | return P_lx, -> P_lx[:, :2] += L_y @ R @ L_y.T; return P_lx, | The noise of a new measurement has nothing to do with the state so far: it is in P_ll, not in P_lx.
+    sign of the cross-covariance | return P_lx, -> return -P_lx, | If the robot is further to the left than it thinks, the landmark is so, too: the sign of P_lx is plus.
+    results in the wrong order | return P_lx, P_ll -> return P_ll, P_lx | The order is P_lx, then P_ll.
     """,
 )
 

@@ -74,37 +74,21 @@ effect = table(
         PHt[b] @ np.linalg.inv(Z) -> np.zeros((2, len(R)))
     (I - K H) with B's block only: In P - K H P the row of B is P[b] - K_b H P, with the whole H and P. B's own part of H is zero, so (I - K_b H_b) P_bb changes nothing.
         P[b, b] - K_b @ Z @ K_b.T -> P[b, b]
-    Z without R: Z is the covariance of z = y - e: the measurement has noise, too. Z = H P H' + R.
-        H @ PHt + R -> H @ PHt
-    R for Z: The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.
-        np.linalg.inv(Z) -> np.linalg.inv(R)
-    only the diagonal of R: Use the whole R: the noise of range and bearing may be correlated.
-        H @ PHt + R -> H @ PHt + np.diag(np.diag(R))
-    R squared: R holds variances already: do not square it.
-        H @ PHt + R -> H @ PHt + R @ R
-    Z not inverted: K = P H' inv(Z): a large uncertainty of the innovation makes a small gain.
-        np.linalg.inv(Z) -> Z
-    inverse entry by entry: inv(Z) is the inverse of a matrix, not 1 / Z for each entry.
-        np.linalg.inv(Z) -> (1 / Z)
-    sign of the gain: With z = y - e the gain is + P H' inv(Z).
-        K_b = PHt[b] -> K_b = -PHt[b]
-    the whole gain: K has a row for each number of the state: return only those of landmark B, K[b].
-        return K_b, -> return PHt @ np.linalg.inv(Z),
-    gain transposed: K_b has 2 rows (landmark B) and m columns (the measurement): yours is transposed.
-        return K_b, -> return K_b.T,
-    covariance added: A measurement brings information: K_b Z K_b' is subtracted.
-        P[b, b] - K_b @ Z @ K_b.T -> P[b, b] + K_b @ Z @ K_b.T
-    R in the covariance: P_bb falls by K_b Z K_b' with Z = H P H' + R, not by K_b R K_b'.
-        K_b @ Z @ K_b.T -> K_b @ R @ K_b.T
-    H P H' in the covariance: P_bb falls by K_b Z K_b' with the whole Z = H P H' + R.
-        K_b @ Z @ K_b.T -> K_b @ (Z - R) @ K_b.T
-    Z missing in the covariance: P_bb falls by K_b Z K_b': Z stands between the two gains.
-        K_b @ Z @ K_b.T -> K_b @ K_b.T
-    the loss itself: K_b Z K_b' is what B loses: return what is left, P[b, b] - K_b Z K_b'.
-        P[b, b] - K_b @ Z @ K_b.T -> K_b @ Z @ K_b.T
-    the whole covariance: P_bb is the 2 x 2 block of landmark B: return P_new[b, b].
-        return K_b, P_bb -> return K_b, P - PHt @ np.linalg.inv(Z) @ PHt.T
-    covariances with B left out: P H' needs the whole rows of B, with its covariances: P[b] @ H.T.
-        PHt = P @ H.T -> P = P.copy(); P[:3, 3:], P[3:, :3] = 0, 0; PHt = P @ H.T
+    Z without R | H @ PHt + R -> H @ PHt | Z is the covariance of z = y - e: the measurement has noise, too. Z = H P H' + R.
+    R for Z | np.linalg.inv(Z) -> np.linalg.inv(R) | The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.
+    only the diagonal of R | H @ PHt + R -> H @ PHt + np.diag(np.diag(R)) | Use the whole R: the noise of range and bearing may be correlated.
+    R squared | H @ PHt + R -> H @ PHt + R @ R | R holds variances already: do not square it.
+    Z not inverted | np.linalg.inv(Z) -> Z | K = P H' inv(Z): a large uncertainty of the innovation makes a small gain.
+    inverse entry by entry | np.linalg.inv(Z) -> (1 / Z) | inv(Z) is the inverse of a matrix, not 1 / Z for each entry.
+    sign of the gain | K_b = PHt[b] -> K_b = -PHt[b] | With z = y - e the gain is + P H' inv(Z).
+    the whole gain | return K_b, -> return PHt @ np.linalg.inv(Z), | K has a row for each number of the state: return only those of landmark B, K[b].
+    gain transposed | return K_b, -> return K_b.T, | K_b has 2 rows (landmark B) and m columns (the measurement): yours is transposed.
+    covariance added | P[b, b] - K_b @ Z @ K_b.T -> P[b, b] + K_b @ Z @ K_b.T | A measurement brings information: K_b Z K_b' is subtracted.
+    R in the covariance | K_b @ Z @ K_b.T -> K_b @ R @ K_b.T | P_bb falls by K_b Z K_b' with Z = H P H' + R, not by K_b R K_b'.
+    H P H' in the covariance | K_b @ Z @ K_b.T -> K_b @ (Z - R) @ K_b.T | P_bb falls by K_b Z K_b' with the whole Z = H P H' + R.
+    Z missing in the covariance | K_b @ Z @ K_b.T -> K_b @ K_b.T | P_bb falls by K_b Z K_b': Z stands between the two gains.
+    the loss itself | P[b, b] - K_b @ Z @ K_b.T -> K_b @ Z @ K_b.T | K_b Z K_b' is what B loses: return what is left, P[b, b] - K_b Z K_b'.
+    the whole covariance | return K_b, P_bb -> return K_b, P - PHt @ np.linalg.inv(Z) @ PHt.T | P_bb is the 2 x 2 block of landmark B: return P_new[b, b].
+    covariances with B left out | PHt = P @ H.T -> P = P.copy(); P[:3, 3:], P[3:, :3] = 0, 0; PHt = P @ H.T | P H' needs the whole rows of B, with its covariances: P[b] @ H.T.
     """,
 )

@@ -61,16 +61,11 @@ inverse = table(
         [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2] - y[1]), x_r[1] + r * np.sin(x_r[2] - y[1])]
     bearing forgotten: The landmark is not straight ahead: the beam points in the direction theta + beta.
         [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2]), x_r[1] + r * np.sin(x_r[2])]
-    sine and cosine swapped: cos belongs to x and sin to y.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * s, x_r[1] + r * c]
-    seen from the robot: That is the landmark in a frame at the robot: add the robot's position.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s]
-    range subtracted: The landmark is in front of the sensor: add r in the direction of the beam.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s]
-    angles taken as degrees: Angles are in radians already: no np.radians here.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(np.radians(a)), x_r[1] + r * np.sin(np.radians(a))]
-    columns instead of vectors: Vectors have one axis here: l = np.array([x, y]), no columns.
-        return l, -> return l[:, None],
+    sine and cosine swapped | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * s, x_r[1] + r * c] | cos belongs to x and sin to y.
+    seen from the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s] | That is the landmark in a frame at the robot: add the robot's position.
+    range subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark is in front of the sensor: add r in the direction of the beam.
+    angles taken as degrees | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(np.radians(a)), x_r[1] + r * np.sin(np.radians(a))] | Angles are in radians already: no np.radians here.
+    columns instead of vectors | return l, -> return l[:, None], | Vectors have one axis here: l = np.array([x, y]), no columns.
     the pose is known: L_r = 0 says: the landmark does not depend on the pose. That was notebook 02; now the pose is uncertain and its error goes into the landmark.
         [[1, 0, -r * s], [0, 1, r * c]] -> [[0, 0, 0], [0, 0, 0]]
     turning does not matter: Turn the robot by a small angle: the landmark swings along a circle of radius r. The last column of L_r is not zero.
@@ -79,31 +74,20 @@ inverse = table(
         [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(x_r[2])], [0, 1, r * np.cos(x_r[2])]]
     only beta in the last column: In the last column of L_r, sin and cos are taken of the whole direction theta + beta.
         [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(y[1])], [0, 1, r * np.cos(y[1])]]
-    range forgotten in the last column: A landmark twice as far away swings twice as much: the last column of L_r has a factor r.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -s], [0, 1, c]]
+    range forgotten in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -s], [0, 1, c]] | A landmark twice as far away swings twice as much: the last column of L_r has a factor r.
     sine and cosine swapped in the last column: d cos(a) = -sin(a) da: the sine stands in the row of x_l, the cosine in the row of y_l.
         [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * c], [0, 1, r * s]]
-    sign of the last column: d cos(a) = -sin(a) da and d sin(a) = +cos(a) da: check the signs in the last column of L_r.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, r * s], [0, 1, -r * c]]
-    minus sign forgotten in L_r: d cos(a) = -sin(a) da: the upper right entry of L_r has a minus sign.
-        [1, 0, -r * s] -> [1, 0, r * s]
-    position block negative: Move the robot by 1 m: the new landmark moves with it, not against it.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[-1, 0, -r * s], [0, -1, r * c]]
+    sign of the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, r * s], [0, 1, -r * c]] | d cos(a) = -sin(a) da and d sin(a) = +cos(a) da: check the signs in the last column of L_r.
+    minus sign forgotten in L_r | [1, 0, -r * s] -> [1, 0, r * s] | d cos(a) = -sin(a) da: the upper right entry of L_r has a minus sign.
+    position block negative | [[1, 0, -r * s], [0, 1, r * c]] -> [[-1, 0, -r * s], [0, -1, r * c]] | Move the robot by 1 m: the new landmark moves with it, not against it.
     position block turned: The robot's position is given in the map frame, and so is l: the first two columns of L_r are the identity.
         L_r = np.array([[1, 0, -r * s], [0, 1, r * c]]) -> u, v = np.cos(x_r[2]), np.sin(x_r[2]); L_r = np.array([[u, -v, -r * s], [v, u, r * c]])
-    L_r transposed: Rows are outputs (x_l, y_l), columns are inputs (x, y, theta): L_r is 2 x 3.
-        return l, L_r, L_y -> return l, L_r.T, L_y
-    heading column in degrees: The last column of L_r is in metres per degree: keep to radians.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, np.radians(-r * s)], [0, 1, np.radians(r * c)]]
-    L_y transposed: Rows are outputs (x_l, y_l), columns are inputs (range, bearing): L_y is transposed.
-        L_r, L_y -> L_r, L_y.T
-    range forgotten in L_y: A landmark twice as far away moves twice as much when the bearing changes: the last column of L_y has a factor r.
-        [[c, -r * s], [s, r * c]] -> [[c, -s], [s, c]]
-    heading forgotten in L_y: In L_y, too, sin and cos are taken of the whole direction theta + beta.
-        L_y = np -> c, s = np.cos(y[1]), np.sin(y[1]); L_y = np
-    sign in L_y: d cos(a) = -sin(a) da: the upper right entry of L_y has a minus sign.
-        [[c, -r * s] -> [[c, r * s]
-    columns of L_y swapped: The order is range, then bearing, in y and in the columns of L_y.
-        [[c, -r * s], [s, r * c]] -> [[-r * s, c], [r * c, s]]
+    L_r transposed | return l, L_r, L_y -> return l, L_r.T, L_y | Rows are outputs (x_l, y_l), columns are inputs (x, y, theta): L_r is 2 x 3.
+    heading column in degrees | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, np.radians(-r * s)], [0, 1, np.radians(r * c)]] | The last column of L_r is in metres per degree: keep to radians.
+    L_y transposed | L_r, L_y -> L_r, L_y.T | Rows are outputs (x_l, y_l), columns are inputs (range, bearing): L_y is transposed.
+    range forgotten in L_y | [[c, -r * s], [s, r * c]] -> [[c, -s], [s, c]] | A landmark twice as far away moves twice as much when the bearing changes: the last column of L_y has a factor r.
+    heading forgotten in L_y | L_y = np -> c, s = np.cos(y[1]), np.sin(y[1]); L_y = np | In L_y, too, sin and cos are taken of the whole direction theta + beta.
+    sign in L_y | [[c, -r * s] -> [[c, r * s] | d cos(a) = -sin(a) da: the upper right entry of L_y has a minus sign.
+    columns of L_y swapped | [[c, -r * s], [s, r * c]] -> [[-r * s, c], [r * c, s]] | The order is range, then bearing, in y and in the columns of L_y.
     """,
 )

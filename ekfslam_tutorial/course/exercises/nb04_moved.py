@@ -60,51 +60,31 @@ motion = table(
     P_rm not propagated: The landmarks stand still, but the robot does not: its covariance with them becomes X_x P_rm. Left as it was, P does not fit together any more, and the filter diverges.
         P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3]
         P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T
-    P_rm forgotten: Moving does not make robot and map independent: P_rm becomes X_x P_rm, not zero.
-        return P -> P[:3, 3:], P[3:, :3] = 0, 0; return P
-    P_rm transposed Jacobian: The error of the robot goes through X_x, not through X_x': P_rm becomes X_x P_rm.
-        P[:3] = X_x @ P[:3] -> P[:3, :3], P[:3, 3:] = X_x @ P[:3, :3], X_x.T @ P[:3, 3:]
+    P_rm forgotten | return P -> P[:3, 3:], P[3:, :3] = 0, 0; return P | Moving does not make robot and map independent: P_rm becomes X_x P_rm, not zero.
+    P_rm transposed Jacobian | P[:3] = X_x @ P[:3] -> P[:3, :3], P[:3, 3:] = X_x @ P[:3, :3], X_x.T @ P[:3, 3:] | The error of the robot goes through X_x, not through X_x': P_rm becomes X_x P_rm.
         P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3], P[3:, :3] = P[:3, :3] @ X_x.T, P[:3, 3:].T
-    P_mr not changed: P_mr is the transpose of P_rm: change the columns of the robot, too.
-        P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T
-    P_rm not changed: P_rm is the transpose of P_mr: change the rows of the robot over the whole width.
-        P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3]
-    X_x' P X_x: The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
-        P = P.copy() -> old, P = P, P.copy()
+    P_mr not changed | P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T | P_mr is the transpose of P_rm: change the columns of the robot, too.
+    P_rm not changed | P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3] | P_rm is the transpose of P_mr: change the rows of the robot over the whole width.
+    X_x' P X_x | P = P.copy() -> old, P = P, P.copy() | The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
         P[:3, :3] += X_u -> P[:3, :3] = X_x.T @ old[:3, :3] @ X_x + X_u
-    X_x' on the left, X_x on the right: The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
-        X_x @ P[:3] -> X_x.T @ P[:3]
+    X_x' on the left, X_x on the right | X_x @ P[:3] -> X_x.T @ P[:3] | The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
         P[:, :3] @ X_x.T -> P[:, :3] @ X_x
-    no noise: The control is not exact: add X_u U X_u' to the block of the robot.
-        P[:3, :3] += X_u @ U @ X_u.T -> pass
-    only noise: The old uncertainty does not vanish: P_rr becomes X_x P_rr X_x' + X_u U X_u'.
-        P[:3, :3] += X_u -> P[:3, :3] = X_u
-    noise added, nothing turned: The heading error moves the robot sideways as it drives: that is X_x P_rr X_x'.
-        P = P.copy() -> old, P = P, P.copy()
+    no noise | P[:3, :3] += X_u @ U @ X_u.T -> pass | The control is not exact: add X_u U X_u' to the block of the robot.
+    only noise | P[:3, :3] += X_u -> P[:3, :3] = X_u | The old uncertainty does not vanish: P_rr becomes X_x P_rr X_x' + X_u U X_u'.
+    noise added, nothing turned | P = P.copy() -> old, P = P, P.copy() | The heading error moves the robot sideways as it drives: that is X_x P_rr X_x'.
         P[:3, :3] += X_u -> P[:3, :3] = old[:3, :3] + X_u
-    nothing but noise added: The heading error moves the robot sideways as it drives: rows and columns of the robot go through X_x.
-        P[:3] = X_x @ P[:3] -> pass
+    nothing but noise added | P[:3] = X_x @ P[:3] -> pass | The heading error moves the robot sideways as it drives: rows and columns of the robot go through X_x.
         P[:, :3] = P[:, :3] @ X_x.T -> pass
-    U squared: U holds variances already: do not square it.
-        X_u @ U @ X_u.T -> X_u @ U @ U @ X_u.T
-    U entry by entry squared: U holds variances already: do not square it.
-        X_u @ U @ X_u.T -> X_u @ U**2 @ X_u.T
-    only the diagonal of U: Use the whole U: the errors of the control may be correlated.
-        X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T
-    noise subtracted: Noise makes the robot more uncertain: X_u U X_u' is added.
-        P[:3, :3] += X_u -> P[:3, :3] -= X_u
-    noise on the landmarks: The landmarks stand still: no noise is added to P_mm.
-        return P -> P[3:, 3:] += np.mean(np.diag(X_u @ U @ X_u.T)) * np.eye(len(P) - 3); return P
-    a bit of noise for safety: The landmarks stand still: no noise is added to P_mm, however little.
-        return P -> P[3:, 3:] += 1e-3 * np.eye(len(P) - 3); return P
-    map forgotten: The map does not vanish when the robot moves: P_mm stays as it is.
-        return P -> P[3:, 3:] = 0; return P
-    U not brought to the pose: U belongs to the control, P_rr to the pose: X_u brings one to the other.
-        X_u @ U @ X_u.T -> U
-    noise everywhere: Only the robot moves: X_u U X_u' is added to P[:3, :3], the rest of P gets no noise.
-        return P -> P[3:, 3:] += np.trace(X_u @ U @ X_u.T); return P
-    only the robot is left: P must keep the size of the joint state: robot and landmarks.
-        return P -> return P[:3, :3]
+    U squared | X_u @ U @ X_u.T -> X_u @ U @ U @ X_u.T | U holds variances already: do not square it.
+    U entry by entry squared | X_u @ U @ X_u.T -> X_u @ U**2 @ X_u.T | U holds variances already: do not square it.
+    only the diagonal of U | X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T | Use the whole U: the errors of the control may be correlated.
+    noise subtracted | P[:3, :3] += X_u -> P[:3, :3] -= X_u | Noise makes the robot more uncertain: X_u U X_u' is added.
+    noise on the landmarks | return P -> P[3:, 3:] += np.mean(np.diag(X_u @ U @ X_u.T)) * np.eye(len(P) - 3); return P | The landmarks stand still: no noise is added to P_mm.
+    a bit of noise for safety | return P -> P[3:, 3:] += 1e-3 * np.eye(len(P) - 3); return P | The landmarks stand still: no noise is added to P_mm, however little.
+    map forgotten | return P -> P[3:, 3:] = 0; return P | The map does not vanish when the robot moves: P_mm stays as it is.
+    U not brought to the pose | X_u @ U @ X_u.T -> U | U belongs to the control, P_rr to the pose: X_u brings one to the other.
+    noise everywhere | return P -> P[3:, 3:] += np.trace(X_u @ U @ X_u.T); return P | Only the robot moves: X_u U X_u' is added to P[:3, :3], the rest of P gets no noise.
+    only the robot is left | return P -> return P[:3, :3] | P must keep the size of the joint state: robot and landmarks.
     """,
 )
 

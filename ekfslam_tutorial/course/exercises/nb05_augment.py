@@ -74,48 +74,30 @@ augmentation = table(
         return np -> P_lx = 0 * P_lx; return np
     mapping formula: That is the mapping formula, for a pose without error. The robot is uncertain, too: its error enters through L_r, into P_ll and into P_lx.
         P_lx = L_r @ P[:3] -> P_lx = 0 * L_r @ P[:3]
-    pose term forgotten: P_ll has two terms: the pose is uncertain, too. Did you forget L_r P_rr L_r'?
-        P_ll = P_lx[:, :3] @ L_r.T + L_y -> P_ll = L_y
-    measurement noise forgotten: P_ll has two terms: did you forget L_y R L_y'?
-        L_r.T + L_y @ R @ L_y.T -> L_r.T
-    only the robot: The old landmarks are correlated with the robot, so the new one is correlated with them: take all columns of P[:3].
-        return np -> P_lx[:, 3:] = 0; return np
-    P_xl forgotten: P must be symmetric: above the diagonal stands P_lx'.
-        [[P, P_lx.T] -> [[P, 0 * P_lx.T]
-    P_lx forgotten: P must be symmetric: below the diagonal stands P_lx, the transpose of what stands above.
-        [P_lx, P_ll] -> [0 * P_lx, P_ll]
-    noise not in metres: R is in range and bearing, P_ll in x and y: L_y brings one to the other, L_y R L_y'.
-        L_y @ R @ L_y.T -> R
-    L_y transposed: The noise goes through L_y from the left: L_y R L_y'.
-        L_y @ R @ L_y.T -> L_y.T @ R @ L_y
-    R squared: R holds variances already: do not square it.
-        L_y @ R @ L_y.T -> L_y @ R**2 @ L_y.T
-    only the diagonal of R: Use the whole R: the noise of range and bearing may be correlated.
-        L_y @ R @ L_y.T -> L_y @ np.diag(np.diag(R)) @ L_y.T
-    noise subtracted: Two causes of error make the landmark more uncertain than one: the two terms add up.
-        L_r.T + L_y -> L_r.T - L_y
-    identity: An identity says: 1 m^2 of variance, whatever the pose and the sensor.
-        return np -> P_ll = np.eye(2); return np
-    identity and zero: An identity says: 1 m^2, whatever pose and sensor. And zero says: nothing in common with the robot.
-        return np -> P_ll, P_lx = np.eye(2), 0 * P_lx; return np
+    pose term forgotten | P_ll = P_lx[:, :3] @ L_r.T + L_y -> P_ll = L_y | P_ll has two terms: the pose is uncertain, too. Did you forget L_r P_rr L_r'?
+    measurement noise forgotten | L_r.T + L_y @ R @ L_y.T -> L_r.T | P_ll has two terms: did you forget L_y R L_y'?
+    only the robot | return np -> P_lx[:, 3:] = 0; return np | The old landmarks are correlated with the robot, so the new one is correlated with them: take all columns of P[:3].
+    P_xl forgotten | [[P, P_lx.T] -> [[P, 0 * P_lx.T] | P must be symmetric: above the diagonal stands P_lx'.
+    P_lx forgotten | [P_lx, P_ll] -> [0 * P_lx, P_ll] | P must be symmetric: below the diagonal stands P_lx, the transpose of what stands above.
+    noise not in metres | L_y @ R @ L_y.T -> R | R is in range and bearing, P_ll in x and y: L_y brings one to the other, L_y R L_y'.
+    L_y transposed | L_y @ R @ L_y.T -> L_y.T @ R @ L_y | The noise goes through L_y from the left: L_y R L_y'.
+    R squared | L_y @ R @ L_y.T -> L_y @ R**2 @ L_y.T | R holds variances already: do not square it.
+    only the diagonal of R | L_y @ R @ L_y.T -> L_y @ np.diag(np.diag(R)) @ L_y.T | Use the whole R: the noise of range and bearing may be correlated.
+    noise subtracted | L_r.T + L_y -> L_r.T - L_y | Two causes of error make the landmark more uncertain than one: the two terms add up.
+    identity | return np -> P_ll = np.eye(2); return np | An identity says: 1 m^2 of variance, whatever the pose and the sensor.
+    identity and zero | return np -> P_ll, P_lx = np.eye(2), 0 * P_lx; return np | An identity says: 1 m^2, whatever pose and sensor. And zero says: nothing in common with the robot.
     very uncertain, and that is all: A huge covariance must be followed by a correction with the same measurement; otherwise it is simply wrong.
         return np -> P_ll, P_lx = 1e6 * np.eye(2), 0 * P_lx; return np
-    old map forgotten: A new landmark changes nothing between the others: the old P stays as it is.
-        [[P, -> [[np.diag(np.diag(P)),
-    sign of the cross-covariance: If the robot is further left than it thinks, so is the landmark: plus L_r P[:3].
-        return np -> P_lx = -P_lx; return np
-    landmark in the robot's frame: That is where the robot sees it. The map wants the map frame: inverse_observation.
-        [x, l] -> [x, y[0] * np.array([np.cos(y[1]), np.sin(y[1])])]
-    the measurement itself: Range and bearing are no place in the map: inverse_observation(x[:3], y) gives it.
-        [x, l] -> [x, y]
+    old map forgotten | [[P, -> [[np.diag(np.diag(P)), | A new landmark changes nothing between the others: the old P stays as it is.
+    sign of the cross-covariance | return np -> P_lx = -P_lx; return np | If the robot is further left than it thinks, so is the landmark: plus L_r P[:3].
+    landmark in the robot's frame | [x, l] -> [x, y[0] * np.array([np.cos(y[1]), np.sin(y[1])])] | That is where the robot sees it. The map wants the map frame: inverse_observation.
+    the measurement itself | [x, l] -> [x, y] | Range and bearing are no place in the map: inverse_observation(x[:3], y) gives it.
     double counting: The measurement is used up when it has started the landmark. A correction with it again counts it twice.
         return np.concatenate([x, l]), -> n, W = len(x), np.linalg.inv(L_y); H = np.hstack([-W @ L_r, np.zeros((2, n - 3)), W]); x, P = np.concatenate([x, l]),
         [P_lx, P_ll]]) -> [P_lx, P_ll]]); K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R); return x, P - K @ H @ P
-    landmark in front: The new landmark comes to the end of the state: the ranges of the others stay.
-        return np.concatenate([x, l]), -> n = len(x); x, P = np.concatenate([x, l]),
+    landmark in front | return np.concatenate([x, l]), -> n = len(x); x, P = np.concatenate([x, l]), | The new landmark comes to the end of the state: the ranges of the others stay.
         [P_lx, P_ll]]) -> [P_lx, P_ll]]); i = np.r_[0:3, n : n + 2, 3:n]; return x[i], P[np.ix_(i, i)]
-    P does not grow: P needs two rows and columns more, as x does.
-        np.block([[P, P_lx.T], [P_lx, P_ll]]) -> P
+    P does not grow | np.block([[P, P_lx.T], [P_lx, P_ll]]) -> P | P needs two rows and columns more, as x does.
     """,
 )
 

@@ -94,70 +94,41 @@ correction = table(
     a covariance that shrinks | P | often   | P must stay symmetric and lose uncertainty in every direction.
     """,
     wrong="""
-    bearing not wrapped: 3.12 and -3.12 rad are nearly the same direction: wrap the difference of the bearings.
-        wrap(y[1] - e[1]) -> y[1] - e[1]
-    range wrapped, too: The range is a distance, not an angle: wrap z[1] only.
-        [y[0] - e[0], -> [wrap(y[0] - e[0]),
-    bearings wrapped, not their difference: Wrap the difference: two wrapped angles can still be nearly 2 pi apart.
-        wrap(y[1] - e[1]) -> wrap(y[1]) - wrap(e[1])
+    bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | 3.12 and -3.12 rad are nearly the same direction: wrap the difference of the bearings.
+    range wrapped, too | [y[0] - e[0], -> [wrap(y[0] - e[0]), | The range is a distance, not an angle: wrap z[1] only.
+    bearings wrapped, not their difference | wrap(y[1] - e[1]) -> wrap(y[1]) - wrap(e[1]) | Wrap the difference: two wrapped angles can still be nearly 2 pi apart.
     at most one turn: A heading that has counted several turns puts e several turns away: one correction by 2 pi is not enough. wrap() takes off all turns.
         wrap(y[1] - e[1]) -> (d := y[1] - e[1]) - 2 * np.pi * (d > np.pi) + 2 * np.pi * (d < -np.pi)
-    wrapped to 0 ... 2 pi: A small negative difference must stay small and negative: wrap into (-pi, pi].
-        wrap(y[1] - e[1]) -> (y[1] - e[1]) % (2 * np.pi)
-    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-        wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi
-    expected minus measured: The innovation is measurement minus expectation, z = y - e, and x + K z moves towards it.
-        [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])]
-    bearing in degrees: Angles are in radians everywhere.
-        wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1]))
-    measurement instead of innovation: What moves the state is the surprise, z = y - e.
-        np.array([y[0] - e[0], wrap(y[1] - e[1])]) -> y
-    Z without R: The measurement has noise, too: Z = H P H' + R.
-        H @ PHt + R -> H @ PHt
-    R for Z: The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.
-        np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(R, PHt.T).T
+    wrapped to 0 ... 2 pi | wrap(y[1] - e[1]) -> (y[1] - e[1]) % (2 * np.pi) | A small negative difference must stay small and negative: wrap into (-pi, pi].
+    brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    expected minus measured | [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])] | The innovation is measurement minus expectation, z = y - e, and x + K z moves towards it.
+    bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
+    measurement instead of innovation | np.array([y[0] - e[0], wrap(y[1] - e[1])]) -> y | What moves the state is the surprise, z = y - e.
+    Z without R | H @ PHt + R -> H @ PHt | The measurement has noise, too: Z = H P H' + R.
+    R for Z | np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(R, PHt.T).T | The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.
         K @ Z @ K.T -> K @ H @ P
-    Z not inverted: K = P H' inv(Z): a large uncertainty of the innovation makes a small gain.
-        np.linalg.solve(Z, PHt.T).T -> PHt @ Z
-    R squared: R holds variances already: do not square it.
-        H @ PHt + R -> H @ PHt + R**2
-    square root of R: R holds variances, and Z = H P H' + R needs variances: no square root.
-        H @ PHt + R -> H @ PHt + np.sqrt(np.abs(R))
-    only the diagonal of R: Use the whole R: the noise of range and bearing may be correlated.
-        H @ PHt + R -> H @ PHt + np.diag(np.diag(R))
-    inverse entry by entry: inv(Z) is the inverse of a matrix, not 1 / Z for each entry.
-        np.linalg.solve(Z, PHt.T).T -> PHt @ (1 / Z)
-    P forgotten in the gain: K = P H' inv(Z): the gain begins with P.
-        np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(Z, H).T
-    x unchanged: The innovation moves the state: x + K z.
-        x = x + K @ z -> pass
-    only the robot: That is localisation: in SLAM the landmarks are uncertain, too. Correct the whole state.
-        x = x + K @ z -> x = x + (np.arange(len(x)) < 3) * (K @ z)
-    only the landmarks: That is mapping: in SLAM the pose is uncertain, too. Correct the whole state.
-        x = x + K @ z -> x = x + (np.arange(len(x)) >= 3) * (K @ z)
+    Z not inverted | np.linalg.solve(Z, PHt.T).T -> PHt @ Z | K = P H' inv(Z): a large uncertainty of the innovation makes a small gain.
+    R squared | H @ PHt + R -> H @ PHt + R**2 | R holds variances already: do not square it.
+    square root of R | H @ PHt + R -> H @ PHt + np.sqrt(np.abs(R)) | R holds variances, and Z = H P H' + R needs variances: no square root.
+    only the diagonal of R | H @ PHt + R -> H @ PHt + np.diag(np.diag(R)) | Use the whole R: the noise of range and bearing may be correlated.
+    inverse entry by entry | np.linalg.solve(Z, PHt.T).T -> PHt @ (1 / Z) | inv(Z) is the inverse of a matrix, not 1 / Z for each entry.
+    P forgotten in the gain | np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(Z, H).T | K = P H' inv(Z): the gain begins with P.
+    x unchanged | x = x + K @ z -> pass | The innovation moves the state: x + K z.
+    only the robot | x = x + K @ z -> x = x + (np.arange(len(x)) < 3) * (K @ z) | That is localisation: in SLAM the landmarks are uncertain, too. Correct the whole state.
+    only the landmarks | x = x + K @ z -> x = x + (np.arange(len(x)) >= 3) * (K @ z) | That is mapping: in SLAM the pose is uncertain, too. Correct the whole state.
     only robot and seen landmark: The other landmarks share errors with robot and landmark: correct the whole state. A filter that does not do so diverges.
         x = x + K @ z -> x = x + H.any(0) * (K @ z)
-    covariance unchanged: The measurement brings information: P - K Z K'.
-        P = P - K @ Z @ K.T -> pass
-    covariance added: The measurement brings information: K Z K' is subtracted.
-        P = P - K -> P = P + K
-    K R K' subtracted: P - K Z K' has the whole Z = H P H' + R in it.
-        K @ Z @ K.T -> K @ R @ K.T
-    K H P H' K' subtracted: P - K Z K' has the whole Z = H P H' + R in it.
-        K @ Z @ K.T -> K @ (Z - R) @ K.T
-    half of Joseph's form: Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.
-        P = P - K @ Z @ K.T -> A = np.eye(len(P)) - K @ H; P = A @ P @ A.T
-    P (I - K H): The order matters: (I - K H) P. Yours is not symmetric.
-        P = P - K @ Z @ K.T -> P = P @ (np.eye(len(P)) - K @ H)
-    only the seen block of P: All of P changes: the other landmarks and their covariances, too.
-        P = P - K @ Z @ K.T -> P = P - np.outer(H.any(0), H.any(0)) * (K @ Z @ K.T)
-    only the robot's block of P: All of P changes: landmarks and covariances, too.
-        P = P - K @ Z @ K.T -> i = np.arange(len(x)) < 3; P = P - np.outer(i, i) * (K @ Z @ K.T)
+    covariance unchanged | P = P - K @ Z @ K.T -> pass | The measurement brings information: P - K Z K'.
+    covariance added | P = P - K -> P = P + K | The measurement brings information: K Z K' is subtracted.
+    K R K' subtracted | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
+    K H P H' K' subtracted | K @ Z @ K.T -> K @ (Z - R) @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
+    half of Joseph's form | P = P - K @ Z @ K.T -> A = np.eye(len(P)) - K @ H; P = A @ P @ A.T | Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.
+    P (I - K H) | P = P - K @ Z @ K.T -> P = P @ (np.eye(len(P)) - K @ H) | The order matters: (I - K H) P. Yours is not symmetric.
+    only the seen block of P | P = P - K @ Z @ K.T -> P = P - np.outer(H.any(0), H.any(0)) * (K @ Z @ K.T) | All of P changes: the other landmarks and their covariances, too.
+    only the robot's block of P | P = P - K @ Z @ K.T -> i = np.arange(len(x)) < 3; P = P - np.outer(i, i) * (K @ Z @ K.T) | All of P changes: landmarks and covariances, too.
     cross-covariances deleted: A correction does not make robot and landmarks independent: keep all blocks of P.
         return x, P -> return x, P * (np.kron(np.eye((len(P) + 1) // 2), np.ones((2, 2)))[1:, 1:] > 0)
-    gain transposed: K = P H' inv(Z) has a row for each number of the state: n x 2, not 2 x n.
-        np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(Z, PHt.T)
-    columns instead of vectors: Vectors have one axis here: x has shape (n,), no columns.
-        return x, P -> return x[:, None], P
+    gain transposed | np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(Z, PHt.T) | K = P H' inv(Z) has a row for each number of the state: n x 2, not 2 x n.
+    columns instead of vectors | return x, P -> return x[:, None], P | Vectors have one axis here: x has shape (n,), no columns.
     """,
 )

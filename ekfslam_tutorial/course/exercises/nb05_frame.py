@@ -115,40 +115,23 @@ frame = table(
     wrong="""
     double counting: The measurement that starts a landmark is used up. Your loop corrects with it once more, and P_ll is too small: use `else`.
         x, P = augment(x, P, y, R) -> x, P = augment(x, P, y, R); x, P = correct(x, P, y, R, *observe(x, slice(len(x) - 2, len(x))))
-    prediction forgotten: The robot has moved: begin with predict(x, P, u, U).
-        x, P = predict(x, P, u, U) -> pass
-    mean moved, covariance not: predict returns both x and P: take both.
-        x, P = predict( -> x, _ = predict(
-    covariance moved, mean not: predict returns both x and P: take both.
-        x, P = predict( -> _, P = predict(
-    mean corrected, covariance not: correct returns both x and P: take both.
-        x, P = correct( -> x, _ = correct(
-    known landmarks not used: A landmark that is in ids corrects the whole state: observe, then correct.
-        x, P = correct(x, P, y, R, e, H) -> pass
-    new landmarks not started: A landmark that is not in ids comes into the state: augment, and remember its id.
-        new.append((id, y)) -> pass
-    every sight is a new landmark: A landmark that is in ids is known: do not start it again, correct with it.
-        if id in ids: -> if False:
-    id not remembered: Put the id of a new landmark at the end of ids, as augment puts the landmark at the end of x.
-        ids + [id for id, _ in new] -> ids
-    id put in front: augment puts the new landmark at the end of x: put its id at the end of ids, too.
-        ids + [id for id, _ in new] -> [id for id, _ in new][::-1] + ids
-    robot forgotten in the range: The robot has the first three numbers: landmark k begins at 3 + 2 k.
-        k = 3 + 2 * ids.index(id) -> k = 2 * ids.index(id)
-    one number for a landmark: Each landmark has two numbers: landmark k begins at 3 + 2 k.
-        k = 3 + 2 * ids.index(id) -> k = 3 + ids.index(id)
-    counted from one: Python counts from 0: the first landmark in ids has the range 3:5.
-        k = 3 + 2 * ids.index(id) -> k = min(5 + 2 * ids.index(id), len(x) - 2)
-    R squared: R is a covariance already: hand it on as it is.
-        x, P = predict -> R = R**2; x, P = predict
-    ids as the order of sight: Where a landmark is in the state is said by ids, not by its place in `seen`.
-        k = 3 + 2 * ids.index(id) -> k = min(3 + 2 * seen.index(id), len(x) - 2)
-    only the first landmark in view: Use all measurements: is `return` inside the loop?
-        zip(seen, ys, -> zip(seen[:1], ys[:1],
-    only the last landmark in view: Use all measurements: does each correction start from the x and P of the one before?
-        zip(seen, ys, -> zip(seen[-1:], ys[-1:],
-    the robot moves last: The measurements were taken after the step: predict comes first.
-        x, P = predict(x, P, u, U) -> pass
+    prediction forgotten | x, P = predict(x, P, u, U) -> pass | The robot has moved: begin with predict(x, P, u, U).
+    mean moved, covariance not | x, P = predict( -> x, _ = predict( | predict returns both x and P: take both.
+    covariance moved, mean not | x, P = predict( -> _, P = predict( | predict returns both x and P: take both.
+    mean corrected, covariance not | x, P = correct( -> x, _ = correct( | correct returns both x and P: take both.
+    known landmarks not used | x, P = correct(x, P, y, R, e, H) -> pass | A landmark that is in ids corrects the whole state: observe, then correct.
+    new landmarks not started | new.append((id, y)) -> pass | A landmark that is not in ids comes into the state: augment, and remember its id.
+    every sight is a new landmark | if id in ids: -> if False: | A landmark that is in ids is known: do not start it again, correct with it.
+    id not remembered | ids + [id for id, _ in new] -> ids | Put the id of a new landmark at the end of ids, as augment puts the landmark at the end of x.
+    id put in front | ids + [id for id, _ in new] -> [id for id, _ in new][::-1] + ids | augment puts the new landmark at the end of x: put its id at the end of ids, too.
+    robot forgotten in the range | k = 3 + 2 * ids.index(id) -> k = 2 * ids.index(id) | The robot has the first three numbers: landmark k begins at 3 + 2 k.
+    one number for a landmark | k = 3 + 2 * ids.index(id) -> k = 3 + ids.index(id) | Each landmark has two numbers: landmark k begins at 3 + 2 k.
+    counted from one | k = 3 + 2 * ids.index(id) -> k = min(5 + 2 * ids.index(id), len(x) - 2) | Python counts from 0: the first landmark in ids has the range 3:5.
+    R squared | x, P = predict -> R = R**2; x, P = predict | R is a covariance already: hand it on as it is.
+    ids as the order of sight | k = 3 + 2 * ids.index(id) -> k = min(3 + 2 * seen.index(id), len(x) - 2) | Where a landmark is in the state is said by ids, not by its place in `seen`.
+    only the first landmark in view | zip(seen, ys, -> zip(seen[:1], ys[:1], | Use all measurements: is `return` inside the loop?
+    only the last landmark in view | zip(seen, ys, -> zip(seen[-1:], ys[-1:], | Use all measurements: does each correction start from the x and P of the one before?
+    the robot moves last | x, P = predict(x, P, u, U) -> pass | The measurements were taken after the step: predict comes first.
         return x, P, -> x, P = predict(x, P, u, U); return x, P,
     all observed before the first correction: A correction moves robot and landmarks: observe the next landmark from the new x. With the old e the same error is corrected twice.
         x, P = predict(x, P, u, U) -> x, P = predict(x, P, u, U); old = x

@@ -71,72 +71,41 @@ observation = table(
     the world as a whole           | d H / x   | any     | Shift or turn robot and landmarks together: no measurement changes.
     """,
     wrong="""
-    heading forgotten: That is the direction in the map. The robot measures from its own x axis: subtract theta.
-        np.arctan2(dy, dx) - x[2] -> np.arctan2(dy, dx)
-    heading added: Turn the robot to the left: the landmark moves to the right in its view. Subtract theta.
-        np.arctan2(dy, dx) - x[2] -> np.arctan2(dy, dx) + x[2]
-    from the landmark to the robot: Use landmark minus robot in arctan2.
-        np.arctan2(dy, dx) -> np.arctan2(-dy, -dx)
-    arctan2 swapped: arctan2 takes y first: arctan2(dy, dx).
-        np.arctan2(dy, dx) -> np.arctan2(dx, dy)
-    arctan of the quotient: arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).
-        np.arctan2(dy, dx) -> np.arctan(dy / dx)
-    bearing to the right: Your bearing has the wrong sign: angles count to the left (counter-clockwise).
-        np.arctan2(dy, dx) - x[2] -> x[2] - np.arctan2(dy, dx)
-    bearing in degrees: Angles are in radians everywhere.
-        wrap(np.arctan2(dy, dx) - x[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x[2]))
+    heading forgotten | np.arctan2(dy, dx) - x[2] -> np.arctan2(dy, dx) | That is the direction in the map. The robot measures from its own x axis: subtract theta.
+    heading added | np.arctan2(dy, dx) - x[2] -> np.arctan2(dy, dx) + x[2] | Turn the robot to the left: the landmark moves to the right in its view. Subtract theta.
+    from the landmark to the robot | np.arctan2(dy, dx) -> np.arctan2(-dy, -dx) | Use landmark minus robot in arctan2.
+    arctan2 swapped | np.arctan2(dy, dx) -> np.arctan2(dx, dy) | arctan2 takes y first: arctan2(dy, dx).
+    arctan of the quotient | np.arctan2(dy, dx) -> np.arctan(dy / dx) | arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).
+    bearing to the right | np.arctan2(dy, dx) - x[2] -> x[2] - np.arctan2(dy, dx) | Your bearing has the wrong sign: angles count to the left (counter-clockwise).
+    bearing in degrees | wrap(np.arctan2(dy, dx) - x[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x[2])) | Angles are in radians everywhere.
     brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
         wrap(np.arctan2(dy, dx) - x[2]) -> (np.arctan2(dy, dx) - x[2] + np.pi) % 2 * np.pi - np.pi
-    range squared: Take the square root: the range is in metres.
-        e = np.array([r, -> e = np.array([r2,
-    robot at the origin: The differences begin at the robot: subtract its position, x[:2].
-        x[l] - x[:2] -> x[l]
-    the mapping Jacobian: That is H of notebook 02, where the pose was known. Now the pose is in the state: it has columns of its own, the first three.
-        -E_l, [0, -1], E_l -> 0, 0, E_l
-    the localisation Jacobian: The landmark is in the state, too: its block belongs into the columns l.
-        -E_l, [0, -1], E_l -> -E_l, [0, -1], 0
-    heading column forgotten: The bearing is measured from the robot's own axis: d bearing / d theta = -1. Without it the filter never corrects its heading, and diverges.
-        [0, -1] -> [0, 0]
-    heading column positive: Turn the robot to the left: the landmark moves to the right in its view. d bearing / d theta = -1.
-        [0, -1] -> [0, 1]
-    heading in the range: Turning on the spot changes no distance: d range / d theta = 0, d bearing / d theta = -1.
-        [0, -1] -> [-1, 0]
-    heading in both rows: Turning on the spot changes no distance: d range / d theta = 0.
-        [0, -1] -> [-1, -1]
-    heading in degrees: The column of the heading is in degrees: keep to radians.
-        [0, -1] -> [0, -180 / np.pi]
-    same sign for robot and landmark: A robot that comes nearer makes the range smaller: the columns of the robot are minus those of the landmark.
-        = -E_l, -> = E_l,
-    signs swapped: The signs of robot and landmark are exchanged: dr/dx_l = +dx/r.
-        -E_l, [0, -1], E_l -> E_l, [0, -1], -E_l
-    position columns zero: A robot that moves sees the landmark at another range: the first two columns are -E_l.
-        = -E_l, -> = 0,
-    r for r^2: The bearing row is divided by r^2, not by r.
-        [-dy / r2, dx / r2] -> [-dy / r, dx / r]
-    r^2 for r: The range row is divided by r, not by r^2: it is a unit vector.
-        [dx / r, dy / r] -> [dx / r2, dy / r2]
-    minus sign forgotten: d bearing / d x_l = -dy / r^2: the lower left entry of the block has a minus sign.
-        [-dy / r2 -> [dy / r2
-    sign of the bearing row: d bearing / d x_l = -dy/r^2 and d bearing / d y_l = +dx/r^2.
-        [-dy / r2, dx / r2] -> [dy / r2, -dx / r2]
-    dx and dy swapped: In the bearing row dy stands in the x column and dx in the y column: [-dy, dx] / r^2.
-        [-dy / r2, dx / r2] -> [-dx / r2, dy / r2]
-    block transposed: The first row is the derivative of the range, by x and by y: your block is transposed.
-        [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, -dy / r2], [dy / r, dx / r2]]
-    rows swapped: The first row of H is the derivative of the range, the second that of the bearing.
-        return e, H -> return e, H[::-1]
+    range squared | e = np.array([r, -> e = np.array([r2, | Take the square root: the range is in metres.
+    robot at the origin | x[l] - x[:2] -> x[l] | The differences begin at the robot: subtract its position, x[:2].
+    the mapping Jacobian | -E_l, [0, -1], E_l -> 0, 0, E_l | That is H of notebook 02, where the pose was known. Now the pose is in the state: it has columns of its own, the first three.
+    the localisation Jacobian | -E_l, [0, -1], E_l -> -E_l, [0, -1], 0 | The landmark is in the state, too: its block belongs into the columns l.
+    heading column forgotten | [0, -1] -> [0, 0] | The bearing is measured from the robot's own axis: d bearing / d theta = -1. Without it the filter never corrects its heading, and diverges.
+    heading column positive | [0, -1] -> [0, 1] | Turn the robot to the left: the landmark moves to the right in its view. d bearing / d theta = -1.
+    heading in the range | [0, -1] -> [-1, 0] | Turning on the spot changes no distance: d range / d theta = 0, d bearing / d theta = -1.
+    heading in both rows | [0, -1] -> [-1, -1] | Turning on the spot changes no distance: d range / d theta = 0.
+    heading in degrees | [0, -1] -> [0, -180 / np.pi] | The column of the heading is in degrees: keep to radians.
+    same sign for robot and landmark | = -E_l, -> = E_l, | A robot that comes nearer makes the range smaller: the columns of the robot are minus those of the landmark.
+    signs swapped | -E_l, [0, -1], E_l -> E_l, [0, -1], -E_l | The signs of robot and landmark are exchanged: dr/dx_l = +dx/r.
+    position columns zero | = -E_l, -> = 0, | A robot that moves sees the landmark at another range: the first two columns are -E_l.
+    r for r^2 | [-dy / r2, dx / r2] -> [-dy / r, dx / r] | The bearing row is divided by r^2, not by r.
+    r^2 for r | [dx / r, dy / r] -> [dx / r2, dy / r2] | The range row is divided by r, not by r^2: it is a unit vector.
+    minus sign forgotten | [-dy / r2 -> [dy / r2 | d bearing / d x_l = -dy / r^2: the lower left entry of the block has a minus sign.
+    sign of the bearing row | [-dy / r2, dx / r2] -> [dy / r2, -dx / r2] | d bearing / d x_l = -dy/r^2 and d bearing / d y_l = +dx/r^2.
+    dx and dy swapped | [-dy / r2, dx / r2] -> [-dx / r2, dy / r2] | In the bearing row dy stands in the x column and dx in the y column: [-dy, dx] / r^2.
+    block transposed | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, -dy / r2], [dy / r, dx / r2]] | The first row is the derivative of the range, by x and by y: your block is transposed.
+    rows swapped | return e, H -> return e, H[::-1] | The first row of H is the derivative of the range, the second that of the bearing.
     turned by theta: The state is in the map frame, and so are the columns of H: theta only shifts the bearing.
         H = np.zeros -> c, s = np.cos(x[2]), np.sin(x[2]); E_l = E_l @ [[c, -s], [s, c]]; H = np.zeros
-    only five columns: H has a column for each number of the state: put the blocks into a matrix of zeros, 2 x n.
-        return e, H -> return e, np.hstack([H[:, :3], E_l])
-    landmark right behind the robot: The landmark's block belongs into the columns l, not always into 3:5.
-        H[:, l] -> H[:, 3:5]
-    H transposed: Rows are outputs (range, bearing), columns are inputs (the state): H is 2 x n.
-        return e, H -> return e, H.T
-    the first landmark always: The landmark asked for is x[l], not always x[3:5].
-        dx, dy = -> l = slice(3, 5); dx, dy =
-    columns instead of vectors: Vectors have one axis here: e = np.array([r, beta]), no columns.
-        return e, -> return e[:, None],
+    only five columns | return e, H -> return e, np.hstack([H[:, :3], E_l]) | H has a column for each number of the state: put the blocks into a matrix of zeros, 2 x n.
+    landmark right behind the robot | H[:, l] -> H[:, 3:5] | The landmark's block belongs into the columns l, not always into 3:5.
+    H transposed | return e, H -> return e, H.T | Rows are outputs (range, bearing), columns are inputs (the state): H is 2 x n.
+    the first landmark always | dx, dy = -> l = slice(3, 5); dx, dy = | The landmark asked for is x[l], not always x[3:5].
+    columns instead of vectors | return e, -> return e[:, None], | Vectors have one axis here: e = np.array([r, beta]), no columns.
     """,
 )
 

@@ -94,64 +94,41 @@ prediction = table(
     blocks between robot and map | P[:3, 3:], P[3:, :3] | any | P_rm becomes X_x P_rm, and P_mr its transpose.
     """,
     wrong="""
-    step not turned: The step is seen from the robot, the pose is in the map: turn the step by theta first.
-        x[:3] += X_u @ u -> x[:3] += u
-    step turned the other way: [[c, s], [-s, c]] brings the map to the robot. Here a step of the robot goes into the map: [[c, -s], [s, c]].
-        x[:3] += X_u @ u -> x[:3] += X_u.T @ u
+    step not turned | x[:3] += X_u @ u -> x[:3] += u | The step is seen from the robot, the pose is in the map: turn the step by theta first.
+    step turned the other way | x[:3] += X_u @ u -> x[:3] += X_u.T @ u | [[c, s], [-s, c]] brings the map to the robot. Here a step of the robot goes into the map: [[c, -s], [s, c]].
     turned first, then driven: The step is seen from the robot *before* the step: turn it by the old heading.
         x[:3] += X_u @ u -> x[2] += u[2]; x[:2] += [np.cos(x[2]) * u[0] - np.sin(x[2]) * u[1], np.sin(x[2]) * u[0] + np.cos(x[2]) * u[1]]
-    step to the left forgotten: u has three numbers: dx ahead, dy to the left, dtheta.
-        x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], 0, u[2]]
-    step to the right: dy counts to the left: with theta = 0 it is added to y.
-        x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], -u[1], u[2]]
-    heading not changed: The robot turns, too: theta + dtheta.
-        x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], u[1], 0]
-    heading turned the other way: A positive dtheta turns to the left: theta *plus* dtheta.
-        x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], u[1], -u[2]]
-    sine and cosine swapped: cos belongs to x and sin to y.
-        x[:3] += X_u @ u -> x[:3] += np.array([[s, -c, 0], [c, s, 0], [0, 0, 1]]) @ u
-    theta taken as degrees: Angles are in radians already.
-        x[:3] += X_u @ u -> c, s = np.cos(np.radians(x[2])), np.sin(np.radians(x[2])); x[:3] += np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ u
+    step to the left forgotten | x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], 0, u[2]] | u has three numbers: dx ahead, dy to the left, dtheta.
+    step to the right | x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], -u[1], u[2]] | dy counts to the left: with theta = 0 it is added to y.
+    heading not changed | x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], u[1], 0] | The robot turns, too: theta + dtheta.
+    heading turned the other way | x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], u[1], -u[2]] | A positive dtheta turns to the left: theta *plus* dtheta.
+    sine and cosine swapped | x[:3] += X_u @ u -> x[:3] += np.array([[s, -c, 0], [c, s, 0], [0, 0, 1]]) @ u | cos belongs to x and sin to y.
+    theta taken as degrees | x[:3] += X_u @ u -> c, s = np.cos(np.radians(x[2])), np.sin(np.radians(x[2])); x[:3] += np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ u | Angles are in radians already.
     Jacobians after the move: X_x and X_u are taken at the pose *before* the step: compute them before you change x.
         P[:3] = X_x -> c, s = np.cos(x[2]), np.sin(x[2]); X_x[:2, 2] = -s * u[0] - c * u[1], c * u[0] - s * u[1]; X_u[:2, :2] = [[c, -s], [s, c]]; P[:3] = X_x
-    X_x is the identity: The new position depends on theta, too: the last column of X_x is not [0, 0, 1].
-        P[:3] = X_x -> X_x = np.eye(3); P[:3] = X_x
-    X_x' P X_x: The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
-        P[:3] = X_x -> P[:3] = X_x.T
+    X_x is the identity | P[:3] = X_x -> X_x = np.eye(3); P[:3] = X_x | The new position depends on theta, too: the last column of X_x is not [0, 0, 1].
+    X_x' P X_x | P[:3] = X_x -> P[:3] = X_x.T | The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
         P[:, :3] @ X_x.T -> P[:, :3] @ X_x
     sign in X_x: d cos(theta) = -sin(theta): check the signs in the last column of X_x.
         [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, s * u[0] + c * u[1]], [0, 1, s * u[1] - c * u[0]]
-    sign of one entry of X_x: d cos(theta) = -sin(theta): the first entry of the last column is -s dx - c dy.
-        -s * u[0] - c * u[1] -> s * u[0] + c * u[1]
+    sign of one entry of X_x | -s * u[0] - c * u[1] -> s * u[0] + c * u[1] | d cos(theta) = -sin(theta): the first entry of the last column is -s dx - c dy.
     dy forgotten in X_x: The last column of X_x is [-s dx - c dy, c dx - s dy, 1]: dy is in it, too.
         [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -s * u[0]], [0, 1, c * u[0]]
     X_x not turned: The last column of X_x holds the step in the map, turned by 90 degrees: use sin and cos of theta.
         [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -u[1]], [0, 1, u[0]]
-    U not turned: U says how uncertain the step is, ahead and to the left. In the map that is X_u U X_u'.
-        X_u @ U @ X_u.T -> U
-    U turned the other way: The noise goes through X_u from the left: X_u U X_u'.
-        X_u @ U @ X_u.T -> X_u.T @ U @ X_u
-    U squared: U holds variances already: do not square it.
-        X_u @ U @ X_u.T -> X_u @ U**2 @ X_u.T
-    only the diagonal of U: Use the whole U: the errors of the step may be correlated.
-        X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T
-    no noise: The odometry is not exact: add X_u U X_u' to the block of the robot.
-        P[:3, :3] += X_u @ U @ X_u.T -> pass
-    only noise: The old uncertainty does not vanish: P_rr becomes X_x P_rr X_x' + X_u U X_u'.
-        P[:3, :3] += X_u -> P[:3, :3] = X_u
-    noise subtracted: Noise makes the robot more uncertain: X_u U X_u' is added.
-        P[:3, :3] += X_u -> P[:3, :3] -= X_u
-    P_rm not propagated: The landmarks stand still, but the robot does not: P_rm becomes X_x P_rm.
-        P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3]
+    U not turned | X_u @ U @ X_u.T -> U | U says how uncertain the step is, ahead and to the left. In the map that is X_u U X_u'.
+    U turned the other way | X_u @ U @ X_u.T -> X_u.T @ U @ X_u | The noise goes through X_u from the left: X_u U X_u'.
+    U squared | X_u @ U @ X_u.T -> X_u @ U**2 @ X_u.T | U holds variances already: do not square it.
+    only the diagonal of U | X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T | Use the whole U: the errors of the step may be correlated.
+    no noise | P[:3, :3] += X_u @ U @ X_u.T -> pass | The odometry is not exact: add X_u U X_u' to the block of the robot.
+    only noise | P[:3, :3] += X_u -> P[:3, :3] = X_u | The old uncertainty does not vanish: P_rr becomes X_x P_rr X_x' + X_u U X_u'.
+    noise subtracted | P[:3, :3] += X_u -> P[:3, :3] -= X_u | Noise makes the robot more uncertain: X_u U X_u' is added.
+    P_rm not propagated | P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3] | The landmarks stand still, but the robot does not: P_rm becomes X_x P_rm.
         P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T
-    P_rm forgotten: Moving does not make robot and map independent: P_rm becomes X_x P_rm, not zero.
-        return x, P -> P[:3, 3:], P[3:, :3] = 0, 0; return x, P
-    P_mr not changed: P_mr is the transpose of P_rm: change the columns of the robot, too.
-        P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T
-    noise on the landmarks: The landmarks stand still: no noise is added to P_mm.
-        return x, P -> P[3:, 3:] += U[0, 0] * np.eye(len(P) - 3); return x, P
-    landmarks pushed along: The landmarks stand still: only x[:3] changes.
-        return x, P -> x[3::2] += (X_u @ u)[0]; x[4::2] += (X_u @ u)[1]; return x, P
+    P_rm forgotten | return x, P -> P[:3, 3:], P[3:, :3] = 0, 0; return x, P | Moving does not make robot and map independent: P_rm becomes X_x P_rm, not zero.
+    P_mr not changed | P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T | P_mr is the transpose of P_rm: change the columns of the robot, too.
+    noise on the landmarks | return x, P -> P[3:, 3:] += U[0, 0] * np.eye(len(P) - 3); return x, P | The landmarks stand still: no noise is added to P_mm.
+    landmarks pushed along | return x, P -> x[3::2] += (X_u @ u)[0]; x[4::2] += (X_u @ u)[1]; return x, P | The landmarks stand still: only x[:3] changes.
     """,
 )
 

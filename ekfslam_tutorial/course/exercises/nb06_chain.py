@@ -64,46 +64,26 @@ chain = table(
     negative gap, long chain        | dx, P  | slipped | Nothing here depends on the sign of z or on the number of steps.
     """,
     wrong="""
-    landmarks without a common error: A diagonal covariance says: no common errors. But landmarks 3 and 5 share the errors of the steps 1, 2 and 3.
-        np.minimum.outer(C, C) -> np.diag(C)
-    each landmark has its own step only: The errors add up along the way: landmark k has those of all steps 1 to k.
-        np.minimum.outer(C, C) -> np.diag(q)
-    steps not added up: The errors add up along the way: landmark k has the variance of all steps 1 to k, C = np.cumsum(q).
-        C = np.cumsum(q) -> C = q
-    only the last landmark moves: Only the seen landmark was corrected. The others share its errors: the gain K has an entry for each of them.
-        K = P[:, -1] / -> K = np.eye(len(P))[-1] * P[-1, -1] /
-    all move alike: Landmark 1 has the error of one step, the last one those of all steps: they cannot all move by the same amount.
-        K = P[:, -1] / -> K = np.ones(len(P)) * P[-1, -1] /
-    equal shares: The gap is not spread evenly over the steps: where the odometry was bad, more of it belongs. Use q.
-        K = P[:, -1] / -> K = np.arange(1, len(P) + 1) / len(P) * P[-1, -1] /
-    R forgotten: The closure has noise, too: divide by P_nn + R.
-        (P[-1, -1] + R) -> P[-1, -1]
-    P_nn forgotten: The gain divides by the whole uncertainty of the innovation, P_nn + R, not by R alone.
-        (P[-1, -1] + R) -> max(R, 1e-12)
-    R squared: R is a variance already: do not square it.
-        (P[-1, -1] + R) -> (P[-1, -1] + R**2)
-    R as a standard deviation: R is a variance already: take no root.
-        (P[-1, -1] + R) -> (P[-1, -1] + np.sqrt(R))
-    the larger of the two: Landmarks i and k share the steps up to the *smaller* of the two.
-        np.minimum.outer -> np.maximum.outer
-    standard deviations added: Independent errors: their variances add up, not their standard deviations.
-        np.cumsum(q) -> np.cumsum(np.sqrt(q)) ** 2
-    q squared: q holds variances already: do not square them.
-        np.cumsum(q) -> np.cumsum(q**2)
-    sign of dx: z is measurement minus expectation: the landmarks move by + K z.
-        return K * z -> return -K * z
-    gain returned: K is the share of the gap: dx = K z.
-        return K * z -> return K
-    P as before: x was corrected, P was not: P - K H P.
-        P - np.outer(K, P[-1]) -> P
-    P grows: A measurement takes uncertainty away: P *minus* K H P.
-        P - np.outer -> P + np.outer
-    K K' without Z: The loss is K Z K' with Z = P_nn + R; yours is K K'.
-        np.outer(K, P[-1]) -> np.outer(K, K)
-    only the variance of the last: All entries of P change, not only the last one: P - K H P.
-        np.outer(K, P[-1]) -> np.diag(np.eye(len(P))[-1]) * K[-1] * P[-1, -1]
-    only the diagonal of P: P has the covariances between the landmarks, too: they do not vanish.
-        P - np.outer(K, P[-1]) -> np.diag(np.diag(P - np.outer(K, P[-1])))
+    landmarks without a common error | np.minimum.outer(C, C) -> np.diag(C) | A diagonal covariance says: no common errors. But landmarks 3 and 5 share the errors of the steps 1, 2 and 3.
+    each landmark has its own step only | np.minimum.outer(C, C) -> np.diag(q) | The errors add up along the way: landmark k has those of all steps 1 to k.
+    steps not added up | C = np.cumsum(q) -> C = q | The errors add up along the way: landmark k has the variance of all steps 1 to k, C = np.cumsum(q).
+    only the last landmark moves | K = P[:, -1] / -> K = np.eye(len(P))[-1] * P[-1, -1] / | Only the seen landmark was corrected. The others share its errors: the gain K has an entry for each of them.
+    all move alike | K = P[:, -1] / -> K = np.ones(len(P)) * P[-1, -1] / | Landmark 1 has the error of one step, the last one those of all steps: they cannot all move by the same amount.
+    equal shares | K = P[:, -1] / -> K = np.arange(1, len(P) + 1) / len(P) * P[-1, -1] / | The gap is not spread evenly over the steps: where the odometry was bad, more of it belongs. Use q.
+    R forgotten | (P[-1, -1] + R) -> P[-1, -1] | The closure has noise, too: divide by P_nn + R.
+    P_nn forgotten | (P[-1, -1] + R) -> max(R, 1e-12) | The gain divides by the whole uncertainty of the innovation, P_nn + R, not by R alone.
+    R squared | (P[-1, -1] + R) -> (P[-1, -1] + R**2) | R is a variance already: do not square it.
+    R as a standard deviation | (P[-1, -1] + R) -> (P[-1, -1] + np.sqrt(R)) | R is a variance already: take no root.
+    the larger of the two | np.minimum.outer -> np.maximum.outer | Landmarks i and k share the steps up to the *smaller* of the two.
+    standard deviations added | np.cumsum(q) -> np.cumsum(np.sqrt(q)) ** 2 | Independent errors: their variances add up, not their standard deviations.
+    q squared | np.cumsum(q) -> np.cumsum(q**2) | q holds variances already: do not square them.
+    sign of dx | return K * z -> return -K * z | z is measurement minus expectation: the landmarks move by + K z.
+    gain returned | return K * z -> return K | K is the share of the gap: dx = K z.
+    P as before | P - np.outer(K, P[-1]) -> P | x was corrected, P was not: P - K H P.
+    P grows | P - np.outer -> P + np.outer | A measurement takes uncertainty away: P *minus* K H P.
+    K K' without Z | np.outer(K, P[-1]) -> np.outer(K, K) | The loss is K Z K' with Z = P_nn + R; yours is K K'.
+    only the variance of the last | np.outer(K, P[-1]) -> np.diag(np.eye(len(P))[-1]) * K[-1] * P[-1, -1] | All entries of P change, not only the last one: P - K H P.
+    only the diagonal of P | P - np.outer(K, P[-1]) -> np.diag(np.diag(P - np.outer(K, P[-1]))) | P has the covariances between the landmarks, too: they do not vanish.
     """,
 )
 

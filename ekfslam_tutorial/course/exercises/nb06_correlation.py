@@ -50,28 +50,17 @@ corr = table(
     other units  | C     | units | A correlation has no unit: in centimetres it is the same as in metres.
     """,
     wrong="""
-    divided by the variances: The diagonal of P holds variances. A correlation is in units of the standard deviations: take the roots.
-        np.sqrt(np.diag(P)) -> np.diag(P)
-    divided by one of them: Two numbers, two standard deviations: divide by s[i] *and* s[j].
-        np.outer(s, s) -> s
-    divided by one of the rows: Two numbers, two standard deviations: divide by s[i] *and* s[j].
-        np.outer(s, s) -> s[:, None]
-    divided by one variance: Divide by s[i] s[j], not by the variance of one of the two.
-        np.outer(s, s) -> s**2
-    divided by the rows' variance: Divide by s[i] s[j], not by the variance of one of the two.
-        np.outer(s, s) -> np.diag(P)[:, None]
-    the covariance itself: These are covariances, with units. Divide by the standard deviations.
-        P / np.outer(s, s) -> 1 * P
-    always positive: Keep the sign: two errors may go in opposite directions.
-        P / np.outer(s, s) -> np.abs(P / np.outer(s, s))
-    squared: That is the square of the correlation: the sign is lost.
-        P / np.outer(s, s) -> (P / np.outer(s, s)) ** 2
-    scaled by the largest: One scale for all does not make the diagonal 1: each number has its own sigma.
-        np.outer(s, s) -> P.max()
-    multiplied: Divide by the standard deviations, do not multiply.
-        P / np.outer(s, s) -> P * np.outer(s, s)
-    np.corrcoef of P: np.corrcoef wants samples, not a covariance matrix.
-        P / np.outer(s, s) -> np.reshape(np.corrcoef(P), P.shape) if len(P) > 1 else np.ones((1, 1))
+    divided by the variances | np.sqrt(np.diag(P)) -> np.diag(P) | The diagonal of P holds variances. A correlation is in units of the standard deviations: take the roots.
+    divided by one of them | np.outer(s, s) -> s | Two numbers, two standard deviations: divide by s[i] *and* s[j].
+    divided by one of the rows | np.outer(s, s) -> s[:, None] | Two numbers, two standard deviations: divide by s[i] *and* s[j].
+    divided by one variance | np.outer(s, s) -> s**2 | Divide by s[i] s[j], not by the variance of one of the two.
+    divided by the rows' variance | np.outer(s, s) -> np.diag(P)[:, None] | Divide by s[i] s[j], not by the variance of one of the two.
+    the covariance itself | P / np.outer(s, s) -> 1 * P | These are covariances, with units. Divide by the standard deviations.
+    always positive | P / np.outer(s, s) -> np.abs(P / np.outer(s, s)) | Keep the sign: two errors may go in opposite directions.
+    squared | P / np.outer(s, s) -> (P / np.outer(s, s)) ** 2 | That is the square of the correlation: the sign is lost.
+    scaled by the largest | np.outer(s, s) -> P.max() | One scale for all does not make the diagonal 1: each number has its own sigma.
+    multiplied | P / np.outer(s, s) -> P * np.outer(s, s) | Divide by the standard deviations, do not multiply.
+    np.corrcoef of P | P / np.outer(s, s) -> np.reshape(np.corrcoef(P), P.shape) if len(P) > 1 else np.ones((1, 1)) | np.corrcoef wants samples, not a covariance matrix.
     """,
 )
 

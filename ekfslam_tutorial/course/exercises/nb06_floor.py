@@ -68,34 +68,25 @@ floor = table(
     at the start     | floor     | start    | A landmark at the first position feels no rotation.
     """,
     wrong="""
-    heading forgotten: The first heading is uncertain, too: it turns the whole map round the first position.
-        [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, 0], [0, 1, 0]]
-    no correlation with the heading: P_0 has covariances between position and heading: use the whole P_0.
-        J @ P_0 @ J.T -> J @ (P_0 * [[1, 1, 0], [1, 1, 0], [0, 0, 1]]) @ J.T
-    diagonal of P_0 only: P_0 has covariances, too: use the whole P_0.
-        J @ P_0 @ J.T -> J @ np.diag(np.diag(P_0)) @ J.T
-    P_0 squared: P_0 holds variances already: do not square it.
-        J @ P_0 @ J.T -> J @ P_0 @ P_0 @ J.T
+    heading forgotten | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, 0], [0, 1, 0]] | The first heading is uncertain, too: it turns the whole map round the first position.
+    no correlation with the heading | J @ P_0 @ J.T -> J @ (P_0 * [[1, 1, 0], [1, 1, 0], [0, 0, 1]]) @ J.T | P_0 has covariances between position and heading: use the whole P_0.
+    diagonal of P_0 only | J @ P_0 @ J.T -> J @ np.diag(np.diag(P_0)) @ J.T | P_0 has covariances, too: use the whole P_0.
+    P_0 squared | J @ P_0 @ J.T -> J @ P_0 @ P_0 @ J.T | P_0 holds variances already: do not square it.
     turned round the origin: A wrong first heading turns the map round the first *position*, not round the origin: use l - t_0.
         [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, -l[1]], [0, 1, l[0]]]
     sign of the rotation: Turned to the left, a landmark ahead moves to the left: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
         [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1] - x_0[1]], [0, 1, -(l[0] - x_0[0])]]
     moved along the line: A rotation moves the landmark *across* the line to it: swap the two entries, and mind the sign.
         [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[0] - x_0[0]], [0, 1, l[1] - x_0[1]]]
-    one sign of the rotation: d(l)/d(theta) = [-(l_y - y_0), l_x - x_0]: the first entry has a minus.
-        -(l[1] - x_0[1]) -> l[1] - x_0[1]
-    position forgotten: The first position is uncertain, too: the map shifts with it.
-        [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[0, 0, -(l[1] - x_0[1])], [0, 0, l[0] - x_0[0]]]
+    one sign of the rotation | -(l[1] - x_0[1]) -> l[1] - x_0[1] | d(l)/d(theta) = [-(l_y - y_0), l_x - x_0]: the first entry has a minus.
+    position forgotten | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[0, 0, -(l[1] - x_0[1])], [0, 0, l[0] - x_0[0]]] | The first position is uncertain, too: the map shifts with it.
     the position in the robot's frame: P_0 is in world coordinates already: shift the first pose by 1 m in x, and the landmark shifts by 1 m in x.
         return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, :2] = [[c, -s], [s, c]]; return J
     turned with the heading: The landmark is given in the world already: its distance in x and in y is l - t_0, not turned.
         return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, 2] = np.array([[c, -s], [s, c]]) @ J[:, 2]; return J
-    sigma of the heading in degrees: P_0 holds rad^2 already: no conversion.
-        return J -> J[:, 2] = np.degrees(J[:, 2]); return J
-    distance instead of components: The movement has a direction: -(l_y - y_0) in x and l_x - x_0 in y.
-        return J -> J[:, 2] = np.hypot(*(l - x_0[:2])); return J
-    no distance: A heading error of 1 degree moves a far landmark more than a near one: the distance is missing.
-        return J -> J[:, 2] /= max(np.hypot(*(l - x_0[:2])), 1e-12); return J
+    sigma of the heading in degrees | return J -> J[:, 2] = np.degrees(J[:, 2]); return J | P_0 holds rad^2 already: no conversion.
+    distance instead of components | return J -> J[:, 2] = np.hypot(*(l - x_0[:2])); return J | The movement has a direction: -(l_y - y_0) in x and l_x - x_0 in y.
+    no distance | return J -> J[:, 2] /= max(np.hypot(*(l - x_0[:2])), 1e-12); return J | A heading error of 1 degree moves a far landmark more than a near one: the distance is missing.
     """,
 )
 

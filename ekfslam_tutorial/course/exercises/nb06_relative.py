@@ -57,36 +57,21 @@ relative = table(
     small numbers          | D     | small       | Multiply out (dl_b - dl_a)(dl_b - dl_a)': four blocks.
     """,
     wrong="""
-    cross-covariances forgotten: That is right only if the two errors have nothing in common. They share the error of the robot: subtract P[a, b] and P[b, a].
-        - P[a, b] - P[b, a] -> - 0
-    covariances subtracted: Errors are subtracted, covariances are not: (dl_b - dl_a)(dl_b - dl_a)' has + P[a, a].
-        P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[a, a]
-    covariance of the sum: That is the covariance of the sum l_a + l_b. For the difference the cross terms get a minus.
-        - P[a, b] - P[b, a] -> + P[a, b] + P[b, a]
-    the same cross block twice: P[a, b] and P[b, a] are transposes of each other, not the same: subtract one of each.
-        - P[b, a] -> - P[a, b]
-    the same cross block twice (b, a): P[a, b] and P[b, a] are transposes of each other, not the same: subtract one of each.
-        - P[a, b] -> - P[b, a]
-    one cross block: There are two cross terms, P[a, b] and P[b, a]: subtract both.
-        - P[a, b] - P[b, a] -> - P[a, b]
-    one cross block (b, a): There are two cross terms, P[a, b] and P[b, a]: subtract both.
-        - P[a, b] - P[b, a] -> - P[b, a]
-    one cross block added: Both cross terms have a minus: each is the product of + dl_b and - dl_a.
-        - P[a, b] - P[b, a] -> - P[a, b] + P[b, a]
-    half of the cross terms: There are two cross terms, P[a, b] and P[b, a]: subtract both in full.
-        - P[a, b] - P[b, a] -> - (P[a, b] + P[b, a]) / 2
-    the cross block alone: P[a, b] tells what the two errors have in common, not what their difference is.
-        P[a, a] + P[b, b] - P[a, b] - P[b, a] -> 1 * P[a, b]
-    one landmark alone: The other landmark is uncertain, too: P[a, a] and P[b, b] are both in D.
-        P[a, a] + P[b, b] - P[a, b] - P[b, a] -> 1 * P[b, b]
-    the mean of the two: A mean of the two covariances forgets what the errors have in common.
-        P[a, a] + P[b, b] - P[a, b] - P[b, a] -> (P[a, a] + P[b, b]) / 2
-    conditional covariance: That is the covariance of l_b if l_a were known exactly: another question.
-        P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[b, a] @ np.linalg.pinv(P[a, a]) @ P[a, b]
-    diagonal only: x and y of the difference are correlated, too: keep the whole 2 x 2 blocks.
-        P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.diag(np.diag(P[a, a] + P[b, b] - P[a, b] - P[b, a]))
-    standard deviations: The entries of D are variances: take no roots.
-        P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.sqrt(np.abs(P[a, a] + P[b, b] - P[a, b] - P[b, a]))
+    cross-covariances forgotten | - P[a, b] - P[b, a] -> - 0 | That is right only if the two errors have nothing in common. They share the error of the robot: subtract P[a, b] and P[b, a].
+    covariances subtracted | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[a, a] | Errors are subtracted, covariances are not: (dl_b - dl_a)(dl_b - dl_a)' has + P[a, a].
+    covariance of the sum | - P[a, b] - P[b, a] -> + P[a, b] + P[b, a] | That is the covariance of the sum l_a + l_b. For the difference the cross terms get a minus.
+    the same cross block twice | - P[b, a] -> - P[a, b] | P[a, b] and P[b, a] are transposes of each other, not the same: subtract one of each.
+    the same cross block twice (b, a) | - P[a, b] -> - P[b, a] | P[a, b] and P[b, a] are transposes of each other, not the same: subtract one of each.
+    one cross block | - P[a, b] - P[b, a] -> - P[a, b] | There are two cross terms, P[a, b] and P[b, a]: subtract both.
+    one cross block (b, a) | - P[a, b] - P[b, a] -> - P[b, a] | There are two cross terms, P[a, b] and P[b, a]: subtract both.
+    one cross block added | - P[a, b] - P[b, a] -> - P[a, b] + P[b, a] | Both cross terms have a minus: each is the product of + dl_b and - dl_a.
+    half of the cross terms | - P[a, b] - P[b, a] -> - (P[a, b] + P[b, a]) / 2 | There are two cross terms, P[a, b] and P[b, a]: subtract both in full.
+    the cross block alone | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> 1 * P[a, b] | P[a, b] tells what the two errors have in common, not what their difference is.
+    one landmark alone | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> 1 * P[b, b] | The other landmark is uncertain, too: P[a, a] and P[b, b] are both in D.
+    the mean of the two | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> (P[a, a] + P[b, b]) / 2 | A mean of the two covariances forgets what the errors have in common.
+    conditional covariance | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[b, a] @ np.linalg.pinv(P[a, a]) @ P[a, b] | That is the covariance of l_b if l_a were known exactly: another question.
+    diagonal only | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.diag(np.diag(P[a, a] + P[b, b] - P[a, b] - P[b, a])) | x and y of the difference are correlated, too: keep the whole 2 x 2 blocks.
+    standard deviations | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.sqrt(np.abs(P[a, a] + P[b, b] - P[a, b] - P[b, a])) | The entries of D are variances: take no roots.
     """,
 )
 

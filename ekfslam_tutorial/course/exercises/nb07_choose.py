@@ -93,41 +93,24 @@ gate = table(
     wrong="""
     nearest of several: Two landmarks pass the gate. The nearer one is only a guess: the ambiguous case must return None.
         int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) if len(inside) else None
-    first of several: Two landmarks pass the gate: which one comes first means nothing. Return None.
-        if len(inside) == 1 -> if len(inside)
-    no gate: The nearest landmark may be far away: without a gate every measurement is matched to something.
-        int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2))
-    Euclidean distance: z has a unit for each entry (m, rad), and each its own sigma: use z' inv(Z) z.
-        z @ np.linalg.solve(Z, z) -> z @ z
-    not squared: chi2.ppf is a limit for the *squared* distance: no root.
-        z @ np.linalg.solve(Z, z) -> np.sqrt(z @ np.linalg.solve(Z, z))
-    diagonal of Z: The entries of z are correlated: use the whole Z.
-        np.linalg.solve(Z, z) -> (z / np.diag(Z))
-    Z not inverted: In units of sigma: divide by Z, z' inv(Z) z.
-        np.linalg.solve(Z, z) -> Z @ z
-    one Z for all: Each landmark has its own Z: Zs[k] belongs to zs[k].
-        np.linalg.solve(Z, z) -> np.linalg.solve(Zs[0], z)
-    one degree of freedom: d2 is a sum of m squares: chi2 has m degrees of freedom.
-        np.shape(zs)[1] -> 1
-    two degrees of freedom always: Do not fix the degrees of freedom to 2: m is the size of an innovation.
-        np.shape(zs)[1] -> 2
-    as many degrees of freedom as landmarks: Each landmark has its own gate, with m degrees of freedom.
-        np.shape(zs)[1] -> len(zs)
-    3 sigma: The limit follows from `confidence` and m: chi2.ppf(confidence, m).
-        chi2.ppf(confidence, np.shape(zs)[1]) -> 9.0
-    always 99 %: The limit follows from `confidence`: 0.99 is only an example.
-        chi2.ppf(confidence, -> chi2.ppf(0.99,
+    first of several | if len(inside) == 1 -> if len(inside) | Two landmarks pass the gate: which one comes first means nothing. Return None.
+    no gate | int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) | The nearest landmark may be far away: without a gate every measurement is matched to something.
+    Euclidean distance | z @ np.linalg.solve(Z, z) -> z @ z | z has a unit for each entry (m, rad), and each its own sigma: use z' inv(Z) z.
+    not squared | z @ np.linalg.solve(Z, z) -> np.sqrt(z @ np.linalg.solve(Z, z)) | chi2.ppf is a limit for the *squared* distance: no root.
+    diagonal of Z | np.linalg.solve(Z, z) -> (z / np.diag(Z)) | The entries of z are correlated: use the whole Z.
+    Z not inverted | np.linalg.solve(Z, z) -> Z @ z | In units of sigma: divide by Z, z' inv(Z) z.
+    one Z for all | np.linalg.solve(Z, z) -> np.linalg.solve(Zs[0], z) | Each landmark has its own Z: Zs[k] belongs to zs[k].
+    one degree of freedom | np.shape(zs)[1] -> 1 | d2 is a sum of m squares: chi2 has m degrees of freedom.
+    two degrees of freedom always | np.shape(zs)[1] -> 2 | Do not fix the degrees of freedom to 2: m is the size of an innovation.
+    as many degrees of freedom as landmarks | np.shape(zs)[1] -> len(zs) | Each landmark has its own gate, with m degrees of freedom.
+    3 sigma | chi2.ppf(confidence, np.shape(zs)[1]) -> 9.0 | The limit follows from `confidence` and m: chi2.ppf(confidence, m).
+    always 99 % | chi2.ppf(confidence, -> chi2.ppf(0.99, | The limit follows from `confidence`: 0.99 is only an example.
     root of the limit: d2 is the squared distance: compare it with chi2.ppf(confidence, m) itself, without a root.
         chi2.ppf(confidence, np.shape(zs)[1]) -> np.sqrt(chi2.ppf(confidence, np.shape(zs)[1]))
-    other tail: chi2.ppf(confidence, m), not of 1 - confidence: that gate lets almost nothing in.
-        chi2.ppf(confidence, -> chi2.ppf(1 - confidence,
-    counted from 1: Indices are counted from 0 here.
-        int(inside[0]) -> int(inside[0]) + 1
-    -1 for none: Return None, not -1: -1 is the index of the last landmark.
-        else None -> else -1
-    the list of all inside: Return one index or None, not a list.
-        int(inside[0]) if len(inside) == 1 else None -> inside.tolist()
-    outside instead of inside: Inside is where d2 is *at most* the limit.
-        d2 <= chi2 -> d2 > chi2
+    other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | chi2.ppf(confidence, m), not of 1 - confidence: that gate lets almost nothing in.
+    counted from 1 | int(inside[0]) -> int(inside[0]) + 1 | Indices are counted from 0 here.
+    -1 for none | else None -> else -1 | Return None, not -1: -1 is the index of the last landmark.
+    the list of all inside | int(inside[0]) if len(inside) == 1 else None -> inside.tolist() | Return one index or None, not a list.
+    outside instead of inside | d2 <= chi2 -> d2 > chi2 | Inside is where d2 is *at most* the limit.
     """,
 )

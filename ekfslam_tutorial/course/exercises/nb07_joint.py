@@ -79,39 +79,24 @@ joint = table(
     wrong="""
     pairs as if independent: All expectations share the error of the robot: the blocks H_i P H_j' between different pairs are not zero. Without them it is only many single gates.
         d2 = z @ -> Z = Z * np.kron(np.eye(len(zs)), np.ones((2, 2))); d2 = z @
-    R everywhere: The noises of two measurements are independent: R belongs to the diagonal blocks only.
-        np.eye(len(zs)), R -> np.ones((len(zs), len(zs))), R
-    R forgotten: The measurements have noise, too: add R to each diagonal block.
-        np.kron(np.eye(len(zs)), R) -> 1e-9 * np.eye(len(z))
-    R in the first block only: Every pair has its own measurement noise: R in each diagonal block.
-        np.kron(np.eye(len(zs)), R) -> np.pad(R, (0, len(z) - 2))
-    order of the Kronecker product: np.kron(np.eye(m), R) repeats R along the diagonal; np.kron(R, np.eye(m)) does not.
-        np.kron(np.eye(len(zs)), R) -> np.kron(R, np.eye(len(zs)))
-    diagonal of R: R may have a covariance between range and bearing: use all of it.
-        np.eye(len(zs)), R) -> np.eye(len(zs)), np.diag(np.diag(R)))
-    diagonal of P: The covariances in P are what connects the pairs: use the whole P.
-        H @ P @ H.T -> H @ np.diag(np.diag(P)) @ H.T
-    Z not inverted: In units of sigma: divide by Z, z' inv(Z) z.
-        z @ np.linalg.solve(Z, z) -> z @ Z @ z
-    2 degrees of freedom: 2m numbers are tested together: chi2 has 2m degrees of freedom.
-        chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, 2)
-    m degrees of freedom: Each pair brings two numbers: 2m degrees of freedom.
-        chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, len(zs))
-    m times the single gate: Quantiles do not add up: take chi2 with 2m degrees of freedom.
-        chi2.ppf(confidence, len(z)) -> len(zs) * chi2.ppf(confidence, 2)
-    as many degrees of freedom as states: The innovations are tested, 2m numbers, not the n states behind them.
-        chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, len(P))
-    always 99 %: The limit follows from `confidence`: 0.99 is only an example.
-        chi2.ppf(confidence, -> chi2.ppf(0.99,
-    not squared: The gate is for the squared distance: no root.
-        d2 = z @ np.linalg.solve(Z, z) -> d2 = np.sqrt(z @ np.linalg.solve(Z, z))
+    R everywhere | np.eye(len(zs)), R -> np.ones((len(zs), len(zs))), R | The noises of two measurements are independent: R belongs to the diagonal blocks only.
+    R forgotten | np.kron(np.eye(len(zs)), R) -> 1e-9 * np.eye(len(z)) | The measurements have noise, too: add R to each diagonal block.
+    R in the first block only | np.kron(np.eye(len(zs)), R) -> np.pad(R, (0, len(z) - 2)) | Every pair has its own measurement noise: R in each diagonal block.
+    order of the Kronecker product | np.kron(np.eye(len(zs)), R) -> np.kron(R, np.eye(len(zs))) | np.kron(np.eye(m), R) repeats R along the diagonal; np.kron(R, np.eye(m)) does not.
+    diagonal of R | np.eye(len(zs)), R) -> np.eye(len(zs)), np.diag(np.diag(R))) | R may have a covariance between range and bearing: use all of it.
+    diagonal of P | H @ P @ H.T -> H @ np.diag(np.diag(P)) @ H.T | The covariances in P are what connects the pairs: use the whole P.
+    Z not inverted | z @ np.linalg.solve(Z, z) -> z @ Z @ z | In units of sigma: divide by Z, z' inv(Z) z.
+    2 degrees of freedom | chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, 2) | 2m numbers are tested together: chi2 has 2m degrees of freedom.
+    m degrees of freedom | chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, len(zs)) | Each pair brings two numbers: 2m degrees of freedom.
+    m times the single gate | chi2.ppf(confidence, len(z)) -> len(zs) * chi2.ppf(confidence, 2) | Quantiles do not add up: take chi2 with 2m degrees of freedom.
+    as many degrees of freedom as states | chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, len(P)) | The innovations are tested, 2m numbers, not the n states behind them.
+    always 99 % | chi2.ppf(confidence, -> chi2.ppf(0.99, | The limit follows from `confidence`: 0.99 is only an example.
+    not squared | d2 = z @ np.linalg.solve(Z, z) -> d2 = np.sqrt(z @ np.linalg.solve(Z, z)) | The gate is for the squared distance: no root.
     sum of the single distances: The sum of single distances looks at each pair alone. Use the stacked z and Z.
         z @ np.linalg.solve(Z, z) -> sum(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs))
-    all first numbers, then all second ones: z and Z must have the same order: pair after pair.
-        d2 = z -> z = zs.T.ravel(); d2 = z
+    all first numbers, then all second ones | d2 = z -> z = zs.T.ravel(); d2 = z | z and Z must have the same order: pair after pair.
     each pair by its own gate: ok must come from the joint d2. Each pair in its own gate is not enough: look at two that lean to opposite sides.
         return d2 <= chi2.ppf(confidence, len(z)) -> return max(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs)) <= chi2.ppf(confidence, 2)
-    the other way round: ok is True if the distance is *below* the limit.
-        return d2 <= chi2 -> return d2 > chi2
+    the other way round | return d2 <= chi2 -> return d2 > chi2 | ok is True if the distance is *below* the limit.
     """,
 )

@@ -71,36 +71,23 @@ mutual = table(
     many at random                 | j | many            | Rows and columns together: is each pair the least of its row and of its column?
     """,
     wrong="""
-    each measurement for itself: Two measurements may now get the same landmark. Ask the landmark, too: is this measurement its nearest?
-        np.argmin(D[:, near]) == i and D -> D
-    first come, first served: The first measurement takes the landmark from a nearer one that comes later: the answer must not depend on the order.
-        np.argmin(D[:, near]) == i -> near not in j
-    no gate: The nearest may be far away: compare with the limit.
-        == i and D[i, near] <= limit: -> == i:
-    each landmark for itself: Each landmark has taken its nearest measurement. Ask the measurement, too: is this landmark its nearest?
-        for i in range(k): -> for near in range(n if k else 0):
+    each measurement for itself | np.argmin(D[:, near]) == i and D -> D | Two measurements may now get the same landmark. Ask the landmark, too: is this measurement its nearest?
+    first come, first served | np.argmin(D[:, near]) == i -> near not in j | The first measurement takes the landmark from a nearer one that comes later: the answer must not depend on the order.
+    no gate | == i and D[i, near] <= limit: -> == i: | The nearest may be far away: compare with the limit.
+    each landmark for itself | for i in range(k): -> for near in range(n if k else 0): | Each landmark has taken its nearest measurement. Ask the measurement, too: is this landmark its nearest?
         near = np.argmin(D[i]) -> i = np.argmin(D[:, near])
         np.argmin(D[:, near]) == i and D -> D
-    the limit squared: D holds squared distances, and the limit is for squared distances: compare them directly.
-        <= limit: -> <= limit**2:
-    the root of the limit: The limit is for squared distances already, such as 9.2: compare D with it, without a root.
-        <= limit: -> <= np.sqrt(limit):
-    out at the limit itself: A pair is none if its distance is *larger* than the limit: at the limit itself it counts, <=.
-        <= limit: -> < limit:
-    furthest: Near means a *small* distance: argmin.
-        np.argmin(D[i]) -> np.argmax(D[i])
+    the limit squared | <= limit: -> <= limit**2: | D holds squared distances, and the limit is for squared distances: compare them directly.
+    the root of the limit | <= limit: -> <= np.sqrt(limit): | The limit is for squared distances already, such as 9.2: compare D with it, without a root.
+    out at the limit itself | <= limit: -> < limit: | A pair is none if its distance is *larger* than the limit: at the limit itself it counts, <=.
+    furthest | np.argmin(D[i]) -> np.argmax(D[i]) | Near means a *small* distance: argmin.
         np.argmin(D[:, near]) == i and D[i, near] <= limit: -> np.argmax(D[:, near]) == i:
-    landmarks instead of measurements: j has one entry for each *measurement*: which landmark it belongs to.
-        <= limit: -> <= limit and near < k:
+    landmarks instead of measurements | <= limit: -> <= limit and near < k: | j has one entry for each *measurement*: which landmark it belongs to.
         j[i] = near -> j[near] = i
-    None for no pair: A measurement without a landmark gets the number -1, not None.
-        np.full(k, -1) -> [None] * k
-    0 for no pair: 0 is the first landmark. A measurement without a landmark gets the number -1.
-        np.full(k, -1) -> np.zeros(k, int)
-    counted from 1: Landmarks are counted from 0.
-        j[i] = near -> j[i] = near + 1
-    fails on an empty map: At the start there is no landmark: D has the shape (k, 0), and argmin has nothing to choose from.
-        if n == 0: -> if False:
+    None for no pair | np.full(k, -1) -> [None] * k | A measurement without a landmark gets the number -1, not None.
+    0 for no pair | np.full(k, -1) -> np.zeros(k, int) | 0 is the first landmark. A measurement without a landmark gets the number -1.
+    counted from 1 | j[i] = near -> j[i] = near + 1 | Landmarks are counted from 0.
+    fails on an empty map | if n == 0: -> if False: | At the start there is no landmark: D has the shape (k, 0), and argmin has nothing to choose from.
     """,
 )
 

@@ -104,51 +104,30 @@ new = table(
     behind the robot, as a whole | new    | many behind | A landmark straight behind is in the map already: it must not be born again.
     """,
     wrong="""
-    bearing not wrapped: A landmark straight behind is expected at +179 degrees and measured at -179: wrap the difference, or it is created again and again.
-        wrap(y[1] - e[1]) -> y[1] - e[1]
-    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-        wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi
-    bearing in degrees: Angles are in radians everywhere.
-        wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1]))
-    range wrapped, too: Only the bearing is an angle: do not wrap the range.
-        [y[0] - e[0], -> [wrap(y[0] - e[0]),
-    bearings wrapped one by one: Wrap the *difference*: two wrapped bearings can still differ by almost 2 pi.
-        wrap(y[1] - e[1]) -> wrap(y[1]) - wrap(e[1])
-    absolute values of the bearings: Left behind and right behind are not the same: wrap the difference.
-        wrap(y[1] - e[1]) -> np.abs(wrap(y[1])) - np.abs(wrap(e[1]))
-    R forgotten: y has noise, too: the covariance of y - e is E + R.
-        E + R -> E
-    E forgotten: The expectation is uncertain, too: the covariance of y - e is E + R.
-        E + R -> R
-    R subtracted: The errors of y and e are independent: their covariances add up, E + R.
-        E + R -> E - R
-    Euclidean distance: Range and bearing have different units and sigmas: use z' inv(Z) z.
-        z @ np.linalg.solve(E + R, z) -> z @ z
-    not squared: The limit is for the squared distance: no root.
-        z @ np.linalg.solve(E + R, z) -> np.sqrt(z @ np.linalg.solve(E + R, z))
-    diagonal of Z: Use the whole Z: range and bearing may be correlated.
-        np.linalg.solve(E + R, z) -> (z / np.diag(E + R))
-    far from one is enough: Almost every measurement is far from some landmark. New means far from *all*.
-        all(D[i] > limit) -> any(D[i] > limit) or len(es) == 0
-    the old ones: These are the measurements near a landmark: return the others.
-        if all(D[i] > limit) -> if not all(D[i] > limit)
-    True and False: Return the list of the indices, for instance [1, 3].
-        [i for i in range(len(ys)) if all(D[i] > limit)] -> [all(D[i] > limit) for i in range(len(ys))]
-    the measurements themselves: Return indices, counted from 0; not how many there are.
-        [i for i in range(len(ys)) if all(D[i] > limit)] -> [sum(all(row > limit) for row in D)]
-    counted from 1: Indices are counted from 0.
-        return [i for -> return [i + 1 for
-    nothing new on an empty map: With no landmark in the map every measurement is new: all([]) is True.
-        if all(D[i] > limit) -> if len(es) and all(D[i] > limit)
-    one degree of freedom: Two numbers are compared: chi2 with 2 degrees of freedom.
-        chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 1)
+    bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | A landmark straight behind is expected at +179 degrees and measured at -179: wrap the difference, or it is created again and again.
+    brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
+    range wrapped, too | [y[0] - e[0], -> [wrap(y[0] - e[0]), | Only the bearing is an angle: do not wrap the range.
+    bearings wrapped one by one | wrap(y[1] - e[1]) -> wrap(y[1]) - wrap(e[1]) | Wrap the *difference*: two wrapped bearings can still differ by almost 2 pi.
+    absolute values of the bearings | wrap(y[1] - e[1]) -> np.abs(wrap(y[1])) - np.abs(wrap(e[1])) | Left behind and right behind are not the same: wrap the difference.
+    R forgotten | E + R -> E | y has noise, too: the covariance of y - e is E + R.
+    E forgotten | E + R -> R | The expectation is uncertain, too: the covariance of y - e is E + R.
+    R subtracted | E + R -> E - R | The errors of y and e are independent: their covariances add up, E + R.
+    Euclidean distance | z @ np.linalg.solve(E + R, z) -> z @ z | Range and bearing have different units and sigmas: use z' inv(Z) z.
+    not squared | z @ np.linalg.solve(E + R, z) -> np.sqrt(z @ np.linalg.solve(E + R, z)) | The limit is for the squared distance: no root.
+    diagonal of Z | np.linalg.solve(E + R, z) -> (z / np.diag(E + R)) | Use the whole Z: range and bearing may be correlated.
+    far from one is enough | all(D[i] > limit) -> any(D[i] > limit) or len(es) == 0 | Almost every measurement is far from some landmark. New means far from *all*.
+    the old ones | if all(D[i] > limit) -> if not all(D[i] > limit) | These are the measurements near a landmark: return the others.
+    True and False | [i for i in range(len(ys)) if all(D[i] > limit)] -> [all(D[i] > limit) for i in range(len(ys))] | Return the list of the indices, for instance [1, 3].
+    the measurements themselves | [i for i in range(len(ys)) if all(D[i] > limit)] -> [sum(all(row > limit) for row in D)] | Return indices, counted from 0; not how many there are.
+    counted from 1 | return [i for -> return [i + 1 for | Indices are counted from 0.
+    nothing new on an empty map | if all(D[i] > limit) -> if len(es) and all(D[i] > limit) | With no landmark in the map every measurement is new: all([]) is True.
+    one degree of freedom | chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 1) | Two numbers are compared: chi2 with 2 degrees of freedom.
     as many degrees of freedom as landmarks: Each landmark has its own gate, of two numbers: 2 degrees of freedom, however many landmarks there are.
         chi2.ppf(confidence, 2) -> chi2.ppf(confidence, len(es))
     degrees of freedom of all landmarks: Each landmark has its own gate, of two numbers: 2 degrees of freedom, however many landmarks there are.
         chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 2 * len(es))
-    degrees of freedom of all measurements: Each measurement is tested alone, by two numbers: 2 degrees of freedom.
-        chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 2 * len(ys))
-    other tail: chi2.ppf(confidence, 2), not of 1 - confidence.
-        chi2.ppf(confidence, -> chi2.ppf(1 - confidence,
+    degrees of freedom of all measurements | chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 2 * len(ys)) | Each measurement is tested alone, by two numbers: 2 degrees of freedom.
+    other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | chi2.ppf(confidence, 2), not of 1 - confidence.
     """,
 )

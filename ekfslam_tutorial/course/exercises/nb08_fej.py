@@ -93,47 +93,27 @@ fej = table(
     the range is no angle     | x    | far      | Only the bearing is wrapped: a range may be off by more than pi.
     """,
     wrong="""
-    ordinary EKF: You take H at the present estimate. That is the ordinary EKF: take H at x_first.
-        _, H = observe(x_first, i) -> _, H = observe(x, i)
-    all at the first estimate: The expectation e belongs to the present x. Only the Jacobian is taken at x_first.
-        e, _ = observe(x, i) -> e, _ = observe(x_first, i)
-    the two places swapped: It is the other way round: e at the present x, H at x_first.
-        _, H = observe(x_first, i) -> e, H = observe(x_first, i)[0], observe(x, i)[1]
-    first estimate of the robot only: The landmark, too, is taken at its first estimate: H at the whole x_first.
-        observe(x_first, i) -> observe(np.concatenate([x_first[:3], x[3:]]), i)
-    first estimate of the landmark only: The pose, too, is taken at its first estimate: H at the whole x_first.
-        observe(x_first, i) -> observe(np.concatenate([x[:3], x_first[3:]]), i)
-    correction added to x_first: Add the correction to the present x: x + K z.
-        return x + K @ z -> return x_first + K @ z
-    bearing not wrapped: Near the seam y and e may differ by 2 pi: wrap the bearing of z.
-        wrap(y[1] - e[1]) -> y[1] - e[1]
-    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-        wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi
-    bearing in degrees: Angles are in radians everywhere.
-        wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1]))
-    range wrapped, too: The range is a distance, not an angle: wrap z[1] only.
-        [y[0] - e[0], -> [wrap(y[0] - e[0]),
-    innovation with the wrong sign: The innovation is measured minus expected: z = y - e.
-        [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])]
-    R forgotten in Z: Z = H P H' + R: the noise of the measurement is missing.
-        H @ P @ H.T + R -> H @ P @ H.T
-    R squared: R holds variances already: do not square it.
-        H @ P @ H.T + R -> H @ P @ H.T + R @ R
-    only the diagonal of R: Use the whole R: the noise of range and bearing may be correlated.
-        H @ P @ H.T + R -> H @ P @ H.T + np.diag(np.diag(R))
-    mean not corrected: The innovation moves the present x: x + K z.
-        return x + K @ z -> return x.copy()
-    covariance not corrected: P shrinks in a correction: (I - K H) P.
-        P - K @ Z @ K.T -> P
-    covariance added: The measurement brings information: K Z K' is subtracted.
-        P - K @ Z @ K.T -> P + K @ Z @ K.T
-    always the first landmark: y belongs to landmark i: observe(..., i).
-        observe(x, i) -> observe(x, 0)
+    ordinary EKF | _, H = observe(x_first, i) -> _, H = observe(x, i) | You take H at the present estimate. That is the ordinary EKF: take H at x_first.
+    all at the first estimate | e, _ = observe(x, i) -> e, _ = observe(x_first, i) | The expectation e belongs to the present x. Only the Jacobian is taken at x_first.
+    the two places swapped | _, H = observe(x_first, i) -> e, H = observe(x_first, i)[0], observe(x, i)[1] | It is the other way round: e at the present x, H at x_first.
+    first estimate of the robot only | observe(x_first, i) -> observe(np.concatenate([x_first[:3], x[3:]]), i) | The landmark, too, is taken at its first estimate: H at the whole x_first.
+    first estimate of the landmark only | observe(x_first, i) -> observe(np.concatenate([x[:3], x_first[3:]]), i) | The pose, too, is taken at its first estimate: H at the whole x_first.
+    correction added to x_first | return x + K @ z -> return x_first + K @ z | Add the correction to the present x: x + K z.
+    bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | Near the seam y and e may differ by 2 pi: wrap the bearing of z.
+    brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
+    range wrapped, too | [y[0] - e[0], -> [wrap(y[0] - e[0]), | The range is a distance, not an angle: wrap z[1] only.
+    innovation with the wrong sign | [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])] | The innovation is measured minus expected: z = y - e.
+    R forgotten in Z | H @ P @ H.T + R -> H @ P @ H.T | Z = H P H' + R: the noise of the measurement is missing.
+    R squared | H @ P @ H.T + R -> H @ P @ H.T + R @ R | R holds variances already: do not square it.
+    only the diagonal of R | H @ P @ H.T + R -> H @ P @ H.T + np.diag(np.diag(R)) | Use the whole R: the noise of range and bearing may be correlated.
+    mean not corrected | return x + K @ z -> return x.copy() | The innovation moves the present x: x + K z.
+    covariance not corrected | P - K @ Z @ K.T -> P | P shrinks in a correction: (I - K H) P.
+    covariance added | P - K @ Z @ K.T -> P + K @ Z @ K.T | The measurement brings information: K Z K' is subtracted.
+    always the first landmark | observe(x, i) -> observe(x, 0) | y belongs to landmark i: observe(..., i).
         observe(x_first, i) -> observe(x_first, 0)
-    gain at x, covariance at x_first: One H, taken at x_first, for the gain and for the covariance.
-        return x + K @ z -> G = observe(x, i)[1]; return x + P @ G.T @ np.linalg.inv(G @ P @ G.T + R) @ z
-    gain at x_first, covariance at x: One H, taken at x_first, for the gain and for the covariance.
-        P - K @ Z @ K.T -> P - P @ (G := observe(x, i)[1]).T @ np.linalg.inv(G @ P @ G.T + R) @ G @ P
+    gain at x, covariance at x_first | return x + K @ z -> G = observe(x, i)[1]; return x + P @ G.T @ np.linalg.inv(G @ P @ G.T + R) @ z | One H, taken at x_first, for the gain and for the covariance.
+    gain at x_first, covariance at x | P - K @ Z @ K.T -> P - P @ (G := observe(x, i)[1]).T @ np.linalg.inv(G @ P @ G.T + R) @ G @ P | One H, taken at x_first, for the gain and for the covariance.
     """,
 )
 

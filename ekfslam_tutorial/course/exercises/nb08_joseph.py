@@ -58,38 +58,23 @@ form = table(
     one number | P     | one number | n = m = 1, P = 4, H = 1, R = 1, K = 0.5: the new error is 0.5 dx - 0.5 v.
     """,
     wrong="""
-    the short form: (I - K H) P is right for the best gain only. For any gain: (I - K H) P (I - K H)' + K R K'.
-        A @ P @ A.T + K @ R @ K.T -> A @ P
+    the short form | A @ P @ A.T + K @ R @ K.T -> A @ P | (I - K H) P is right for the best gain only. For any gain: (I - K H) P (I - K H)' + K R K'.
     the short form, made symmetric: Making (I - K H) P symmetric hides the trouble: for another gain the numbers are still wrong. Add up the covariances of (I - K H) dx and K v.
         A @ P @ A.T + K @ R @ K.T -> (A @ P + (A @ P).T) / 2
-    P - K Z K': P - K Z K' is right for the best gain only. Start from the new error, (I - K H) dx - K v.
-        A @ P @ A.T + K @ R @ K.T -> P - K @ (H @ P @ H.T + R) @ K.T
-    noise forgotten: The noise of the measurement enters the new error, too: add K R K'.
-        A.T + K @ R @ K.T -> A.T
-    noise subtracted: Covariances of independent errors add up: plus K R K'.
-        A.T + K -> A.T - K
-    noise only: The old error does not vanish: (I - K H) P (I - K H)' is the first of two terms.
-        A @ P @ A.T + K -> K
-    R without the gain: v reaches the state through the gain: K R K', not R.
-        K @ R @ K.T -> (R if R.shape == P.shape else R.mean() * np.eye(len(P)))
-    K K': The noise has the covariance R: K R K', not K K'.
-        K @ R @ K.T -> K @ K.T
-    transpose on the wrong side: cov(A dx) = A P A': the transpose stands on the right.
-        A @ P @ A.T -> A.T @ P @ A
-    plus K H: A correction takes error away: I - K H.
-        - K @ H -> + K @ H
-    identity forgotten: The error before does not vanish: I - K H, with the identity.
-        np.eye(len(P)) - K @ H -> -K @ H
-    (I - K H) on one side only: A covariance is multiplied from both sides: (I - K H) P (I - K H)'.
-        A @ P @ A.T -> A @ P
-    R squared: R holds variances already: do not square it.
-        K @ R @ K.T -> K @ R @ R @ K.T
-    square root of R: R holds variances, and K R K' needs variances: no square root.
-        K @ R @ K.T -> K @ np.sqrt(np.abs(R)) @ K.T
-    R taken as diagonal: The noises of one measurement may be correlated: use the whole R.
-        K @ R @ K.T -> K @ np.diag(np.diag(R)) @ K.T
-    another gain: Use the gain K that you are given: it is the one the mean was corrected with.
-        A = np.eye -> K = best_gain(P, H, R); A = np.eye
+    P - K Z K' | A @ P @ A.T + K @ R @ K.T -> P - K @ (H @ P @ H.T + R) @ K.T | P - K Z K' is right for the best gain only. Start from the new error, (I - K H) dx - K v.
+    noise forgotten | A.T + K @ R @ K.T -> A.T | The noise of the measurement enters the new error, too: add K R K'.
+    noise subtracted | A.T + K -> A.T - K | Covariances of independent errors add up: plus K R K'.
+    noise only | A @ P @ A.T + K -> K | The old error does not vanish: (I - K H) P (I - K H)' is the first of two terms.
+    R without the gain | K @ R @ K.T -> (R if R.shape == P.shape else R.mean() * np.eye(len(P))) | v reaches the state through the gain: K R K', not R.
+    K K' | K @ R @ K.T -> K @ K.T | The noise has the covariance R: K R K', not K K'.
+    transpose on the wrong side | A @ P @ A.T -> A.T @ P @ A | cov(A dx) = A P A': the transpose stands on the right.
+    plus K H | - K @ H -> + K @ H | A correction takes error away: I - K H.
+    identity forgotten | np.eye(len(P)) - K @ H -> -K @ H | The error before does not vanish: I - K H, with the identity.
+    (I - K H) on one side only | A @ P @ A.T -> A @ P | A covariance is multiplied from both sides: (I - K H) P (I - K H)'.
+    R squared | K @ R @ K.T -> K @ R @ R @ K.T | R holds variances already: do not square it.
+    square root of R | K @ R @ K.T -> K @ np.sqrt(np.abs(R)) @ K.T | R holds variances, and K R K' needs variances: no square root.
+    R taken as diagonal | K @ R @ K.T -> K @ np.diag(np.diag(R)) @ K.T | The noises of one measurement may be correlated: use the whole R.
+    another gain | A = np.eye -> K = best_gain(P, H, R); A = np.eye | Use the gain K that you are given: it is the one the mean was corrected with.
     """,
 )
 

@@ -75,33 +75,21 @@ hidden = table(
     nothing is seen        | d     | blind      | A matrix of zeros sees nothing: all n directions are invisible.
     """,
     wrong="""
-    motion forgotten: H_1 sees the state at time 1. In terms of the first state that is H_1 F_0.
-        Phi = F_k @ Phi -> pass
-    only the last motion: From time 0 to time 2 there are two steps: H_2 F_1 F_0.
-        Phi = F_k @ Phi -> Phi = F_k
-    only the first motion: From time 0 to time 2 there are two steps: H_2 F_1 F_0.
-        Phi = F_k @ Phi -> Phi = F[0]
-    motions in the wrong order: The first motion acts first, so it stands on the right: F_1 F_0.
-        F_k @ Phi -> Phi @ F_k
-    motion transposed: dx_1 = F_0 dx_0: no transpose.
-        F_k @ Phi -> F_k.T @ Phi
-    motion undone: dx_1 = F_0 dx_0: you look back from the last state; no inverse here.
-        F_k @ Phi -> np.linalg.inv(F_k) @ Phi
-    motion on the wrong side: H_1 sees F_0 dx_0: the motion stands between H_1 and the first state, H_1 F_0.
-        Phi = F_k @ Phi -> Phi = np.linalg.multi_dot([np.eye(len(F_k)), *F])
-    one time too late: H_1 sees the state at time 1, after F_0: multiply Phi by F_0 first, then H_1 Phi.
-        Phi = F_k @ Phi -> pass
+    motion forgotten | Phi = F_k @ Phi -> pass | H_1 sees the state at time 1. In terms of the first state that is H_1 F_0.
+    only the last motion | Phi = F_k @ Phi -> Phi = F_k | From time 0 to time 2 there are two steps: H_2 F_1 F_0.
+    only the first motion | Phi = F_k @ Phi -> Phi = F[0] | From time 0 to time 2 there are two steps: H_2 F_1 F_0.
+    motions in the wrong order | F_k @ Phi -> Phi @ F_k | The first motion acts first, so it stands on the right: F_1 F_0.
+    motion transposed | F_k @ Phi -> F_k.T @ Phi | dx_1 = F_0 dx_0: no transpose.
+    motion undone | F_k @ Phi -> np.linalg.inv(F_k) @ Phi | dx_1 = F_0 dx_0: you look back from the last state; no inverse here.
+    motion on the wrong side | Phi = F_k @ Phi -> Phi = np.linalg.multi_dot([np.eye(len(F_k)), *F]) | H_1 sees F_0 dx_0: the motion stands between H_1 and the first state, H_1 F_0.
+    one time too late | Phi = F_k @ Phi -> pass | H_1 sees the state at time 1, after F_0: multiply Phi by F_0 first, then H_1 Phi.
         rows.append(H_k @ Phi) -> rows.append(H_k @ Phi); Phi = F_k @ Phi
-    rank instead of what is missing: That is the number of directions that *are* seen. Return n minus it.
-        O.shape[1] - np -> np
-    rows instead of columns: n is the number of columns, one for each state: O.shape[1], not len(O).
-        O.shape[1] - np -> len(O) - np
+    rank instead of what is missing | O.shape[1] - np -> np | That is the number of directions that *are* seen. Return n minus it.
+    rows instead of columns | O.shape[1] - np -> len(O) - np | n is the number of columns, one for each state: O.shape[1], not len(O).
     only singular values that are zero: O may have fewer rows than columns: then there are invisible directions without a zero singular value. n minus the rank counts all.
         O.shape[1] - np -> min(O.shape) - np
-    only the first time: All measurements of all times together: take the rank of the whole O, not of H_0.
-        np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> np.linalg.matrix_rank(H[0])
-    always three: Three is the answer for SLAM in the plane. Compute it: n minus the rank of O.
-        O.shape[1] - np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> 3
+    only the first time | np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> np.linalg.matrix_rank(H[0]) | All measurements of all times together: take the rank of the whole O, not of H_0.
+    always three | O.shape[1] - np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> 3 | Three is the answer for SLAM in the plane. Compute it: n minus the rank of O.
     fixed threshold: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
         np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> int(np.sum(np.linalg.svd(O, compute_uv=False) > 1e-3))
     """,
