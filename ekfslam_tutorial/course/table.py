@@ -55,6 +55,7 @@ def table(
     rtol=None,
     settled=None,
     along=None,
+    form=None,
     **options,
 ):
     """Build an `Exercise`.
@@ -91,6 +92,9 @@ def table(
         Where formulas differ that are equal for all states that there are (off the unit sphere of q): a projector
         behind which a Jacobian is compared, ``{"X_x": lambda x, u: tangent(x)}``.
 
+    form : str, optional
+        What the first link says of results of a wrong form, where no check says more of them.
+
     Returns
     -------
     Exercise
@@ -124,7 +128,7 @@ def table(
             ]
         return settled(taken, right) if settled else taken
 
-    @made.link("the results", f"The function must end with `return {returns}`.")
+    @made.link("the results", form or f"The function must end with `return {returns}`.")
     def _(f, rng):
         for args in cases["any"](rng):
             parts(args, f(*args))
