@@ -103,6 +103,7 @@ def ekfslam_process():
 
 LONG_FIRST = (
     "course/test_notebooks.py",
+    "course/test_own_filter.py",
     "course/test_widgets.py",
     "datasets/test_mrclam_real.py",
     "course/test_bent_answers.py",

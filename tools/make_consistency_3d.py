@@ -15,13 +15,13 @@ LIMIT_KB = 100
 
 
 def notebook():
-    """What the cells of notebook 17 define: `scenario` and `run`."""
+    """What the cells of notebook 17 define: `user_data` and `one_run`."""
     return experiment_of("17", pose_nees=registry.get("17.1").solution)
 
 
 def series(cells, kind, odometry="good", seeds=(1, 2, 3), last=100):
     """Make runs now. Run `seed` is that of the stored series."""
-    runs = [cells["run"](cells["scenario"](kind, odometry, last), seed) for seed in seeds]
+    runs = [cells["one_run"](cells["user_data"](kind, odometry, last), seed) for seed in seeds]
     k, nees, off, states = np.array(runs)[:, :, EVERY - 1 :: EVERY].transpose(1, 0, 2)
     return Series(k[0], nees, off, states)
 

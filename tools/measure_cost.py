@@ -17,7 +17,7 @@ from ekfslam_tutorial.course.draws.nb19_cost import SEEN, SIZES, TABLE
 
 
 def notebook():
-    """What the cells of notebook 19 define: `Circle` and the ways."""
+    """What the cells of notebook 19 define: `circle` and the ways."""
     answers = {"drive": "19.1", "sort_scan": "19.2", "manage": "19.3", "gps_error": "19.4"}
     return experiment_of("19", **{name: registry.get(id).solution for name, id in answers.items()})
 
@@ -43,7 +43,7 @@ def measured(cells, n_trees, m, budget=0.5):
     with threadpool_limits(1):
         for name, way in cells["WAYS"].items():
             least = 120 if name == "compressed" and n_trees > 40 else 3
-            times = step_times(way(cells["Circle"](n_trees, m)), budget, least)
+            times = step_times(way(*cells["circle"](n_trees, m)), budget, least)
             found[name] = 1e6 * float(np.mean(times) if name == "compressed" else np.median(times))
         found["limit"] = limit(3 + 2 * n_trees, m)
     return found

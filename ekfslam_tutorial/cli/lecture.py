@@ -11,7 +11,7 @@ from ..course import lecture
 from ..course.nbgrader import find
 from .files import replacing
 
-DPI = 150  # of pictures that are drawn for the slides: twice the notebook's
+DPI = 150  # of pictures that are drawn for a projector: more than the notebook's
 FONTS = {"code-font-size": "17px", "content-font-size1": "21px", "ui-font-size1": "14px"}  # for the last row
 
 
@@ -77,4 +77,4 @@ def large_letters(folder):
     theme = settings / "@jupyterlab" / "apputils-extension" / "themes.jupyterlab-settings"
     theme.parent.mkdir(parents=True)
     theme.write_text(json.dumps({"overrides": FONTS}), encoding="utf-8")
-    return {"JUPYTERLAB_SETTINGS_DIR": str(settings), "EKFSLAM_DPI": "110"}
+    return {"JUPYTERLAB_SETTINGS_DIR": str(settings), "EKFSLAM_DPI": str(DPI)}

@@ -181,7 +181,7 @@ them and to add your own checks: [Teaching with the notebooks](teaching.md).
 
 def cell(found: list[Entry]) -> dict:
     """Return the cell of notebook 00 that lists the course. Its pictures are attachments: it is complete alone."""
-    text = f"""## 8  The course
+    text = f"""## 10  The course
 
 {tracks(found)}
 

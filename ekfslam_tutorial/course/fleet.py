@@ -91,7 +91,7 @@ class Result:
     ranges : dict of int to slice
         Where each landmark is in the state, by its index; in the order of first sight.
     states : dict of int to (ndarray, ndarray)
-        Mean and covariance of the first run after the frames that were to be kept.
+        Mean and covariance of one run after the frames that were to be kept.
     """
 
     t: np.ndarray
@@ -121,7 +121,7 @@ class Result:
 
 
 def run(
-    scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, seed: int = 0, keep=(), told=None
+    scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, seed: int = 0, keep=(), told=None, kept_run=0
 ) -> Result:
     """Run the scenario with the formulas under test.
 
@@ -135,9 +135,11 @@ def run(
     seed : int
         Of the noise, which does not depend on the formulas: two results with one seed can be compared run by run.
     keep : collection of int
-        Frames whose state of the first run is kept.
+        Frames whose state is kept, of one run.
     told : RangeBearing, optional
         The sensor model that the filter uses, if it is not the true one.
+    kept_run : int
+        Which run that is.
     """
     s, rng, robot = scenario, np.random.default_rng(seed), Odometry2()
     moved, new_blocks = formulas["moved"], formulas["new_blocks"]
@@ -162,7 +164,7 @@ def run(
         poses.append(x[:, :3].copy())
         pose_covariances.append(P[:, :3, :3].copy())
         if k in keep:
-            states[k] = x[0].copy(), P[0].copy()
+            states[k] = x[kept_run].copy(), P[kept_run].copy()
 
     error = np.array(poses) - np.array(truths)[:, None]
     error[..., 2] = wrap(error[..., 2])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import time
 
@@ -40,10 +41,11 @@ class Watch:
         self.drawn = time.perf_counter()
 
     def __call__(self, world, before, estimate):
-        """Take one frame; draw it if the last picture is old enough."""
+        """Take one frame; draw it if the last picture is old enough. An estimate too wrong to be drawn is left out."""
         if self.live:
-            self.update(as_snapshot(world, before, estimate))
-            self.draw_if_due()
+            with contextlib.suppress(ValueError, ArithmeticError):
+                self.update(as_snapshot(world, before, estimate))
+                self.draw_if_due()
 
     def draw_if_due(self):
         """Draw, if the last picture is old enough."""
@@ -53,7 +55,7 @@ class Watch:
 
     def draw(self, dpi=None, caption=""):
         """Draw the last frame into the output of the cell, in place of the picture before."""
-        picture = _png(self.picture(dpi or figures.DPI))
+        picture = _png(self.picture(dpi or figures.DPI), dpi or figures.DPI)
         output = figures.bundle(figures.with_palette(picture), caption or self.title)
         options = {"display_id": self.handle, "update": True} if self.handle else {"display_id": True}
         shown = figures.display(output["data"], metadata=output["metadata"], raw=True, **options)
@@ -126,9 +128,9 @@ def caption(now, sensor=None) -> str:
     )
 
 
-def _png(image):
+def _png(image, dpi):
     buffer = io.BytesIO()
-    Image.fromarray(image).save(buffer, format="png")
+    Image.fromarray(image).save(buffer, format="png", dpi=(dpi, dpi))
     return buffer.getvalue()
 
 

@@ -32,6 +32,7 @@ from .trial import OFTEN, Trial, run_trial
 
 SEEDS = tuple(range(101, 107))  # the runs of a check, besides the student's own
 SECONDS = 30.0  # for one run
+CLAIMS = 0.94, 1.6, 1.7  # sigmas over those of the reference: robots at least and at most, landmarks at most
 LEAST = 0.6  # share of the landmarks seen often that must be in the map
 
 
@@ -80,7 +81,10 @@ class Scores:
     mounting_nees, mounting_sigma : float
         Of the angles of mountings that are estimated: mean NEES at the end (honest 3), and their sigma as a part of
         that at the start; NaN where there is none.
-    size : float
+    claim, landmark_claim : float
+        Sigma of the robots, and median sigma of the landmarks, over those of the reference with the same data. The
+        reference uses every measurement once: nobody can honestly claim less.
+    size : int
         Most numbers in x.
     frames : int
     seconds : float
@@ -102,13 +106,15 @@ class Scores:
     landmark_error: float
     mounting_nees: float
     mounting_sigma: float
+    claim: float
+    landmark_claim: float
     size: int
     frames: int
     seconds: float
 
 
-def scores(trials) -> Scores:
-    """Measure some runs of one loop together."""
+def scores(trials, reference=None) -> Scores:
+    """Measure some runs of one loop together; `reference` is a run of the reference with the data of the first."""
     tracks = [np.array(rows) for trial in trials for rows in trial.errors.values()]  # (frames, 3) each
     dead = [np.array(rows) for trial in trials for rows in trial.dead.values()]
     n = min(len(track) for track in tracks)
@@ -135,10 +141,22 @@ def scores(trials) -> Scores:
             landmark_error=float(np.median(lmks[:, 0])) if len(lmks) else np.nan,
             mounting_nees=_mean(mountings[:, 0]) if len(mountings) else np.nan,
             mounting_sigma=float(mountings[:, 1].mean()) if len(mountings) else np.nan,
+            claim=_sigma(trials[0]) / _sigma(reference) if reference else np.nan,
+            landmark_claim=_landmark_sigma(trials[0]) / _landmark_sigma(reference) if reference else np.nan,
             size=max(t.numbers for t in trials),
             frames=n,
             seconds=max(t.seconds for t in trials),
         )
+
+
+def _sigma(trial) -> float:
+    """Root mean square sigma of the positions of the robots, over all frames."""
+    return float(np.sqrt(np.mean([np.array(rows)[:, 1] ** 2 for rows in trial.errors.values()])))
+
+
+def _landmark_sigma(trial) -> float:
+    """Median sigma of the landmarks at the end."""
+    return float(np.median([row[1] for row in trial.landmarks])) if trial.landmarks else np.nan
 
 
 def _mean(a) -> float:
@@ -170,11 +188,17 @@ class Symptom:
 
 SYMPTOMS = (
     Symptom(
+        "the noise of the motion",
+        lambda s, p: np.isinf(s.nees),
+        "P of a robot is singular in most frames: a part of its pose is claimed to be known exactly",
+        "Every step adds noise: X_u U X_u' belongs in the block of the robot, in every frame.",
+    ),
+    Symptom(
         "the map",
         lambda s, p: s.share < p.least,
         "{s.landmarks:.0f} landmarks are in the map at the end, of {s.seen:.0f} that were seen in five frames or more",
         "Births fail, or stop: is a landmark started in every frame in which a new one is seen, not in the first only? "
-        "Is it put into `lmks` with its range? Is the limit on births too low?",
+        "Is it put into `lmks` with its range? Is the limit on births too low, or a known landmark started again?",
     ),
     Symptom(
         "corrections",
@@ -218,9 +242,9 @@ SYMPTOMS = (
         "honest",
         lambda s, p: s.nees > p.band[1],
         "the mean NEES is {s.nees:.1f} (band {p.band[0]:g} to {p.band[1]:g}, honest {s.dof}), from the beginning on",
-        "Too sure from the first frames: does the loop begin with the P of the start? Is R that of the sensor, and U "
-        "added in every frame? Is the mounting of the sensor in the chain of frames? A landmark that corrects in the "
-        "frame of its birth is counted twice.",
+        "Too sure from the first frames on. Noise in the filter that is too small (X_u U X_u' in every frame, or R)? "
+        "The P of the start left out, or the mounting of the sensor in the chain of frames? A measurement that is used "
+        "twice: it corrects twice, or starts a landmark and corrects, too?",
     ),
     Symptom(
         "honest",
@@ -229,6 +253,22 @@ SYMPTOMS = (
         "{s.sigma:.2f} m and is off by {s.error:.2f} m only",
         "Too cautious: is a noise counted twice, or a standard deviation where a variance belongs (U and R are "
         "covariances already)? Does the gate throw good measurements away?",
+    ),
+    Symptom(
+        "nothing is used twice",
+        lambda s, p: s.claim < p.claims[0],
+        "the sigma of the robots is {s.claim:.2f} times that of a filter that uses every measurement once (at least "
+        "{p.claims[0]:g})",
+        "Nobody can know more than that. Is a measurement used twice, for example to start a landmark and to correct? "
+        "Is a Jacobian too small, X_x for example, that carries the uncertainty of the heading into the position?",
+    ),
+    Symptom(
+        "all is used",
+        lambda s, p: s.claim > p.claims[1] or s.landmark_claim > p.claims[2],
+        "the sigma of the robots is {s.claim:.2f} times that of the reference with the same data (at most "
+        "{p.claims[1]:g}), the sigma of the landmarks {s.landmark_claim:.2f} times (at most {p.claims[2]:g})",
+        "Too cautious: are all landmarks in view corrected in every frame? Is R that of the sensor, and U that of the "
+        "frame, both variances and both counted once?",
     ),
     Symptom(
         "the error",
@@ -271,6 +311,8 @@ class Project:
         The error must stay below this share of the sigma of dead reckoning.
     least : float
         Share of the landmarks seen often that must be in the map.
+    claims : three float
+        Least and most sigma of the robots over that of the reference with the same data, and most of the landmarks.
     landmark_band : float
         Largest median of NEES / 3 of the landmarks (an honest one has 0.8).
     before, symptoms : sequence of Symptom
@@ -291,12 +333,14 @@ class Project:
     misconceptions, variants = (), ()  # of a run they are too slow for every audit: see tests/course/test_projects.py
 
     def __init__(
-        self, id, title, loop, *, scenario, start, hints, asks=(), band, gain=0.75, least=LEAST, landmark_band=3.0,
-        before=(), symptoms=SYMPTOMS, seeds=SEEDS, seconds=SECONDS, sensor=None, recording=None, helpers=(),
+        self, id, title, loop, *, scenario, start, hints, asks=(), band, gain=0.75, least=LEAST, claims=CLAIMS,
+        landmark_band=3.0, before=(), symptoms=SYMPTOMS, seeds=SEEDS, seconds=SECONDS, sensor=None,
+        recording=None, helpers=(),
     ):  # fmt: skip
         self.id, self.title, self.loop, self.hints = id, title, loop, tuple(hints)
         self.scenario, self.start, self.asks = scenario, start, tuple(asks)
-        self.band, self.gain, self.least, self.landmark_band = band, gain, least, landmark_band
+        self.band, self.gain, self.least, self.claims, self.landmark_band = band, gain, least, claims, landmark_band
+        self._kept: dict = {}
         self.symptoms, self.seeds = (*before, *symptoms), tuple(seeds)
         self.seconds, self.sensor, self.recording, self.helpers = seconds, sensor, recording, tuple(helpers)
 
@@ -353,12 +397,11 @@ class Project:
             raise Failed(f"the scenario is a text in TOML, got {type(scenario).__name__}", "Keep the three quotes.")
         try:
             data = UserData.from_text(scenario)
+            answers = [sentence for ask in self.asks if (sentence := ask(data))]
         except (ValueError, TypeError) as error:
             raise Failed(f"the scenario: {error}", "All keys are in docs/scenarios.md.") from None
-        for ask in self.asks:
-            sentence = ask(data)
-            if sentence:
-                raise Failed(f"the scenario is not the one of the task: {sentence}", "Read the task once more.")
+        if answers:
+            raise Failed(f"the scenario is not the one of the task: {answers[0]}", "Read the task once more.")
         return data
 
     def run(self, scenario, loop, reference=False, watch=None) -> Run:
@@ -409,11 +452,19 @@ class Project:
             if trials[-1].failed is not None:
                 message = f"with the seed {seed}: {trials[-1].failed}"
                 return Verdict("failed", "loop", message, trials[-1].failed.hint)
-        return self.verdict(trials)
+        return self.verdict(trials, self.kept_reference(run))
 
-    def verdict(self, trials) -> Verdict:
-        """What some runs of one loop show."""
-        s, summary = scores(trials), self.summary(trials)
+    def kept_reference(self, run) -> Trial | None:
+        """The reference with the data of a run; it is computed once for each scenario. None if it fails there."""
+        if run.scenario not in self._kept:
+            reference = Run(self, run.scenario, self.loop, run.data, reference=True)
+            trial = self.trial(reference, run.data.seed)
+            self._kept[run.scenario] = None if trial.failed else trial
+        return self._kept[run.scenario]
+
+    def verdict(self, trials, reference=None) -> Verdict:
+        """What some runs of one loop show; `reference` is the reference with the data of the first."""
+        s, summary = scores(trials, reference), self.summary(trials)
         p = _Stated(self, s)
         for symptom in self.symptoms:
             if symptom.shows(s, self):
@@ -490,12 +541,9 @@ def experiment(id: str, scenario: str, loop) -> Run:
 
 
 def is_stub(loop) -> bool:
-    """True for a loop that does nothing but raise NotImplementedError."""
-    try:
-        body = ast.parse(textwrap.dedent(inspect.getsource(loop))).body[0].body
-    except (OSError, TypeError, SyntaxError, IndexError, AttributeError):
-        return False
-    return len(body) <= 2 and isinstance(body[-1], ast.Raise)
+    """Return True for a loop that is not begun: it yields nothing, and raises NotImplementedError."""
+    names = getattr(getattr(loop, "__code__", None), "co_names", ())
+    return "NotImplementedError" in names and not inspect.isgeneratorfunction(loop)
 
 
 def _source(function) -> str:

@@ -55,6 +55,8 @@ def table(
     rtol=None,
     settled=None,
     along=None,
+    shown=None,
+    kinds=None,
     form=None,
     **options,
 ):
@@ -91,7 +93,10 @@ def table(
     along : dict, optional
         Where formulas differ that are equal for all states that there are (off the unit sphere of q): a projector
         behind which a Jacobian is compared, ``{"X_x": lambda x, u: tangent(x)}``.
-
+    shown : callable, optional
+        What the messages call the arguments: ``arguments -> text``, if it is not their values.
+    kinds : dict, optional
+        What kind of value a result is, if it is no array: ``{"i": "an index counted from 0, or None"}``.
     form : str, optional
         What the first link says of results of a wrong form, where no check says more of them.
 
@@ -107,6 +112,7 @@ def table(
     made = Exercise(id, title, solution, hints, **options)
     made.cases = cases
     params, lines = made.parameters(), rows(checks)
+    said = shown or (lambda *args: at(params, args))
     helps = {}
     for _, what, _, help in lines:
         helps.setdefault(_part(what, names), help)
@@ -142,11 +148,12 @@ def table(
             of = (jacobians or {})[names[part]]
             value = _one(solution, names.index(of)) if isinstance(of, str) else of
             labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[3])
-            row, at = int(derivative[2]) if derivative[2] else None, params.index(derivative[3])
-            test = _derivative(cases[case], parts, part, names[part], value, at, labels, row, sphere)
+            row, place = int(derivative[2]) if derivative[2] else None, params.index(derivative[3])
+            test = _derivative(cases[case], parts, part, names[part], value, place, labels, row, sphere)
         else:
             right, rounding = _one(solution, part if len(names) > 1 else None), (rtol or {}).get(names[part], 1e-5)
-            test = _value(cases[case], parts, part, what, right, params, angles, rounding, sphere)
+            kind = f" ({kinds[names[part]]})" if kinds and names[part] in kinds else ""
+            test = _value(cases[case], parts, part, what, kind, right, said, angles, rounding, sphere)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
@@ -195,13 +202,13 @@ def _is_numeric(value) -> bool:
     return isinstance(value, (np.ndarray, float, np.floating, np.bool_))
 
 
-def _value(cases, parts, part, name, right, params, angles, rtol, sphere):
+def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere):
     """The test that one result, or a part of it, is that of the solution."""
-    place = _place(name)
+    place, name = _place(what), what + kind
 
     def test(f, rng):
         for args in cases(rng):
-            want, shown = right(*args), at(params, args)
+            want, shown = right(*args), said(*args)
             try:
                 got = parts(args, f(*args), part)[part]
             except expect.Failed as failed:
@@ -209,7 +216,8 @@ def _value(cases, parts, part, name, right, params, angles, rtol, sphere):
                     raise
                 raise expect.Failed(f"{failed} for {shown}", failed.hint) from None
             if not _is_numeric(want):
-                expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
+                message = f"{name} is {_shown(got)} for {shown}, it should be {_shown(want)}"
+                expect.true(_is_truth(got) == _is_truth(want) and guard.equal(got, want), message)
                 continue
             got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
@@ -268,7 +276,14 @@ def at(params, args) -> str:
     return ", ".join(f"{name} = {_shown(value)}" for name, value in zip(params, args, strict=True))
 
 
+def _is_truth(value) -> bool:
+    """Return True for truth values: True is no index, 1 no truth value."""
+    numbers = guard.numbers(value)
+    return numbers is not None and numbers.dtype.kind == "b"
+
+
 def _shown(value) -> str:
+    value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, np.ndarray):
         if value.ndim == 1 and value.size <= 30 and value.dtype.kind in "biu":
             return str(value.astype(int).tolist())

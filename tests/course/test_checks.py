@@ -72,7 +72,8 @@ def test_arrays_are_made_where_the_solution_gives_arrays(capsys):
 @pytest.mark.parametrize("before", ["wrong", "none", "syntax error"])
 def test_the_reference_is_never_judged_and_never_counted(exercise, before, capsys):
     # A notebook: the exercise cell and, twice, the check cell `f = check(id, f)`.
-    answer = {"wrong": exercise.misconceptions[0].answer, "none": None, "syntax error": None}[before]
+    wrong = next((m.answer for m in exercise.misconceptions), None)  # a project has none
+    answer = {"wrong": wrong, "none": None, "syntax error": None}[before]
     f = check(exercise.id, answer)
     tries = logbook.read().get(exercise.id, logbook.EMPTY)["tries"]
     capsys.readouterr()
@@ -80,7 +81,7 @@ def test_the_reference_is_never_judged_and_never_counted(exercise, before, capsy
         f = check(exercise.id, f)
         assert " ".join(capsys.readouterr().out.split()).startswith(f"[{exercise.id}] not judged: `{exercise.name}`")
     record = logbook.read().get(exercise.id, logbook.EMPTY)
-    assert record["passed"] is None and record["tries"] == tries == (before == "wrong")
+    assert record["passed"] is None and record["tries"] == tries == (answer is not None)
 
 
 def test_a_missing_answer_gives_the_reference(capsys):

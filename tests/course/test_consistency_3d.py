@@ -57,8 +57,8 @@ def test_a_prior_that_is_too_sure_does_more_harm_than_a_bad_guess(cells):
     low, high = anees_band(6, 4)
 
     def mean_nees(kind, mean, std):
-        data = cells["scenario"](kind, "good", last=40, non_obs_mean=mean, non_obs_std=std)
-        return np.mean([cells["run"](data, seed)[1, -1] for seed in (1, 2, 3, 4)])
+        data = cells["user_data"](kind, "good", last=40, non_obs_mean=mean, non_obs_std=std)
+        return np.mean([cells["one_run"](data, seed)[1, -1] for seed in (1, 2, 3, 4)])
 
     sure, guess, vague = (mean_nees("idp", *prior) for prior in ((0.2, 0.02), (0.5, 0.1), (0.02, 0.3)))
     assert round(sure) == 39 and sure > high

@@ -134,12 +134,6 @@ def test_words_stand_where_they_belong():
     ]
 
 
-def test_a_folded_answer_stays_folded_below_its_picture():
-    folded = "<details><summary>Answer</summary>\n\n**(b)**: " + "word " * 40 + "\n\n</details>"
-    _, slide = made_of(cell("code", "show(f)", PICTURE), cell("markdown", folded))
-    assert slide.kind == "picture" and re.search(r"<details>.*<strong>\(b\).*</details>", slide.parts[-1], re.DOTALL)
-
-
 def test_code_is_shown_where_it_prints_and_folded_elsewhere():
     printed = {"output_type": "stream", "name": "stdout", "text": ["1 < 2\n"]}
     slide = made_of(cell("code", "print(1)", printed))[-1]

@@ -39,8 +39,8 @@ def test_five_robots_have_five_looks(five_robots):
 
 
 def test_a_map_of_many_trees_is_not_hidden_by_their_numbers():
-    scenario = experiment_of("19")["scenario"]
-    log = nb19.film(TWIN, universal_slam(scenario(last=SHORT[TWIN]), recording(TWIN)))
+    user_data = experiment_of("19")["user_data"]
+    log = nb19.film(TWIN, universal_slam(user_data(last=SHORT[TWIN]), recording(TWIN)))
     fig = nb19.film_strip(log)
     assert len(fig.axes) == 3 and len(log.frames()[-1].lmks) > 40
     assert not [c for ax in fig.axes for c in ax.collections if isinstance(c, Labels)]

@@ -2,7 +2,9 @@
 
 import ast
 import json
+import re
 import time
+from functools import partial
 
 import ipywidgets
 import matplotlib.pyplot as plt
@@ -116,14 +118,23 @@ def test_controls_say_what_they_are(draw):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.name)
 def test_the_widgets_of_a_notebook_are_among_those_that_are_swept(path):
+    """Those of the drawings are swept above; those that a notebook makes itself, by test_own_filter."""
     known = {f"{d.__module__.rsplit('.')[-1]}.{d.__name__}" for d in DRAWINGS}
-    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    known |= {m for c in cells for m in re.findall(r"^@explorable\((?:.*\n)*?\)\ndef (\w+)\(", build.source(c), re.M)}
+    for cell in cells:
         if cell["cell_type"] != "code" or "explore(" not in build.source(cell):
             continue
         calls = [n for n in ast.walk(ast.parse(build.source(cell))) if isinstance(n, ast.Call)]
         for call in calls:
             if ast.unparse(call.func) == "explore":
-                assert ast.unparse(call.args[0]) in known and not call.keywords
+                draw = call.args[0]
+                if (
+                    isinstance(draw, ast.Call) and ast.unparse(draw.func) == "partial"
+                ):  # with a function of the notebook
+                    assert all(isinstance(key.value, ast.Name) for key in draw.keywords)
+                    draw = draw.args[0]
+                assert ast.unparse(draw) in known and not call.keywords
         assert "nbval-ignore-output" in cell["metadata"].get("tags", [])
 
 
@@ -344,3 +355,17 @@ def test_sweep_tries_ends_and_corners():
 def test_a_control_must_make_sense(wrong):
     with pytest.raises(ValueError):
         wrong()
+
+
+def test_a_drawing_takes_a_function_of_the_notebook(displayed):
+    """`explore(partial(...))`: the controls are those of the drawing, the run is the student's."""
+
+    @explorable(n=Int(3, 1, 8))
+    def picture(n, count=len):
+        fig, _ = plt.subplots(figsize=(3, 2))
+        return fig, {"caption": f"The run says {count('x' * n)} for a number of {n}."}
+
+    explore(partial(picture, count=lambda text: 10 * len(text)))
+    assert displayed[1][0]["text/plain"] == "The run says 30 for a number of 3."
+    (knobs, *_) = displayed[2][0].children
+    assert len(knobs.children) == 1

@@ -217,7 +217,7 @@ def blocks(step):
         plot_ellipse(ax, s.x[:2], s.P[:2, :2], 3, **line(style, linewidth=1.3))
     ax.plot([], [], **line(PREDICTED), label="before")
     for id, r in zip(now.ids, ranges_of(now.ids), strict=True):
-        ax.annotate(str(id), now.x[r], (7, 5), textcoords="offset points", fontsize=12)
+        ax.annotate(str(id), now.x[r], (10, 7), textcoords="offset points", fontsize=12)
     robot(ax, now.pose, TRUTH, 0.3)
     robot(ax, now.x[:3], ESTIMATE, 0.3)
     if now.lmk is not None:

@@ -159,7 +159,7 @@ def ray(u, mean, std, base):
 
 @explorable(
     d=Float(20.0, 2.0, 100.0, 1.0, "true depth", "m"),
-    base=Float(0.2, 0.05, 5.0, 0.05, "way of the camera to the side", "m"),
+    base=Float(0.05, 0.05, 5.0, 0.05, "way of the camera to the side", "m"),
     noise=Choice(0.1, {"0.02°": 0.02, "0.1°": 0.1, "0.5°": 0.5}, label="noise of an angle, sigma"),
     seed=Int(0, 0, 9, label="noise number"),
     ranges={"nees_depth": (0, 1e9), "nees_rho": (0, 60), "linearity": (0, 1e9)},

@@ -162,7 +162,8 @@ def meet(stage, bearing_std, seed):
                 linestyle="none")  # fmt: skip
         q = x[at : at + 3] + [0, 0, -np.pi / 2]
         robot(ax, [*show(q[:2]), q[2]], size=0.5, facecolor=LOOKS[k]["color"])
-        ax.annotate(f"robot {k + 1}", tuple(show(q[:2])), (10, 6 - 22 * k), textcoords="offset points", fontsize=13,
+        beside = ((10, 6), (-26, 18))[k]
+        ax.annotate(f"robot {k + 1}", tuple(show(q[:2])), beside, textcoords="offset points", fontsize=13,
                     weight="bold")  # fmt: skip
         robot(ax, [*show(truth[at : at + 2]), truth[at + 2] - np.pi / 2], TRUTH, size=0.5)
     if stage:

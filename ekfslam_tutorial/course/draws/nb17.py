@@ -13,7 +13,7 @@ from ...analysis import anees_band
 from ...graphics import MapFig, SenFig, grab, side_by_side
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from .. import figures
-from ..controls import Choice, Toggle
+from ..controls import Choice, Float, Toggle
 from ..widgets import explorable
 
 DOF = 6
@@ -90,26 +90,45 @@ def stored(kind, odometry="good"):
 
 WAYS = {
     "tangent space": (BLUE, "-"),
-    "q - q, with a little added to P": (VERMILLION, "--"),
     "Euler angles": (ORANGE, ":"),
+    "q - q, with a little added to P": (VERMILLION, "--"),
 }
 
 
-def ways_figure(values):
+@explorable(
+    sigma=Float(3.0, 0.5, 30.0, 0.5, "orientation, 1 sigma", "deg"),
+    pitch=Float(88.0, 0.0, 88.0, 2.0, "pitch of the robot", "deg"),
+    flip=Toggle(False, label="half of the true q with the other sign"),
+    added=Choice(1e-9, {"1e-12": 1e-12, "1e-9": 1e-9, "1e-6": 1e-6, "1e-3": 1e-3}, label="added to P for q - q"),
+    ranges={"tangent": (3, 12), "subtracted": (0, 1e14), "euler": (0, 1e9)},
+)
+def ways(honest_poses, pose_nees, euler_nees, subtracted_nees, sigma, pitch, flip, added):
+    """1000 honest poses, and their NEES computed in three ways: only one of them is chi-square."""
+    x, P, truth = honest_poses(1000, sigma, pitch, flip)
+    tangent, euler = pose_nees(x, P, truth), euler_nees(x, P, truth)
+    subtracted = subtracted_nees(x, P, truth, added)
+    values = dict(zip(WAYS, (tangent, euler, subtracted), strict=True))
+    fig, caption = _ways_figure(values)
+    return fig, {"tangent": tangent.mean(), "euler": euler.mean(), "subtracted": subtracted.mean(), "caption": caption}
+
+
+def _ways_figure(values):
     """NEES of honest poses in several ways, {way: (n,)}, beside the chi-square distribution. Returns (fig, caption)."""
     fig, ax = plt.subplots(figsize=(10.5, 4.8), layout="constrained")
     u = np.geomspace(0.3, 1e8, 400)
-    ax.plot(u, 100 * chi2.cdf(u, DOF), color=BLACK, linewidth=7, alpha=0.25, label="chi-square, 6 dof: honest")
+    ax.plot(u, 100 * chi2.sf(u, DOF), color=BLACK, linewidth=7, alpha=0.25, label="chi-square, 6 dof: honest")
     words = []
     for way, n in values.items():
         color, dash = WAYS[way]
-        share = 100 * (np.arange(len(n)) + 0.5) / len(n)
+        share = 100 * (1 - (np.arange(len(n)) + 0.5) / len(n))
         ax.plot(np.sort(np.clip(n, 1e-3, 1e9)), share, color=color, linestyle=dash, linewidth=2.6, label=way)
         words.append(f"{way} {_short(np.mean(n))}")
-    ax.set(xscale="log", xlim=(0.5, 1e7), ylim=(0, 100), xlabel="NEES (-)", ylabel="share of the poses below (%)")
+    ax.set(xscale="log", yscale="log", xlim=(0.5, 1e7), ylim=(0.1, 110))
+    ax.set(xlabel="NEES (-)", ylabel="share of the poses above (%)")
+    ax.set_yticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
     ax.minorticks_off()
-    ax.legend(loc="lower right")
-    return fig, f"{len(n)} honest poses; the mean NEES should be 6. {'; '.join(words)}."
+    ax.legend(loc="upper right")
+    return fig, f"{len(n)} honest poses. Mean NEES, which should be 6: {'; '.join(words)}."
 
 
 # ---- a run, seen ----------------------------------------------------------------------------------------------------

@@ -7,13 +7,15 @@ from ...analysis import align
 from ...geometry import Frame2
 from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, UPDATED, StateLog, line, plot_ellipse, points, sigma_label
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, OKABE_ITO, ORANGE, PURPLE, SKY_BLUE, VERMILLION
-from ..controls import Choice, Float
+from ..controls import Choice, Float, Toggle
 from ..widgets import explorable
 from .nb18_log import ROBOTS, SECONDS, TWIN, frames, recording, survey
 from .parts import robot, true_landmarks
+from .parts import say as say
 
 WAYS = ("alone", "five filters that\ntell each other", "one filter,\nlandmarks only", "one filter,\nrobots see robots")
 LOOKS = ((GREY, ".."), (ORANGE, "//"), (SKY_BLUE, "\\\\"), (BLUE, ""))
+POINTS = 150  # of a path that is drawn
 DASHES = ("-", (0, (6, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
 HUES = (OKABE_ITO[5], OKABE_ITO[6], OKABE_ITO[3], OKABE_ITO[7], OKABE_ITO[1])
 
@@ -131,8 +133,16 @@ def four_ways_figure(which, alone, telling, landmarks_only, one):
     )
 
 
-def leave_out_figure(which, some, whole):
-    """Paths and errors of some of the robots in one filter, beside those of all. Returns (fig, caption)."""
+@explorable(
+    leave=Choice(3, {"nobody": 0, **{f"robot {r}": r for r in ROBOTS}}, label="leave out"),
+    met=Toggle(True, label="use the sightings of robots"),
+    run=True,
+    ranges={"ate": (0, 2)},
+)
+def leave_out(one_filter, which, leave, met):
+    """One minute of the log in one filter, without one of the robots: what do the others lose?"""
+    some = one_filter(which, met, tuple(r for r in ROBOTS if r != leave), 60.0)
+    whole = one_filter(which, True, ROBOTS, 60.0)
     of = lambda h: {int(r): f["ate_rmse_m"] or 0.0 for r, f in h.summary()["robots"].items()}
     error, all_five = of(some), of(whole)
     fig, (ax, bars) = plt.subplots(1, 2, figsize=(12.5, 5.6), width_ratios=[1.2, 1], layout="constrained")
@@ -143,11 +153,12 @@ def leave_out_figure(which, some, whole):
     top = 1.3 * max(*all_five.values(), *error.values())
     bars.set(xticks=ROBOTS, xlabel="robot", ylabel="ATE (m)", ylim=(0, top))
     bars.legend(loc="upper left", fontsize=12)
-    names = ", ".join(str(r) for r in error)
-    return fig, (
-        f"{which.capitalize()}, robots {names} in one filter: ATE {some.summary()['ate_rmse_m'] or 0.0:.2f} m. "
-        f"All five, with sightings of robots: {whole.summary()['ate_rmse_m'] or 0.0:.2f} m."
+    names, ate = ", ".join(str(r) for r in error), some.summary()["ate_rmse_m"] or 0.0
+    caption = (
+        f"{which.capitalize()}, 60 s, robots {names} in one filter, {'with' if met else 'without'} sightings of "
+        f"robots: ATE {ate:.2f} m. All five, with sightings: {whole.summary()['ate_rmse_m'] or 0.0:.2f} m."
     )
+    return fig, {"ate": ate, "caption": caption}
 
 
 # ---- the gauge ------------------------------------------------------------------------------------------------------
@@ -155,22 +166,24 @@ def leave_out_figure(which, some, whole):
 
 def alignment_figure(which, paths, truths, F, ates):
     """Five paths under one alignment, and under one each. Returns (fig, caption)."""
-    fig, axes = plt.subplots(1, 2, figsize=(13, 6.2), layout="constrained")
+    fig, axes = plt.subplots(1, 2, figsize=(11.6, 5.5), layout="constrained")
     own = [align(p, t) for p, t in zip(paths, truths, strict=True)]
     for ax, aligned, title in (
         (axes[0], [Frame2(F)] * len(paths), "one alignment for all: 3 numbers"),
         (axes[1], own, f"one for each robot: {3 * len(paths)} numbers"),
     ):
         for i, (p, t, G) in enumerate(zip(paths, truths, aligned, strict=True)):
-            ax.plot(*G.from_frame(p)[0].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
-            ax.plot(*t.T, **line(TRUTH, linewidth=1.0), label="truth" if i == 0 else None)
+            some = slice(None, None, max(len(p) // POINTS, 1))
+            q = G.from_frame(p[some])[0]
+            ax.plot(*q.T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
+            ax.plot(*t[some].T, **line(TRUTH, linewidth=1.0), label="truth" if i == 0 else None)
         ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=title)
         ax.set_adjustable("datalim")
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", frameon=False)
     apart = [np.sqrt(((G.from_frame(p)[0] - t) ** 2).sum(1).mean()) for p, t, G in zip(paths, truths, own, strict=True)]
     return fig, (
         f"{which.capitalize()}: ATE of the robots with one alignment {', '.join(f'{a:.3f}' for a in ates)} m; each "
-        f"aligned on its own {', '.join(f'{a:.3f}' for a in apart)} m, which hides how they lie to each other."
+        f"aligned on its own {', '.join(f'{a:.3f}' for a in apart)} m, which hides how they lie relative to each other."
     )
 
 
@@ -276,7 +289,7 @@ def one_sighting(rho, turn, way):
 # ---- player and paths -----------------------------------------------------------------------------------------------
 
 
-def film(which, run, pictures=60):
+def film(which, run, pictures=40):
     """A run as a state log. The ground truth of a real log stays where it is: only estimates are kept."""
     log = StateLog(f"five robots, {which}", period=max(len(run) // pictures, 1))
     for now in run:
@@ -312,7 +325,13 @@ def _paths(ax, which, history):
     for r in history.robots:
         track = history.track(r).moved(F)
         i = r - 1
-        ax.plot(*track.x[:, :2].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.5, label=f"robot {r}")
+        ax.plot(
+            *track.x[:: max(len(track.x) // POINTS, 1), :2].T,
+            color=HUES[i],
+            linestyle=DASHES[i],
+            linewidth=1.5,
+            label=f"robot {r}",
+        )
         robot(ax, track.x[-1], size=0.3, facecolor=HUES[i], edgecolor=HUES[i])
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.set_adjustable("datalim")

@@ -7,12 +7,16 @@ from ...graphics import DEAD_RECKONING, ESTIMATE, MEASUREMENT, REJECTED, UPDATED
 from ...graphics.artists import Labels
 from ...graphics.player import log_strip
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
+from ..controls import Int, Toggle
+from ..widgets import explorable
 from .nb19_log import recording
 from .parts import robot
+from .parts import say as say
 
 GATE, NEW = 9.21, 24.9  # squared distances: 99 % and 99.9996 % of chi-square with 2 degrees of freedom
 SHARE = 0.95
-PICTURES = 80  # of the film, and of the park
+PICTURES = 50  # of the film, and of the park
+POINTS = 600  # of a path that is drawn
 
 
 class Kept:
@@ -99,11 +103,11 @@ def dead_reckoning_figure(which, paths):
     """Paths by the controls alone, {name: path}, the model first, and GPS. Returns (fig, caption)."""
     rec = recording(which)
     fig, ax = plt.subplots(figsize=(10, 6.6), layout="constrained")
-    ax.plot(*rec.fixes[1][:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+    ax.plot(*rec.fixes[1][::3, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
     looks = (("-", BLUE), ("--", VERMILLION), (":", GREEN))
     words = []
     for (name, path), (dash, color) in zip(paths.items(), looks, strict=False):
-        ax.plot(*path.T, linestyle=dash, color=color, linewidth=1.6, label=name)
+        ax.plot(*path[:: max(len(path) // POINTS, 1)].T, linestyle=dash, color=color, linewidth=1.6, label=name)
         at = [np.column_stack([np.interp(rec.fixes[1][:, 0], rec.t, path[:, i]) for i in (0, 1)])]
         far = np.hypot(*(at[0] - rec.fixes[1][:, 1:]).T)
         words.append(f"{name} {np.median(far):.0f} m")
@@ -181,7 +185,7 @@ def path_figure(which, d, name):
     fig, ax = plt.subplots(figsize=(9.6, 6.4), layout="constrained")
     fixes = recording(which).fixes[1]
     ax.plot(*fixes[fixes[:, 0] <= d.t[-1], 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
-    ax.plot(*d.path.T, **line(ESTIMATE), label="EKF-SLAM")
+    ax.plot(*d.path[:: max(len(d.path) // POINTS, 1)].T, **line(ESTIMATE), label="EKF-SLAM")
     ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees")
     ax.set(xlabel="x, east (m)", ylabel="y, north (m)", aspect="equal", title=f"{which}, {name}")
     ax.set_adjustable("datalim")
@@ -224,7 +228,7 @@ def park_figure(which, d, far, error):
     fixes = recording(which).fixes[1]
     fig, (ax, low) = plt.subplots(1, 2, figsize=(12.4, 5.8), width_ratios=[1, 1.1], layout="constrained")
     ax.plot(*fixes[:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
-    ax.plot(*d.path.T, **line(ESTIMATE), linewidth=1.4, label="EKF-SLAM")
+    ax.plot(*d.path[:: max(len(d.path) // POINTS, 1)].T, **line(ESTIMATE), linewidth=1.4, label="EKF-SLAM")
     ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees of the map")
     low_x, high_x = np.percentile(d.path, [0, 100], axis=0) + [[-45], [45]]
     ax.set(xlim=(low_x[0], high_x[0]), ylim=(low_x[1], high_x[1]))
@@ -243,13 +247,19 @@ def park_figure(which, d, far, error):
     )
 
 
-def until_figure(which, d, percent):
-    """Path and trees after a part of the log, with GPS over them. Returns (fig, caption)."""
+@explorable(
+    percent=Int(50, 2, 100, 2, label="time", play=200, tip="Per cent of the log; arrow keys move it"),
+    gps=Toggle(True, label="GPS"),
+    ranges={"trees": (1, 600)},
+)
+def overlay(which, d, percent, gps):
+    """The park from the first scan to the last: path and trees, with GPS over them."""
     t, pose, trees = d.views[max(len(d.views) * percent // 100 - 1, 0)]
     k = int(np.searchsorted(d.t, t, side="right"))
     fig, ax = plt.subplots(figsize=(9.6, 6.6))
     fixes = recording(which).fixes[1]
-    ax.plot(*fixes[fixes[:, 0] <= t, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+    if gps:
+        ax.plot(*fixes[fixes[:, 0] <= t, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
     ax.plot(*d.path[:k].T, **line(ESTIMATE), linewidth=1.3, label="EKF-SLAM")
     ax.plot(*trees.T, **points(ESTIMATE, markersize=4), label="trees")
     robot(ax, pose, size=8, facecolor=BLACK, edgecolor=BLACK)
@@ -257,7 +267,7 @@ def until_figure(which, d, percent):
     ax.set(xlim=edge[:, 0], ylim=edge[:, 1], aspect="equal", xlabel="x, east (m)", ylabel="y, north (m)")
     ax.set_title(f"{which}, {t:.0f} s")
     ax.legend(loc="upper left", fontsize=12)
-    return fig, f"{which.capitalize()} after {t:.0f} s: {len(trees)} trees."
+    return fig, {"trees": len(trees), "caption": f"{which.capitalize()} after {t:.0f} s: {len(trees)} trees."}
 
 
 def film(which, run):
@@ -290,7 +300,7 @@ def wrong_mount_figure(which, right, wrong, ahead):
     ):
         error = from_gps(which, d)[1]
         ax.plot(*fixes[fixes[:, 0] <= d.t[-1], 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
-        ax.plot(*d.path.T, **line(ESTIMATE), label="EKF-SLAM")
+        ax.plot(*d.path[:: max(len(d.path) // POINTS, 1)].T, **line(ESTIMATE), label="EKF-SLAM")
         ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees")
         ax.set(xlabel="x, east (m)", aspect="equal", title=f"{name}: {error:.1f} m")
         words.append(f"{name}: {d.n_trees[-1]} trees, distance to GPS {error:.1f} m")

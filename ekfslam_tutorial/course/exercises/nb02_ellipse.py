@@ -204,26 +204,3 @@ def _by_angle(turn):
 
 _wrong("turned by degrees", "The angle of the ellipse is in degrees, as matplotlib's Ellipse wants it; np.cos and np.sin "
        "want radians.")(_by_angle(np.degrees))  # fmt: skip
-
-
-@drawn.variant("Cholesky factor instead of eigenvectors, another start")
-def _(mean, P, k):
-    a = np.linspace(1, 1 + 2 * np.pi, 61)
-    return mean + k * np.column_stack([np.cos(a), np.sin(a)]) @ np.linalg.cholesky(P).T
-
-
-@drawn.variant("half axes and an angle, clockwise, as a list")
-def _(mean, P, k):
-    (d, D), V = np.linalg.eigh(P)
-    t, made = np.arctan2(V[1, 1], V[0, 1]), []
-    for a in np.linspace(0, -2 * np.pi, 73):
-        u, v = k * D**0.5 * np.cos(a), k * d**0.5 * np.sin(a)
-        made.append([mean[0] + u * np.cos(t) - v * np.sin(t), mean[1] + u * np.sin(t) + v * np.cos(t)])
-    return made
-
-
-@drawn.variant("singular values")
-def _(mean, P, k):
-    U, S, _ = np.linalg.svd(P)
-    a = np.linspace(-np.pi, np.pi, 200)
-    return k * (U * np.sqrt(S) @ [np.sin(a), np.cos(a)]).T + np.asarray(mean)

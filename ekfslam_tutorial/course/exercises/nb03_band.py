@@ -98,18 +98,3 @@ banded = table(
         np.diagonal(P, axis1=1, axis2=2) -> 1 / np.diagonal(np.linalg.inv(P), axis1=1, axis2=2)
     """,
 )
-
-
-@banded.variant("one time after the other, as lists")
-def _(x, truth, P, k):
-    e = [
-        [a[0] - b[0], a[1] - b[1], np.arctan2(np.sin(a[2] - b[2]), np.cos(a[2] - b[2]))]
-        for a, b in zip(x, truth, strict=True)
-    ]
-    return e, [[k * C[j][j] ** 0.5 for j in range(3)] for C in P]
-
-
-@banded.variant("einsum, columns apart")
-def _(x, truth, P, k):
-    (dx, dy, turn), variance = (x - truth).T, np.einsum("tii->ti", P)
-    return np.stack([dx, dy, (turn + np.pi) % (2 * np.pi) - np.pi], 1), (k * k * variance) ** 0.5

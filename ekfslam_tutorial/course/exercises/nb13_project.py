@@ -55,11 +55,12 @@ def loop(world):
     """EKF-SLAM with one camera: yield the map after each frame.
 
     world.x, shape (7,), and world.P, shape (7, 7), are the robot's frame [t, q] before the first frame, and its
-    covariance. With `rob = world.robs[0]` and `eye = world.sens[0]`, `rob.motion.move(x, u, dt)` returns the frame after a step,
-    X_x and X_u; `eye.model` is the camera, `eye.x` its mounting on the robot, shape (7,). `world.options.n` and
-    `world.options.N` are the prior. `for now in world` goes through the frames: `now.u[1]`, shape (6,), `now.U[1]`,
-    shape (6, 6), and `now.dt` are the control; `now.seen[1]` is a list of pairs (id, y): a landmark and its pixel.
-    `world.kinds[6]` and `world.kinds[3]` are the types of landmarks with six numbers and with three.
+    covariance. With `rob = world.robs[0]` and `eye = world.sens[0]`, `rob.motion.move(x, u, dt)` returns the frame
+    after a step, X_x and X_u; `eye.model` is the camera, `eye.x` its mounting on the robot, shape (7,).
+    `world.options.n` and `world.options.N` are the prior; `world.kinds[6]` and `world.kinds[3]` are the types of
+    landmarks with six numbers and with three. `for now in world` goes through the frames: `now.u[1]`, shape (6,),
+    `now.U[1]`, shape (6, 6), and `now.dt` are the control; `now.seen[1]` is a list of pairs (id, y): a landmark and
+    its pixel.
     Yield x, P, lmks after each frame: the whole map, the robot first, and a dictionary id: slice.
     """
     rob, eye = world.robs[0], world.sens[0]

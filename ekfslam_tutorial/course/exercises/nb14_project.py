@@ -132,6 +132,7 @@ project = Project(
     ),
     band=(3.0, 12.0),
     least=0.3,
+    claims=(0.94, 1.8, 2.5),  # a landmark that comes again is a new one
     before=(
         Symptom(
             "the room",

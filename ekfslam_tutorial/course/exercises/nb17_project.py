@@ -80,8 +80,8 @@ def loop(data, seeds):
         row = []
         for now in universal_slam(data, seed=seed):
             rob = now.robs[0]
-            x, P, truth = now.map.x[rob.r], now.map.P[rob.r, rob.r], now.truth[rob.id]
-            row.append(pose_nees(x[None], P[None], truth[None])[0])
+            pose, true = now.map.x[rob.r], now.truth[rob.id]
+            row += list(pose_nees(pose[None], now.map.P[rob.r, rob.r][None], true[None]))
         nees.append(row)
     return np.array(nees), in_band(np.array(nees), 6)
 

@@ -94,7 +94,8 @@ def loop(world):
     def correct(x, P, a, b, y, R):  # b: a robot, or a landmark, which is a robot without a heading
         e, E_a, E_b = meet(x[a], np.append(x[b], 0.0)[:3])
         E_b = E_b[:, : b.stop - b.start]
-        z = np.array([y[0] - e[0], wrap(y[1] - e[1])])
+        z = y - e
+        z[1] = wrap(z[1])
         Z = R + np.hstack([E_a, E_b]) @ P[np.ix_(np.r_[a, b], np.r_[a, b])] @ np.hstack([E_a, E_b]).T
         return (x, P) if z @ np.linalg.solve(Z, z) > 13.8 else correct_both(x, P, a, b, z, E_a, E_b, R)
 

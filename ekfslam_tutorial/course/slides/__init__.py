@@ -1,9 +1,8 @@
 """The lecture cut as slides: one HTML file with everything inside, to be projected without a network or a kernel.
 
 A text cell is a slide. A picture gets a slide of its own, as large as it can be, with its caption. A few words before
-a picture stand above it, and the answer to a poll below it, folded where it is folded in the notebook. Code is folded;
-where a cell only prints, code and output are shown. The Markdown and the coloured code are nbconvert's; formulas are
-set by MathJax, which is part of the file.
+a picture stand above it, and the answer to a poll below it. Code is folded; where a cell only prints, code and output
+are shown. The Markdown and the coloured code are nbconvert's; formulas are set by MathJax, which is part of the file.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ from ..lecture import tagged
 HERE = Path(__file__).parent
 FEW_WORDS = 25  # as many stand above or below a picture
 ANSWER = re.compile(r"\*\*\(?\w\)?\*\*|The (answer|truth) ")  # to the poll before the picture
-FOLDED = "<details>"  # an answer or a debrief that is shown on demand
 WIDGET = re.compile(r"\(Run this cell")  # stands for the controls in a stored notebook
 HEADING = re.compile(r"\n+(?=#+ )")  # each starts a slide
+FOLD = re.compile(r"</?details>|<summary>.*?</summary>")  # on slides an answer comes with the next key
 MINUTES = re.compile(r" *\(\d+ min\)")  # those of a student
 MATHJAX = "sphinx-mathjax-offline", "sphinx-mathjax-offline/static/mathjax/tex-svg.js"
 
@@ -62,7 +61,7 @@ def slides(notebook: dict) -> list[Slide]:
     lead = ""
     for cell, following in itertools.pairwise([*cells[1:], {}]):
         if cell["cell_type"] == "markdown":
-            *before, last = HEADING.split(MINUTES.sub("", source(cell)))
+            *before, last = HEADING.split(MINUTES.sub("", FOLD.sub("", source(cell)).strip()))
             for text in filter(None, before):
                 add_text(found, text, None)
             lead = add_text(found, last, following.get("outputs"))
@@ -91,9 +90,6 @@ def add_text(found: list[Slide], text: str, shown_next) -> str:
     """
     heading = re.search(r"^#+ +(.*)$", text, re.MULTILINE)
     few = len(text.split()) <= FEW_WORDS and heading is None and "|---" not in text and "$$" not in text
-    if text.startswith(FOLDED) and found[-1].kind in ("picture", "code"):
-        found[-1].parts.append(f'<div class="words">{markdown(text)}</div>')  # it takes one line
-        return ""
     answer = ANSWER.match(text)
     if few and found[-1].kind == "picture" and (answer or not shown_next) and "Predict before" not in text:
         found[-1].parts.append(f'<div class="words">{markdown(text)}</div>')

@@ -414,14 +414,19 @@ def probabilities_instead_of_limits(zs, Zs, confidence):
 
 @answer_to("07.1", right=True)
 def cholesky_factors(zs, Zs, confidence):
-    d2 = _d2(np.asarray(zs), np.asarray(Zs))
+    d2 = np.sum(np.linalg.solve(np.linalg.cholesky(Zs), np.asarray(zs)[..., None])[..., 0] ** 2, -1)
     i = [k for k in range(len(d2)) if d2[k] <= chi2.ppf(confidence, zs.shape[1])]
     return (i[0], d2) if len(i) == 1 else (None, d2)
 
 
+def joint_Z(Hs, P, R):
+    m = range(len(Hs))
+    return np.block([[Hs[i] @ P @ Hs[j].T + (R if i == j else 0) for j in m] for i in m])
+
+
 @answer_to("07.3", right=True)
 def block_by_block_plain_types(zs, Hs, P, R, confidence):
-    Z = _Z(Hs, P, R)
+    Z = joint_Z(Hs, P, R)
     z = np.ravel(zs)
     d2 = float(z @ np.linalg.inv(Z) @ z)
     return bool(chi2.cdf(d2, 2 * len(zs)) <= confidence), d2, Z.tolist()
@@ -429,7 +434,7 @@ def block_by_block_plain_types(zs, Hs, P, R, confidence):
 
 @answer_to("07.3", right=True)
 def pair_by_pair_conditional_distances(zs, Hs, P, R, confidence):
-    Z, z, d2 = _Z(Hs, P, R), np.ravel(zs), 0.0
+    Z, z, d2 = joint_Z(Hs, P, R), np.ravel(zs), 0.0
     for i in range(0, len(z), 2):
         K = np.linalg.solve(Z[:i, :i], Z[:i, i : i + 2]).T if i else np.zeros((2, 0))
         w = z[i : i + 2] - K @ z[:i]
@@ -440,7 +445,10 @@ def pair_by_pair_conditional_distances(zs, Hs, P, R, confidence):
 @answer_to("07.2", right=True)
 def with_masks_list(D, limit):
     D = np.asarray(D)
-    return _expected(D, limit).tolist() if D.size else [-1] * len(D)
+    if not D.size:
+        return [-1] * len(D)
+    ok = (D == D.min(1, keepdims=True)) & (D == D.min(0, keepdims=True)) & (D <= limit)
+    return np.where(ok.any(1), ok.argmax(1), -1).tolist()
 
 
 @answer_to("07.2", right=True)
@@ -471,7 +479,7 @@ def loops_lists_probabilities(ys, es, Es, R, confidence):
         return list(range(len(ys))), np.zeros((len(ys), 0))
     D = []
     for y in ys:
-        zs = [_plain(y, e) for e in es]
+        zs = [np.array([y[0] - e[0], wrap(y[1] - e[1])]) for e in es]
         D.append([float(z @ np.linalg.inv(E + R) @ z) for z, E in zip(zs, Es, strict=True)])
     return [i for i, row in enumerate(D) if min(row) > chi2.ppf(confidence, 2)], D
 

@@ -1,11 +1,15 @@
 """Answers to the exercises of notebook 08 that are in no list of the package: wrong ones, and odd right ones."""
 
+from functools import reduce
+
 import numpy as np
 import scipy.linalg
 
 from ekfslam_tutorial.course.exercises.nb08_fej import correct_fej, observe
 from ekfslam_tutorial.course.exercises.nb08_nullspace import observability
+from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation
 from ekfslam_tutorial.geometry import wrap
+from ekfslam_tutorial.models.sensors import RangeBearing
 
 from .collector import answer_to, check_of
 
@@ -228,9 +232,6 @@ def information_form(x, P, y, i, x_first, R):
 
 @answer_to("08.2", right=True)
 def by_the_blocks_of_the_package(x, P, y, i, x_first, R):
-    from ...ekf import Map, correct, covariance, cross, innovation
-    from ...models.sensors import RangeBearing
-
     map = Map()
     map.add(x, P)
     H = [(slice(0, len(x)), observe(x_first, i)[1])]
@@ -273,10 +274,8 @@ def singular_value_decomposition_as_lists(H, F):
 
 @answer_to("08.1", right=True)
 def null_space_of_scipy(H, F):
-    from scipy.linalg import null_space
-
-    O = _stack(H, F, _chain)
-    return O, null_space(O, rcond=1e-10).shape[1]
+    O = np.vstack([H_k @ reduce(lambda Phi, F_j: F_j @ Phi, F[:k], np.eye(H_k.shape[1])) for k, H_k in enumerate(H)])
+    return O, scipy.linalg.null_space(O, rcond=1e-10).shape[1]
 
 
 @answer_to("08.1", right=True)

@@ -13,6 +13,29 @@ from .collector import answer_to, check_of
 
 
 @answer_to("02.6", right=True)
+def by_cholesky_from_another_start(mean, P, k):
+    a = np.linspace(1, 1 + 2 * np.pi, 61)
+    return mean + k * np.column_stack([np.cos(a), np.sin(a)]) @ np.linalg.cholesky(P).T
+
+
+@answer_to("02.6", right=True)
+def half_axes_and_an_angle_clockwise_as_a_list(mean, P, k):
+    (d, D), V = np.linalg.eigh(P)
+    t, made = np.arctan2(V[1, 1], V[0, 1]), []
+    for a in np.linspace(0, -2 * np.pi, 73):
+        u, v = k * D**0.5 * np.cos(a), k * d**0.5 * np.sin(a)
+        made.append([mean[0] + u * np.cos(t) - v * np.sin(t), mean[1] + u * np.sin(t) + v * np.cos(t)])
+    return made
+
+
+@answer_to("02.6", right=True)
+def by_singular_values(mean, P, k):
+    U, S, _ = np.linalg.svd(P)
+    a = np.linspace(-np.pi, np.pi, 200)
+    return k * (U * np.sqrt(S) @ [np.sin(a), np.cos(a)]).T + np.asarray(mean)
+
+
+@answer_to("02.6", right=True)
 def symmetric_root(mean, P, k):
     a = np.linspace(0, 2 * np.pi, 80)
     return np.c_[np.cos(a), np.sin(a)] @ sqrtm(P) * k + mean
@@ -79,6 +102,21 @@ def size_of_95_per_cent(mean, P, k):
 
 
 # --- 03.5 the error band ---
+
+
+@answer_to("03.5", right=True)
+def one_time_after_the_other_as_lists(x, truth, P, k):
+    e = [
+        [a[0] - b[0], a[1] - b[1], np.arctan2(np.sin(a[2] - b[2]), np.cos(a[2] - b[2]))]
+        for a, b in zip(x, truth, strict=True)
+    ]
+    return e, [[k * C[j][j] ** 0.5 for j in range(3)] for C in P]
+
+
+@answer_to("03.5", right=True)
+def by_einsum(x, truth, P, k):
+    (dx, dy, turn), variance = (x - truth).T, np.einsum("tii->ti", P)
+    return np.stack([dx, dy, (turn + np.pi) % (2 * np.pi) - np.pi], 1), (k * k * variance) ** 0.5
 
 
 @answer_to("03.5", right=True)
