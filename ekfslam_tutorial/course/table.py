@@ -57,6 +57,7 @@ def table(
     along=None,
     shown=None,
     kinds=None,
+    form=None,
     **options,
 ):
     """Build an `Exercise`.
@@ -96,6 +97,8 @@ def table(
         What the messages call the arguments: ``arguments -> text``, if it is not their values.
     kinds : dict, optional
         What kind of value a result is, if it is no array: ``{"i": "an index counted from 0, or None"}``.
+    form : str, optional
+        What the first link says of results of a wrong form, where no check says more of them.
 
     Returns
     -------
@@ -131,7 +134,7 @@ def table(
             ]
         return settled(taken, right) if settled else taken
 
-    @made.link("the results", f"The function must end with `return {returns}`.")
+    @made.link("the results", form or f"The function must end with `return {returns}`.")
     def _(f, rng):
         for args in cases["any"](rng):
             parts(args, f(*args))

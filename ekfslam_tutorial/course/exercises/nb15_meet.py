@@ -93,6 +93,8 @@ exercise = table(
         robot2.compose(back)[0].x -> robot2.compose(back)[0].inverse()[0].x
     poses subtracted: Frames are composed, not subtracted: the place of F2 must be turned, too.
         robot2.compose(back)[0].x -> robot2.x - F2.x
+    theta in degrees: theta is asked in radians, as all angles are.
+        robot2.compose(back)[0].x -> robot2.compose(back)[0].x * [1, 1, 180 / np.pi]
     degrees: All angles are in radians already: no conversion.
         r, b12, b21 = y -> r, b12, b21 = y[0], *np.radians(y[1:])
     """,

@@ -66,6 +66,7 @@ watch = table(
     ),
     seconds=1.8,
     returns="difference",
+    form="The function must end with `return` and a matrix of the shape of P.",
     cases={"any": lambda rng: [case(rng, n=n) for n in (7, 3)]},
     checks="",
     wrong="""

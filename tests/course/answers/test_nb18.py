@@ -96,7 +96,7 @@ def one_less(paths, truths):
     return F, ates * np.sqrt(n / (n - 1))
 
 
-@answer_to("18.3", right=True)
+@answer_to("18.3", hint="mirror")  # a rotation in space may turn the plane over
 def rotation_from_scipy(paths, truths):
     flat = lambda p: np.pad(np.vstack(p) - np.vstack(p).mean(0), ((0, 0), (0, 1)))
     theta = Rotation.align_vectors(flat(truths), flat(paths))[0].as_rotvec()[2]
