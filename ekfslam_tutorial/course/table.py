@@ -122,14 +122,14 @@ def table(
 
         With the help to the part that fails; for the part that a link is about it has its own.
         """
-        said = helps | {part: ""}
+        help_to = helps | {part: ""}
         right = solution(*args)
         if len(names) == 1:
-            taken, right = [_taken(result, right, names[0], said.get(0, ""))], [right]
+            taken, right = [_taken(result, right, names[0], help_to.get(0, ""))], [right]
         else:
             given = expect.results(result, *names)
             taken = [
-                _taken(*pair, name, said.get(i, ""))
+                _taken(*pair, name, help_to.get(i, ""))
                 for i, (*pair, name) in enumerate(zip(given, right, names, strict=True))
             ]
         return settled(taken, right) if settled else taken

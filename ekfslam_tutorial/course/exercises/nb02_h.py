@@ -87,6 +87,7 @@ expected = table(
     bearing in degrees | wrap(np.arctan2(dy, dx) - x_r[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x_r[2])) | Angles are in radians everywhere.
     brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
         wrap(np.arctan2(dy, dx) - x_r[2]) -> (np.arctan2(dy, dx) - x_r[2] + np.pi) % 2 * np.pi - np.pi
+    sign of the bearing lost | wrap(np.arctan2(dy, dx) - x_r[2]) -> np.abs(wrap(np.arctan2(dy, dx) - x_r[2])) | Left and right are different directions: a bearing to the right is negative.
     range squared | e = np.array([r, -> e = np.array([r2, | Take the square root: the range is in metres, dx^2 + dy^2 in square metres.
     distances added | e = np.array([r, -> e = np.array([abs(dx) + abs(dy), | The range is the straight distance: the root of dx^2 + dy^2, not the sum of both ways.
     bearing first | return e, H -> return e[::-1], H | The order is range, then bearing.

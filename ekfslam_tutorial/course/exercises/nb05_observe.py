@@ -30,11 +30,11 @@ def unwrapped(x, l):
     return np.array([np.hypot(dx, dy), np.arctan2(dy, dx) - x[2]])
 
 
-def case(rng, n=9, at=5, theta=None):
+def case(rng, n=9, at=5, theta=None, bearing=None):
     """Return a state with a landmark in the range at:at+2, a few metres from the robot."""
     x = rng.uniform(-5, 5, n)
     x[2] = rng.uniform(-3, 3) if theta is None else theta
-    a, r = rng.uniform(-np.pi, np.pi), rng.uniform(1, 6)
+    a, r = rng.uniform(-np.pi, np.pi) if bearing is None else x[2] + bearing, rng.uniform(1, 6)
     x[at : at + 2] = x[:2] + r * np.array([np.cos(a), np.sin(a)])
     return x, slice(at, at + 2)
 
@@ -56,8 +56,11 @@ observation = table(
     entries={"H": "range, bearing", "x": "x, y, theta, " + ", ".join(f"x[{i}]" for i in range(3, 13))},
     cases={
         "any": lambda rng: [case(rng, n, at) for n, at in ((9, 5), (5, 3), (11, 7), (9, 3), (13, 11))],
-        "turned": lambda rng: [
-            case(rng, n, at, theta) for n, at, theta in ((9, 5, 0.0), (5, 3, 0.7), (11, 7, -2.5), (9, 3, 2.9))
+        "turned": lambda rng: [  # to the left and to the right, ahead and behind
+            case(rng, 9, 5, 0.0, 0.8),
+            case(rng, 5, 3, 0.7, -2.0),
+            case(rng, 11, 7, -2.5, 2.6),
+            case(rng, 9, 3, 2.9, -0.4),
         ],
         "l = 5:7": lambda rng: [case(rng, n, 5) for n in (9, 7, 11)],
     },
@@ -80,6 +83,7 @@ observation = table(
     bearing in degrees | wrap(np.arctan2(dy, dx) - x[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x[2])) | Angles are in radians everywhere.
     brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
         wrap(np.arctan2(dy, dx) - x[2]) -> (np.arctan2(dy, dx) - x[2] + np.pi) % 2 * np.pi - np.pi
+    sign of the bearing lost | wrap(np.arctan2(dy, dx) - x[2]) -> np.abs(wrap(np.arctan2(dy, dx) - x[2])) | Left and right are different directions: a bearing to the right is negative.
     range squared | e = np.array([r, -> e = np.array([r2, | Take the square root: the range is in metres.
     robot at the origin | x[l] - x[:2] -> x[l] | The differences begin at the robot: subtract its position, x[:2].
     the mapping Jacobian | -E_l, [0, -1], E_l -> 0, 0, E_l | That is H of notebook 02, where the pose was known. Now the pose is in the state: it has columns of its own, the first three.
