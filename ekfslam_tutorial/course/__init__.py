@@ -6,11 +6,11 @@ estimation lives here: what a notebook teaches is in the floors above.
 
 from .checks import check, hint, progress, reveal
 from .controls import Choice, Float, Int, Toggle
+from .experiment import experiment
 from .figures import show
 from .keep import keep, own
 from .live import watch
 from .playback import replay
-from .project import experiment
 from .source import source
 from .widgets import explorable, explore, sweep
 

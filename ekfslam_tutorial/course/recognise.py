@@ -47,8 +47,11 @@ def recognise(exercise, calls, part=None):
         return whole
     sample = _sample(exercise, calls, truth, None)
     if not any(isinstance(call.result, guard.Raised) for call in sample):  # two edits that break each other explain all
-        for pair in _pairs(exercise, sample):
-            return pair
+        pairs = list(_pairs(exercise, calls, sample))
+        if len(pairs) == 1:
+            return pairs[0]
+        if pairs:  # what they have in common is sure
+            return [m for m in pairs[0] if all(m in pair for pair in pairs)][:1]
     return _fitting(exercise, calls, truth, part) if part is not None else []
 
 
@@ -79,12 +82,12 @@ def _answers(exercise, answer, calls, part=None) -> bool:
     return bool(calls) and all(exercise.alike(c.result, exercise.result(answer, c.args), part) for c in calls)
 
 
-def _pairs(exercise, sample):
+def _pairs(exercise, calls, sample):
     """Two mistakes at once, each an edit of the solution, that together answer as the student did."""
     edits = [m for m in exercise.misconceptions if m.edits]
     for one, other in itertools.combinations(edits, 2):
         both = exercise.composed(one, other)
-        if both is not None and _answers(exercise, both, sample):
+        if both is not None and _answers(exercise, both, sample) and _answers(exercise, both, calls):  # few, then all
             yield sorted((one, other), key=exercise.fails_at)
 
 

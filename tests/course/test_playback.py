@@ -6,7 +6,7 @@ import pytest
 from ekfslam_tutorial.course import registry, replay
 from ekfslam_tutorial.course.cells import experiment_of
 from ekfslam_tutorial.course.draws import nb18
-from ekfslam_tutorial.course.draws.nb18_log import ROBOTS, TWIN
+from ekfslam_tutorial.course.logs.nb18 import ROBOTS, TWIN
 from ekfslam_tutorial.toolbox import universal_slam
 
 

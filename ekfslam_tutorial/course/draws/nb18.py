@@ -8,8 +8,8 @@ from ...geometry import Frame2
 from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, UPDATED, StateLog, line, plot_ellipse, points, sigma_label
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, OKABE_ITO, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from ..controls import Choice, Float, Toggle
+from ..logs.nb18 import ROBOTS, SECONDS, TWIN, frames, recording, survey
 from ..widgets import explorable
-from .nb18_log import ROBOTS, SECONDS, TWIN, frames, recording, survey
 from .parts import robot, true_landmarks
 from .parts import say as say
 

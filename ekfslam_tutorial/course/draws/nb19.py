@@ -6,8 +6,8 @@ import numpy as np
 from ...graphics import DEAD_RECKONING, ESTIMATE, MEASUREMENT, REJECTED, UPDATED, line, plot_ellipse, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
 from ..controls import Int, Toggle
+from ..logs.nb19 import recording
 from ..widgets import explorable
-from .nb19_log import recording
 from .parts import robot
 from .parts import say as say
 

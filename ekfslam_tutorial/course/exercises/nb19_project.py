@@ -10,8 +10,8 @@ from ...geometry import wrap
 from ...slam import NearestNeighbour
 from ...toolbox import universal_slam
 from .. import asks
-from ..draws.nb19_log import TWIN, here, recording
 from ..exercise import Verdict
+from ..logs.nb19 import TWIN, here, recording
 from ..project import Project, Symptom, scores
 from .nb19_drive import drive
 from .nb19_gps import gps_error
