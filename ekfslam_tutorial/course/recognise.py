@@ -58,7 +58,18 @@ def recognise(exercise, calls, part=None):
 def _fitting(exercise, calls, truth, part):
     """The first mistake that fits in this part of the results (None: as a whole), as a list."""
     sample = _sample(exercise, calls, truth, part)
-    return next(([m] for m in exercise.misconceptions if _answers(exercise, m.answer, sample, part)), [])
+    fitting = (m for m in exercise.misconceptions if _answers(exercise, m.answer, sample, part))
+    return next(([m] for m in fitting if part is None or not _contradicts(exercise, m, sample)), [])
+
+
+def _contradicts(exercise, mistake, calls) -> bool:
+    """Return True if the mistake spoils a result that the student has right: then it is another one."""
+    for call in calls:
+        right, wrong = (exercise.result(f, call.args) for f in (exercise.solution, mistake.answer))
+        parts = range(len(right)) if isinstance(right, tuple) else ()
+        if any(exercise.alike(call.result, right, p) and not exercise.alike(wrong, right, p) for p in parts):
+            return True
+    return False
 
 
 def _unlike_chance(exercise, calls, truth, part):
