@@ -19,7 +19,7 @@ from ekfslam_tutorial.course.draws.nb19_cost import SEEN, SIZES, TABLE
 def notebook():
     """What the cells of notebook 19 define: `circle` and the ways."""
     answers = {"drive": "19.1", "sort_scan": "19.2", "manage": "19.3", "gps_error": "19.4"}
-    return experiment_of("19", **{name: registry.get(id).solution for name, id in answers.items()})
+    return experiment_of("19", **{name: registry.get(id).reference for name, id in answers.items()})
 
 
 def measured(cells, n_trees, m, budget=0.5):

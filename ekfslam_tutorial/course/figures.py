@@ -12,6 +12,7 @@ import io
 import os
 import re
 import textwrap
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -28,7 +29,7 @@ SMALLER = (
 )
 LINES = re.compile(r'<img alt="([^"]*)" width="\d+" src="data:image/svg\+xml;base64,([^"]*)">')
 NUMBERS = re.compile(r"-?\d+\.\d{3,}")
-SVG = {"svg.fonttype": "path", "svg.hashsalt": "ekfslam", "svg.image_inline": True}
+SVG: Any = {"svg.fonttype": "path", "svg.hashsalt": "ekfslam", "svg.image_inline": True}
 
 
 def show(fig, caption: str, dpi: float = DPI):
@@ -170,7 +171,7 @@ def with_palette(picture: bytes, colours=(32, 64, 128, 256)) -> bytes:
         palette = some.quantize(n, kmeans=4, dither=Image.Dither.NONE)
         if changed(some, palette) < 0.0015:
             break
-    few = nearest(image, np.reshape(palette.getpalette(), (-1, 3)))
+    few = nearest(image, np.reshape(palette.getpalette() or [], (-1, 3)))
     buffer = io.BytesIO()
     few.save(buffer, format="png", optimize=True, dpi=dpi)
     return buffer.getvalue()

@@ -280,7 +280,7 @@ def _exercise_of(value, name, number, world) -> str | None:
 
 def file_name(exercise) -> str:
     """Return the name that the function of an exercise has in the file."""
-    return SHARED.get(exercise.id, exercise.name)
+    return SHARED.get(exercise.id) or exercise.name
 
 
 def _names_of_exercises() -> set[str]:

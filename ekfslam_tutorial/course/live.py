@@ -74,7 +74,7 @@ class Watch:
     def update(self, snapshot):
         """Hand a frame to the figures; they are made with the first one."""
         if not self.figs:
-            self.figs = [MapFig(snapshot, labels=False, figsize=SIZE)]
+            self.figs: list[MapFig | SenFig] = [MapFig(snapshot, labels=False, figsize=SIZE)]
             if snapshot.sens:
                 self.figs.append(SenFig(snapshot, self.sensor, labels=False, figsize=SIZE))
         for fig in self.figs:

@@ -365,14 +365,14 @@ class Project:
     def stub(self) -> str:
         """Return the text of the cell as a student gets it."""
         source = _source(self.loop)
-        head = source.splitlines()[: ast.parse(source).body[0].body[0].end_lineno]
+        head = source.splitlines()[: _end_of_docstring(source)]
         return self._cell(self.start, "\n".join([*head, "    raise NotImplementedError  # your code here"]))
 
     def solution_between(self, begin, end) -> str:
         """Return the cell with all that the student must change between two marks, for nbgrader."""
         source = _source(self.loop)
         lines = source.splitlines()
-        cut = ast.parse(source).body[0].body[0].end_lineno
+        cut = _end_of_docstring(source)
         body = [*lines[:cut], f"    {begin}", *lines[cut:], "", *map(_source, self.helpers), "",
                 f'scenario = """{self.scenario}"""', f"    {end}"]  # fmt: skip
         return self._cell(self.start, "\n".join(body))
@@ -447,10 +447,10 @@ class Project:
             return Verdict("failed", link, str(run.failed), run.failed.hint, printed=getattr(run.trial, "printed", ""))
         trials = [run.trial]
         for seed in self.seeds if self.recording is None else ():
-            trials.append(self.trial(run, seed))
-            if trials[-1].failed is not None:
-                message = f"with the seed {seed}: {trials[-1].failed}"
-                return Verdict("failed", "loop", message, trials[-1].failed.hint)
+            again = self.trial(run, seed)
+            trials.append(again)
+            if again.failed is not None:
+                return Verdict("failed", "loop", f"with the seed {seed}: {again.failed}", again.failed.hint)
         return self.verdict(trials, self.kept_reference(run))
 
     def kept_reference(self, run) -> Trial | None:
@@ -504,6 +504,13 @@ def is_stub(loop) -> bool:
     """Return True for a loop that is not begun: it yields nothing, and raises NotImplementedError."""
     names = getattr(getattr(loop, "__code__", None), "co_names", ())
     return "NotImplementedError" in names and not inspect.isgeneratorfunction(loop)
+
+
+def _end_of_docstring(source) -> int | None:
+    """The last line of a function's docstring."""
+    function = ast.parse(source).body[0]
+    assert isinstance(function, ast.FunctionDef)
+    return function.body[0].end_lineno
 
 
 def _source(function) -> str:

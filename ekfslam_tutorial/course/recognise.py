@@ -120,7 +120,7 @@ def _has_decimals(value) -> bool:
         return _has_decimals(vars(value))
     numbers = guard.numbers(value)
     with np.errstate(all="ignore"):
-        return numbers is not None and bool(np.any(np.abs(numbers - np.round(numbers.real)) > 1e-9))
+        return numbers is not None and bool(np.any(np.abs(numbers - np.round(np.real(numbers))) > 1e-9))
 
 
 def _bits(exercise, calls, truth, part) -> float:

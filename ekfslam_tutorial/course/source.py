@@ -89,7 +89,7 @@ def place(function) -> str:
     """Return the file as its reader knows it: below the package, beside the notebook, or the notebook."""
     if function.__module__ == "__main__":
         return "this notebook"
-    file, root = Path(inspect.getsourcefile(function)).resolve(), Path(package).resolve().parent.parent
+    file, root = Path(inspect.getsourcefile(function) or "").resolve(), Path(package).resolve().parent.parent
     return file.relative_to(root).as_posix() if file.is_relative_to(root) else file.name
 
 

@@ -109,12 +109,11 @@ def table(
     angles = {names.index(name): entry for name, entry in (angles or {}).items()}
     if angles and "canonical" not in options:
         options["canonical"] = lambda result: _turned(result, angles, len(names))
-    made = Exercise(id, title, solution, hints, **options)
-    made.cases = cases
+    made = Exercise(id, title, solution, hints, cases=cases, **options)
     params, lines = made.parameters(), rows(checks)
     said = shown or (lambda *args: at(params, args))
     helps = {}
-    for _, what, _, help in lines:
+    for _name, what, _case, help in lines:
         helps.setdefault(_part(what, names), help)
 
     def parts(args, result, part=None):
@@ -129,8 +128,8 @@ def table(
         else:
             given = expect.results(result, *names)
             taken = [
-                _taken(*pair, name, help_to.get(i, ""))
-                for i, (*pair, name) in enumerate(zip(given, right, names, strict=True))
+                _taken(value, want, name, help_to.get(i, ""))
+                for i, (value, want, name) in enumerate(zip(given, right, names, strict=True))
             ]
         return settled(taken, right) if settled else taken
 

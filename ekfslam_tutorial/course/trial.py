@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -96,6 +97,7 @@ class Trial:
     seconds: float = 0.0
     failed: Failed | None = None
     attempted: bool = True
+    path: Any = None  # what a project keeps of it besides
     printed: str = ""
 
     def add(self, world, estimate, reckoning):
@@ -186,6 +188,7 @@ def run_trial(data, loop, seed, seconds, recording=None, watch=None) -> Trial:
             if watch is not None:
                 watch(world, before, estimate)
             before = estimate
+        assert estimate is not None
         expect.psd(estimate.P, "P at the end", 1e-7)
         trial.finish(world, estimate)
     except NotImplementedError:

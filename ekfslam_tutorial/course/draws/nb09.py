@@ -1,5 +1,7 @@
 """Drawings of notebook 09: a real log, what is wrong with it, and what EKF-SLAM makes of it."""
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -133,7 +135,7 @@ def scrubber(which, run, dead, percent, aligned, show_dead):
 def clock_figure(which, offsets, curves):
     """Mean NIS over the clock offset, `curves`: name -> mean NIS. Returns (fig, caption)."""
     fig, ax = plt.subplots(figsize=(8.6, 4.8), layout="constrained")
-    looks = (
+    looks: tuple[dict[str, Any], ...] = (
         dict(color=VERMILLION, marker="s"),
         dict(color=BLUE, marker="o"),
         dict(color=GREY, marker="v", linestyle="-."),

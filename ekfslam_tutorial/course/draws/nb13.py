@@ -66,7 +66,7 @@ def gate_figure(d, x, P, rho, P_rho):
 def chain(F, S, l, P_ll, jacobians):
     """Both frames, ray and prior from above, and the Jacobians of the landmark. Returns (fig, caption)."""
     fig = plt.figure(figsize=(12.4, 5.0), layout="constrained")
-    left, right = fig.subfigures(1, 2, width_ratios=(1, 1.35))
+    left, right = fig.subfigures(1, 2, width_ratios=(1, 1.35), squeeze=False)[0]
     ax = left.subplots()
     C = F.compose(S)[0]
     p, P_l = IdpPnt().point(l)

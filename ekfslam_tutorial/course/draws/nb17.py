@@ -139,8 +139,8 @@ def two_figures(run, title=""):
     figs, now = [], None
     for now in run:
         if not figs:
-            look = dict(labels=False, figsize=SIZE)
-            figs = [MapFig(now, title=title, **look), SenFig(now, **look)]
+            maps = MapFig(now, title=title, labels=False, figsize=SIZE)
+            figs = [maps, SenFig(now, labels=False, figsize=SIZE)]
         for fig in figs:
             fig.update(now)
     assert now is not None  # a run has frames

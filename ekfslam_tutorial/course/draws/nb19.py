@@ -1,5 +1,7 @@
 """Drawings of notebook 19: a truck in Victoria Park, trees that nobody tells apart, GPS beside the path."""
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -32,7 +34,8 @@ class Kept:
 
     def __init__(self, frames):
         self.rows, self.views, self.used, self.seen, self.born = [], [], 0, 0, 0
-        self.last, self.every = None, max(frames // PICTURES, 1)
+        self.last: Any = None
+        self.every = max(frames // PICTURES, 1)
 
     def add(self, now):
         """Keep a frame."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -42,7 +43,9 @@ def landmarks(ax: Axes, x, P, ranges, k: float = 3, labels=(), style=ESTIMATE, n
         away = p - l.mean(0)
         away = away / max(np.hypot(*away), 1e-9)  # outside of the ellipse, on the far side
         edge = p + k * C @ away / max(np.sqrt(away @ C @ away), 1e-9)
-        place = dict(textcoords="offset points", ha="center", va="center", fontsize=11, color=BLACK, zorder=8)
+        place: dict[str, Any] = dict(
+            textcoords="offset points", ha="center", va="center", fontsize=11, color=BLACK, zorder=8
+        )
         ax.annotate(text, edge, 11 * away, **place)
 
 

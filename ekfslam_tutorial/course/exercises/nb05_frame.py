@@ -72,9 +72,9 @@ EMPTY = np.zeros((0, 2))
 
 def sees(rng, *seen, ids: tuple[int, ...] = (7, 3, 12)):
     """Return the arguments of a frame in which these landmarks are in view."""
-    x, P, ids, truth = start(rng, ids)
+    x, P, known, truth = start(rng, ids)
     truth = predict(truth, P[:3, :3], STEP, U0)[0]
-    return x, P, ids, STEP, U0, list(seen), scan(rng, truth, seen), R0
+    return x, P, known, STEP, U0, list(seen), scan(rng, truth, seen), R0
 
 
 def out(result, n):

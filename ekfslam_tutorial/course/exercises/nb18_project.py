@@ -13,7 +13,6 @@ from ...datasets.odometry import OdometryNoise
 from ...geometry import Frame2, wrap
 from ...simulation import SimLmk
 from .. import asks
-from ..exercise import Verdict
 from ..project import SYMPTOMS, Project, Symptom, scores
 from ..trial import run_trial
 from .nb18_correct import correct_both
@@ -61,6 +60,7 @@ def twin():
     start = Frame2(rec.truth[1][0])
     mine = lambda poses: np.column_stack([start.to_frame(poses[:, :2])[0], wrap(poses[:, 2] - start.theta)])
     plain = lambda logs: {id: replace(log, R=None) for id, log in logs.items()}
+    assert rec.landmarks is not None
     return replace(
         rec,
         raw=plain(rec.raw),
@@ -167,16 +167,15 @@ class FiveRobots(Project):
         if alone.failed is not None:
             return verdict
         s, without = scores([run.trial]), scores([alone])
-        more = dict(seconds=verdict.seconds, note=verdict.note)
         if np.isclose(s.error, without.error, rtol=1e-9):
             message = "without the sightings of robots your loop gives the same result"
-            return Verdict("failed", "robots see robots", message, UNUSED, **more)
+            return replace(verdict, status="failed", link="robots see robots", message=message, hint=UNUSED)
         if s.nees > self.band[1] >= without.nees:
             message = (
                 f"the mean NEES is {s.nees:.1f} (band {self.band[0]:g} to {self.band[1]:g}); without the sightings of "
                 f"robots it is {without.nees:.1f}"
             )
-            return Verdict("failed", "robots see robots", message, INCEST, **more)
+            return replace(verdict, status="failed", link="robots see robots", message=message, hint=INCEST)
         return verdict
 
     @property

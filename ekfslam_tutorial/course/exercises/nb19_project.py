@@ -160,13 +160,13 @@ class Park(Project):
                 watch(world, before, estimate)
 
         trial = super().trial(run, seed, keep)
-        trial.rows = np.array(rows).reshape(-1, 4)
+        trial.path = np.array(rows).reshape(-1, 4)
         return trial
 
     def measured(self, trial):
         """What the sentences of the verdict are about."""
-        trees, gps = figures(trial.rows)
-        want_trees, want_gps = by_the_package(len(trial.rows))
+        trees, gps = figures(trial.path)
+        want_trees, want_gps = by_the_package(len(trial.path))
         truth = scores([trial]) if trial.errors else None
         return _Measured(trees, gps, want_trees, want_gps, truth, trial)
 
@@ -189,7 +189,7 @@ class Park(Project):
         s = self.measured(trial)
         honest = f", mean NEES {s.nees:.1f} (honest 3, band {self.band[0]:g} to {self.band[1]:g})" if s.truth else ""
         return (
-            f"{here()}, {len(trial.rows)} scans: distance to GPS {s.gps:.2f} m (the package {s.want_gps:.2f} m), "
+            f"{here()}, {len(trial.path)} scans: distance to GPS {s.gps:.2f} m (the package {s.want_gps:.2f} m), "
             f"{s.trees:.0f} trees in the mean (the package {s.want_trees:.0f}){honest}"
         )
 
