@@ -89,7 +89,7 @@ def chain(F, S, l, P_ll, jacobians):
     axes = right.subplots(1, 4, width_ratios=[J.shape[1] for J in jacobians], sharey=True)
     for ax, J, title, columns in zip(axes, jacobians, ("$L_F$", "$L_S$", "$L_y$", "$L_n$"), names, strict=True):
         shown = J / np.maximum(np.abs(J).max(), 1e-12)
-        ax.imshow(shown, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
+        ax.imshow(shown, cmap="PuOr_r", vmin=-1, vmax=1, aspect="auto")
         ax.set_xticks(range(J.shape[1]), columns)
         ax.set_yticks(range(6), rows)
         ax.set_title(title)
@@ -212,7 +212,7 @@ def anchors(count, moved):
     sigma = np.sqrt(np.diag(P))
     C = P / np.outer(sigma, sigma)
     fig, ax = plt.subplots(figsize=(8.6, 6.3), layout="constrained")
-    picture = ax.imshow(C, cmap="RdBu_r", vmin=-1, vmax=1)
+    picture = ax.imshow(C, cmap="PuOr_r", vmin=-1, vmax=1)
     fig.colorbar(picture, ax=ax, label="correlation (-)", shrink=0.85)
     edges = [0, 3, *(3 + 6 * (i + 1) for i in range(count))]
     for e in edges[1:-1]:

@@ -72,7 +72,7 @@ def one_landmark(step, same, std):
     ax.set_title(f"Step {step}: {STEPS[step]}", loc="left")
     ax.legend(loc="upper left", ncols=2, fontsize=11)
     C = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
-    im.imshow(C, cmap="RdBu_r", vmin=-1, vmax=1)
+    im.imshow(C, cmap="PuOr_r", vmin=-1, vmax=1)
     edges = [0, 3, 6, *range(8, len(x) + 1, 2)]
     for e in edges[1:-1]:
         im.axhline(e - 0.5, color=BLACK, linewidth=1)

@@ -133,7 +133,7 @@ def guard_figure(guard):
     for ax, (name, title) in zip(axes.flat, ((n, t) for n, t in names.items() if n != "predict"), strict=False):
         x, P, u, U = mutant_case()
         D = guard(getattr(museum, name), x, P, u, U)
-        image = ax.imshow(D, cmap="PuOr", vmin=-6, vmax=6)
+        image = ax.imshow(D, cmap="PuOr_r", vmin=-6, vmax=6)
         wrong = np.abs(D) > 1e-5
         for i, j in np.argwhere(wrong):
             dark = np.abs(D[i, j]) > 3
