@@ -463,7 +463,7 @@ class Project:
 
     def verdict(self, trials, reference=None) -> Verdict:
         """What some runs of one loop show; `reference` is the reference with the data of the first."""
-        s, summary = scores(trials, reference), self.summary(trials)
+        s, summary = self.measured(trials, reference), self.summary(trials)
         p = _Stated(self, s)
         for symptom in self.symptoms:
             if symptom.shows(s, self):
@@ -471,6 +471,10 @@ class Project:
                     "failed", symptom.name, symptom.says.format(s=s, p=p), symptom.hint, seconds=s.seconds, note=summary
                 )
         return Verdict("passed", seconds=s.seconds, note=summary)
+
+    def measured(self, trials, reference=None):
+        """What the symptoms look at."""
+        return scores(trials, reference)
 
     def summary(self, trials) -> str:
         """One line on some runs: NEES and its band, error, map."""

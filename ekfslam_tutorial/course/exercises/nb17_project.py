@@ -7,7 +7,6 @@ import numpy as np
 from ...analysis import anees_band
 from ...toolbox import universal_slam
 from .. import asks, deadline, guard
-from ..exercise import Verdict
 from ..expect import Failed
 from ..project import Project, Symptom, scores
 from ..trial import Trial, pose_error
@@ -143,16 +142,12 @@ class Honest(Project):
         """The seed of the scenario, and others."""
         return [run.data.seed, *(s for s in self.seeds if s != run.data.seed)][:RUNS]
 
-    def verdict(self, trials):
+    def kept_reference(self, run):
+        """None: the package's own NEES of the student's runs is what the measure is compared with."""
+
+    def measured(self, trials, reference=None):
         """What some runs show: is the student's measure right, and is the scenario honest?"""
-        s = _Shown(trials)
-        for symptom in self.symptoms:
-            if symptom.shows(s, self):
-                message = symptom.says.format(s=s, p=self)
-                return Verdict(
-                    "failed", symptom.name, message, symptom.hint, seconds=s.seconds, note=self.summary(trials)
-                )
-        return Verdict("passed", seconds=s.seconds, note=self.summary(trials))
+        return _Shown(trials)
 
     def judge(self, run):
         """Judge a run: the same runs are made again, one after the other, and their NEES compared with the student's."""

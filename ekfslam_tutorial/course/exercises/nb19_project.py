@@ -10,7 +10,6 @@ from ...geometry import wrap
 from ...slam import NearestNeighbour
 from ...toolbox import universal_slam
 from .. import asks
-from ..exercise import Verdict
 from ..logs.nb19 import TWIN, here, recording
 from ..project import Project, Symptom, scores
 from .nb19_drive import drive
@@ -163,30 +162,23 @@ class Park(Project):
         trial.path = np.array(rows).reshape(-1, 4)
         return trial
 
-    def measured(self, trial):
+    def measured(self, trials, reference=None):
         """What the sentences of the verdict are about."""
+        (trial,) = trials
         trees, gps = figures(trial.path)
         want_trees, want_gps = by_the_package(len(trial.path))
         truth = scores([trial]) if trial.errors else None
         return _Measured(trees, gps, want_trees, want_gps, truth, trial)
 
-    def verdict(self, trials):
-        """What a run shows."""
-        s = self.measured(trials[0])
-        for symptom in self.symptoms:
-            if symptom.shows(s, self):
-                message = symptom.says.format(s=s, p=self)
-                return Verdict(
-                    "failed", symptom.name, message, symptom.hint, seconds=s.seconds, note=self.summary(trials)
-                )
-        return Verdict("passed", seconds=s.seconds, note=self.summary(trials))
+    def kept_reference(self, run):
+        """None: the run of the package's own filter is kept by itself, the same for every scenario."""
 
     def summary(self, trials):
         """One line on a run."""
         (trial,) = trials
         if trial is None or trial.failed or not len(getattr(trial, "rows", ())):
             return "no result"
-        s = self.measured(trial)
+        s = self.measured(trials)
         honest = f", mean NEES {s.nees:.1f} (honest 3, band {self.band[0]:g} to {self.band[1]:g})" if s.truth else ""
         return (
             f"{here()}, {len(trial.path)} scans: distance to GPS {s.gps:.2f} m (the package {s.want_gps:.2f} m), "
