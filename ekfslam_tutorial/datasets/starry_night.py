@@ -38,7 +38,7 @@ def load(path=None, first=0, last=None, sign=SIGN):
     Returns
     -------
     Recording
-        Controls are those of `models.Odometry3`: row k holds from instant k-1 to instant k. Points have the ids 1 to 20;
+        Controls are those of `models.Odometry3`: row k holds from instant k-1 to k. Points have the ids 1 to 20,
         y = [u, v, d]: the left column, the mean of both rows weighted by their noise, and the disparity.
 
     Raises
