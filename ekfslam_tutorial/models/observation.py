@@ -217,6 +217,8 @@ def check_fit(sensor, lmk, needed=None):
     if None not in dims and dims[0] != dims[1]:
         raise TypeError(f"{sensor_name} measures in {dims[0]} dimensions, and {lmk_name} is a landmark in {dims[1]}")
     needed = needed or ("ray" if sensor.bearing_only else "point")
+    if needed.startswith("from") and not hasattr(sensor, "retro"):
+        raise TypeError(f"{lmk_name} cannot be started by {sensor_name}: it has no method retro")
     if not hasattr(lmk, needed):
         why = {"from_ray": "one ray does not fix it"}.get(needed, f"it has no method {needed}")
         verb = "started" if needed.startswith("from") else "observed"
