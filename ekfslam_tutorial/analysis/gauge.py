@@ -1,0 +1,214 @@
+"""Errors and covariances in one gauge: what a SLAM filter can know, and what it cannot.
+
+A map that is moved and turned as a whole explains every measurement as well: its place in the world is the *gauge*.
+Nobody has measured it. To compare a map with the truth, somebody must lay one on the other, and where they are laid on
+each other the error is zero by choice. The covariance must know of that choice. The error in one gauge beside the
+covariance in another, say the error after alignment beside a P that is relative to the start, is no test of a filter.
+
+Let e be the errors of all states in the axes of the truth, P their covariance in any gauge, and G = de/dg their
+derivative by a small motion g of the whole map. A rule that takes a motion C e away, with C G = I, makes
+
+    e' = S e,    P' = S P S',    S = I - G C.
+
+e' is the same for every gauge that P may have come in, since S G = 0; an honest filter has e' ~ N(0, P'). This is the
+S-transformation of W. Baarda, "S-transformations and criterion matrices", Netherlands Geodetic Commission 1973; for
+maps of images see K. Kanatani, D. D. Morris, "Gauges and gauge transformations for uncertainty description of geometric
+structure with indeterminacy", IEEE Trans. Information Theory 47(5):2017-2028, 2001, eq. 38.
+
+Two rules are in use here:
+
+* *map*: map and truth are laid on each other by the landmarks, each with its weight. C = (G_l' W G_l)^-1 G_l' W, on
+  the rows of the landmarks. An instant has its own: pose and landmarks with the P of that instant.
+* *start*: the first pose is laid on the true one. What the later poses share with it is no error of theirs.
+"""
+
+import numpy as np
+
+from ..geometry import align, hat
+
+PARTNERS = 32
+"""A landmark is compared with so many others, spread over the map, to see how well its place among them is known."""
+
+
+def pose_generator(F):
+    """Derivative of `minus`, the error of a pose, by a small motion [t; angle or angles] of the whole world.
+
+    Parameters
+    ----------
+    F : Frame2 or Frame3
+        One pose or many, `x` of shape (..., size).
+
+    Returns
+    -------
+    ndarray, shape (..., dof, dof)
+    """
+    d, dof = F.dim, F.dof
+    G = np.zeros((*F.x.shape[:-1], dof, dof))
+    G[..., :d, :] = point_generator(F.t)
+    G[..., d:, d:] = 1.0 if d == 2 else F.Rt  # in space the angles of an error are about the axes of the pose
+    return G
+
+
+def point_generator(p):
+    """Derivative of points by a small motion [t; angle or angles] of the whole world.
+
+    Parameters
+    ----------
+    p : ndarray, shape (..., d)
+
+    Returns
+    -------
+    ndarray, shape (..., d, 3) in the plane, (..., d, 6) in space
+    """
+    p = np.asarray(p, float)
+    d = p.shape[-1]
+    turn = np.stack([-p[..., 1:], p[..., :1]], -2) if d == 2 else -hat(p)
+    return np.concatenate([np.broadcast_to(np.eye(d), (*p.shape[:-1], d, d)), turn], -1)
+
+
+def distance_weights(points, P):
+    """Weights of landmarks for an alignment: by how well their distances to the others are known.
+
+    A distance is the same in every gauge, and so is its variance; the variance of a place is not. The weight is one
+    over the median of the variances of the distances to `PARTNERS` others. A landmark far away, of which only the
+    direction is known, counts next to nothing.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, d)
+    P : ndarray, shape (n d, n d)
+        Their joint covariance, in any gauge.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The largest is 1. All are 1 where nothing is uncertain.
+    """
+    n, d = np.shape(points)
+    others = np.arange(0, n, -(-n // PARTNERS))
+    u = points[:, None] - points[others]
+    u = u / np.linalg.norm(u, axis=-1, keepdims=True).clip(1e-12)
+    B = np.asarray(P).reshape(n, d, n, d)
+    own = np.einsum("iaib->iab", B)
+    cross = B[:, :, others].transpose(0, 2, 1, 3)
+    between = own[:, None] + own[others] - cross - np.swapaxes(cross, -1, -2)
+    variances = np.einsum("ija,ijab,ijb->ij", u, between, u).clip(0)
+    variances[others, np.arange(len(others))] = np.nan  # a landmark and itself
+    spread = np.nanmedian(variances, axis=1) if n > 1 else np.zeros(n)
+    spread = spread.clip(1e-12 * spread.max())
+    return spread.min() / spread if spread.max() > 0 else np.ones(n)
+
+
+class MapGauge:
+    """The gauge in which landmarks lie on their true places as well as weights ask.
+
+    Parameters
+    ----------
+    points, truth : ndarray, shape (n, d)
+        Landmarks of a map, and where they are.
+    P : ndarray, shape (n d, n d)
+        Joint covariance of `points`, for the weights.
+
+    Attributes
+    ----------
+    F : Frame2 or Frame3
+        The frame of the map, seen from the truth, after alignment.
+    weights : ndarray, shape (n,)
+    C : ndarray, shape (3 or 6, n d)
+        The small motion of the world that the alignment takes away: C times the errors of `points`, in the map's axes.
+
+    Raises
+    ------
+    ValueError
+        Where the landmarks do not fix a frame: see `align`.
+
+    See Also
+    --------
+    start_gauge : The gauge of a trajectory without landmarks.
+    """
+
+    def __init__(self, points, truth, P):
+        self.weights = distance_weights(points, P)
+        self.F = align(points, truth, self.weights)
+        n, d = points.shape
+        G = point_generator(self.F.from_frame(points)[0])
+        GtW = (self.weights[:, None, None] * G).reshape(n * d, -1).T
+        to_truth = np.linalg.solve(GtW @ G.reshape(n * d, -1), GtW)
+        self.C = (to_truth.reshape(-1, n, d) @ self.F.R).reshape(-1, n * d)
+
+    def error(self, pose, truth):
+        """Error of a pose in this gauge, and its derivatives.
+
+        Parameters
+        ----------
+        pose, truth : Frame2 or Frame3
+            Estimate in the map, and the true pose.
+
+        Returns
+        -------
+        e : ndarray, shape (dof,)
+        E_x : ndarray, shape (dof, size)
+            By the estimated pose.
+        E_l : ndarray, shape (dof, n d)
+            By the landmarks: they move the frame that the error is taken in. The covariance of e is
+            [E_x E_l] P [E_x E_l]' with the joint covariance P of pose and landmarks.
+        """
+        laid, _, L_x = self.F.compose(pose)
+        e, E_f = laid.minus(truth)
+        return e, E_f @ L_x, -pose_generator(laid) @ self.C
+
+
+def start_gauge(x, P, truth, angles=None):
+    """Errors of poses relative to the first one, and their covariances.
+
+    The first pose is laid on the true one. Its covariance P_0 is taken for uncertainty of the gauge alone: the same
+    motion of the whole world moves every later pose, which makes the part A P_0 A' of its covariance, A = G G_0^-1.
+    The error relative to the start has the rest, P - A P_0 A'. That is right where nothing but the prior has told the
+    first pose: a start that is known (P_0 = 0), a prior on it, and then relative measurements only.
+
+    Parameters
+    ----------
+    x, truth : Frame2 or Frame3
+        All poses, `x` of shape (F, size).
+    P : ndarray, shape (F, dof, dof)
+        Covariances of the errors as `minus` has them, in the frame of the estimate.
+    angles : int, optional
+        How many angles of the world are free: in space 3 if not given, or 1, about the vertical, where gravity is
+        known.
+
+    Returns
+    -------
+    e : ndarray, shape (F, dof)
+        In the axes of the truth. Zero in the first frame.
+    P : ndarray, shape (F, dof, dof)
+
+    See Also
+    --------
+    MapGauge : The gauge of a map.
+    """
+    frame, d = type(x), x.dim
+    angles = x.dof - d if angles is None else angles
+    free = np.r_[:d, x.dof - angles : x.dof]  # the last angle is the one about the vertical
+    G = pose_generator(x)[..., free]
+    pick = np.eye(x.dof)
+    if d == 3:
+        pick[d:, d:] = x.R[0]  # rotations of the first pose about the axes of the world
+    pick = pick[free]
+    A = G @ np.linalg.solve(pick @ G[0], pick)  # of all poses, by the error of the first
+    P = P - A @ P[0] @ np.swapaxes(A, -1, -2)
+    F = _laid_on(frame(x.x[0]), frame(truth.x[0]), angles)
+    e, _ = F.compose(x)[0].minus(truth)
+    turn = np.eye(x.dof)
+    turn[:d, :d] = F.R
+    return e, turn @ P @ turn.T
+
+
+def _laid_on(pose, truth, angles):
+    """The frame F with F.compose(pose) = truth; where one angle only is free, its heading, and the position."""
+    if angles == pose.dof - pose.dim:
+        return truth.compose(pose.inverse()[0])[0]
+    R = truth.R @ pose.Rt
+    half = np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]) / 2  # the turn about z that is nearest to R
+    F = type(pose)(np.array([0.0, 0.0, 0.0, np.cos(half), 0.0, 0.0, np.sin(half)]))
+    t = truth.t - F.from_frame(pose.t)[0]
+    return type(pose)(np.concatenate([t, F.o]))
