@@ -70,8 +70,9 @@ def distance_weights(points, P):
     """Weights of landmarks for an alignment: by how well their distances to the others are known.
 
     A distance is the same in every gauge, and so is its variance; the variance of a place is not. The weight is one
-    over the median of the variances of the distances to `PARTNERS` others. A landmark far away, of which only the
-    direction is known, counts next to nothing.
+    over the lower quartile of the variances of the distances to `PARTNERS` others: how well its place is known among
+    its best neighbours, whatever the rest is worth. A landmark far away, of which only the direction is known, counts
+    next to nothing.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def distance_weights(points, P):
     between = own[:, None] + own[others] - cross - np.swapaxes(cross, -1, -2)
     variances = np.einsum("ija,ijab,ijb->ij", u, between, u).clip(0)
     variances[others, np.arange(len(others))] = np.nan  # a landmark and itself
-    spread = np.nanmedian(variances, axis=1) if n > 1 else np.zeros(n)
+    spread = np.nanquantile(variances, 0.25, axis=1) if n > 1 else np.zeros(n)
     spread = spread.clip(1e-12 * spread.max())
     return spread.min() / spread if spread.max() > 0 else np.ones(n)
 
@@ -164,7 +165,8 @@ def start_gauge(x, P, truth, angles=None):
     The first pose is laid on the true one. Its covariance P_0 is taken for uncertainty of the gauge alone: the same
     motion of the whole world moves every later pose, which makes the part A P_0 A' of its covariance, A = G G_0^-1.
     The error relative to the start has the rest, P - A P_0 A'. That is right where nothing but the prior has told the
-    first pose: a start that is known (P_0 = 0), a prior on it, and then relative measurements only.
+    first pose: a start that is known (P_0 = 0), or a prior on it, and then relative measurements only. With one free
+    angle the prior on position and heading must not be correlated with the one on the tilt.
 
     Parameters
     ----------
