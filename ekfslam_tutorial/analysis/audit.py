@@ -45,8 +45,10 @@ class RunErrors:
     map_nees : float
         Squared Mahalanobis distance of the map, modulo its gauge; NaN if there is none.
     map_dof : int
+    map_u : ndarray, shape (n, d)
+        Whitened errors of landmarks of which there is no joint covariance, in the same order in all runs.
     z : ndarray, shape (K, m)
-        Whitened innovations L^-1 z with L L' = Z, in the order of time.
+        Whitened innovations L^-1 z with L L' = Z, in the order of time; a row of NaN between two series.
     nis : ndarray, shape (K, 2)
         Normalised innovations squared, and their degrees of freedom.
     """
@@ -57,6 +59,7 @@ class RunErrors:
     P: np.ndarray
     map_nees: float = math.nan
     map_dof: int = 0
+    map_u: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     z: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     nis: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
 
@@ -78,7 +81,7 @@ class Finding:
         Degrees of freedom of that mean, as many as independent numbers would have.
     runs : int
     low, high : float
-        95 % band of `ratio`.
+        Band of `ratio`, of the probability `Audit.level`.
     word : str
         'as it should be', 'over-confident', 'too cautious' or 'not known'.
     runs_needed : int or None
@@ -185,7 +188,7 @@ def judge(ratio, dof, runs, confidence=0.95):
     -------
     Finding
     """
-    if not (math.isfinite(ratio) and math.isfinite(dof) and runs):
+    if not runs or not (math.isfinite(ratio) and math.isfinite(dof)):
         return Finding(math.nan, math.nan, 0, math.nan, math.nan, "not known", None)
     low, high = _band(runs * dof, confidence)
     word = "over-confident" if ratio > high else "too cautious" if ratio < low else "as it should be"
@@ -257,6 +260,10 @@ class Audit:
     whiteness : tuple of float
         Correlation of whitened innovations that follow each other, and the band +-b of 95 % for white ones.
     confidence : float
+        Of the verdict.
+    level : float
+        Of each band: with k parts it leaves out a k-th of what the verdict does, so that an honest estimator is called
+        so with the confidence asked for.
     """
 
     runs: list
@@ -271,6 +278,7 @@ class Audit:
     bias: np.ndarray
     whiteness: tuple
     confidence: float
+    level: float
 
     @property
     def parts(self):
@@ -288,14 +296,11 @@ class Audit:
     def verdict(self):
         """'honest', 'over-confident', 'too cautious', 'not honest' if parts disagree, or 'not known'.
 
-        With k parts each has the band of a k-th of the error, so that an honest estimator is called so with the
-        probability asked for. Whiteness is told beside it: it says that the model is wrong, not which way.
+        Whiteness is told beside it: it says that the model is wrong, not which way.
         """
-        parts = self.parts.values()
-        if not parts:
+        if not self.parts:
             return "not known"
-        confidence = 1 - (1 - self.confidence) / len(parts)
-        words = {judge(p.ratio, p.dof / p.runs, p.runs, confidence).word for p in parts} - {"as it should be"}
+        words = {part.word for part in self.parts.values()} - {"as it should be"}
         return "honest" if not words else words.pop() if len(words) == 1 else "not honest"
 
     def summary(self):
@@ -306,6 +311,7 @@ class Audit:
         return {
             "verdict": self.verdict,
             "confidence": self.confidence,
+            "level": self.level,
             "runs": len(self.runs),
             "frames": [len(run.t) for run in self.runs],
             "factor": FACTOR,
@@ -356,45 +362,53 @@ def audit(runs, confidence=0.95):
     with np.errstate(divide="ignore", invalid="ignore"):
         axes = np.concatenate([run.e / s for run, s in zip(runs, alone, strict=True)])
     axes = axes[np.isfinite(axes).all(1)]
-    part = lambda s: _poses([whitened(run.e[:, s], run.P[:, s, s]) for run in runs], confidence)
+    part = lambda s: _poses([whitened(run.e[:, s], run.P[:, s, s]) for run in runs])
+    means = {
+        "pose": _poses(u),
+        "position": part(slice(0, d)),
+        "rotation": part(slice(d, None)),
+        "map": _maps(runs),
+        "innovations": _innovations(runs),
+    }
+    counted = sum(means[name] != NOTHING for name in ("pose", "map", "innovations"))
+    level = 1 - (1 - confidence) / max(counted, 1)
     return Audit(
         runs,
-        pose=_poses(u, confidence),
-        position=part(slice(0, d)),
-        rotation=part(slice(d, None)),
-        map=_maps(runs, confidence),
-        innovations=_innovations(runs, confidence),
+        **{name: judge(*mean, level) for name, mean in means.items()},
         coverage=_coverage(np.concatenate(nees), runs[0].e.shape[1]),
         last=_coverage(np.array([n[np.isfinite(n)][-1] for n in nees if np.isfinite(n).any()]), runs[0].e.shape[1]),
         per_axis=(axes**2).mean(0) if len(axes) else np.full(runs[0].e.shape[1], np.nan),
         bias=pooled.mean(0) if len(pooled) else np.full(runs[0].e.shape[1], np.nan),
         whiteness=_whiteness(runs),
         confidence=confidence,
+        level=level,
     )
 
 
-def _poses(u, confidence):
+NOTHING = None, None, 0
+
+
+def _poses(u):
+    """Mean per degree of freedom, degrees of freedom per run, runs."""
     u = [a for a in u if np.isfinite(a).all(-1).any()]
     if not u:
-        return judge(math.nan, math.nan, 0)
-    finite = [a[np.isfinite(a).all(-1)] for a in u]
-    return judge(np.mean([(a**2).mean() for a in finite]), effective_dof(u), len(u), confidence)
+        return NOTHING
+    return np.mean([(a[np.isfinite(a).all(-1)] ** 2).mean() for a in u]), effective_dof(u), len(u)
 
 
-def _maps(runs, confidence):
+def _maps(runs):
     values = [(run.map_nees, run.map_dof) for run in runs if np.isfinite(run.map_nees) and run.map_dof]
-    if not values:
-        return judge(math.nan, math.nan, 0)
-    nees, dof = np.array(values, float).T
-    return judge(nees.sum() / dof.sum(), dof.mean(), len(values), confidence)
+    return _of_sums(values) if values else _poses([run.map_u for run in runs if len(run.map_u)])
 
 
-def _innovations(runs, confidence):
+def _innovations(runs):
     values = [run.nis.sum(0) for run in runs if len(run.nis)]
-    if not values:
-        return judge(math.nan, math.nan, 0)
-    nis, dof = np.array(values).T
-    return judge(nis.sum() / dof.sum(), dof.mean(), len(values), confidence)
+    return _of_sums(values) if values else NOTHING
+
+
+def _of_sums(values):
+    squares, dof = np.array(values, float).T
+    return squares.sum() / dof.sum(), dof.mean(), len(values)
 
 
 def _coverage(nees, dof):
@@ -404,8 +418,9 @@ def _coverage(nees, dof):
 
 def _whiteness(runs):
     """Mean product of whitened innovations and those before them, and its 95 % band."""
-    products = [(run.z[1:] * run.z[:-1]).ravel() for run in runs if len(run.z) > 1]
-    squares = [(run.z**2).ravel() for run in runs if len(run.z) > 1]
+    finite = lambda a: a[np.isfinite(a)]
+    products = [finite((run.z[1:] * run.z[:-1]).ravel()) for run in runs if len(run.z) > 1]
+    squares = [finite((run.z**2).ravel()) for run in runs if len(run.z) > 1]
     n = sum(map(len, products))
     if not n:
         return math.nan, math.nan

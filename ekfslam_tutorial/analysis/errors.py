@@ -172,9 +172,8 @@ class History:
         basis : str
             'landmarks', 'trajectories', or 'none' where there is too little truth.
         """
-        ids, points, truth = _surveyed(self.last)
-        B = _points_by_states(self.last, ids)
-        weights = distance_weights(points, B @ self.last.map.P @ B.T) if len(ids) else None
+        ids, points, P, truth = joint_map(self.last)
+        weights = distance_weights(points, P) if ids else None
         tracks = [self.track(i) for i in self.robots]
         trajectories = [np.concatenate([track.positions(name) for track in tracks]) for name in ("x", "truth")]
         for basis, pairs in (("landmarks", (points, truth, weights)), ("trajectories", trajectories)):
@@ -305,6 +304,22 @@ def _surveyed(s):
         np.array(list(points.values())).reshape(-1, d),
         np.array([places[i] for i in points]).reshape(-1, d),
     )
+
+
+def joint_map(s):
+    """Landmarks of a snapshot whose true places are known.
+
+    Returns
+    -------
+    ids : list of int
+    points : ndarray, shape (n, d)
+    P : ndarray, shape (n d, n d)
+        Their joint covariance.
+    truth : ndarray, shape (n, d)
+    """
+    ids, points, truth = _surveyed(s)
+    B = _points_by_states(s, ids)
+    return ids, points, B @ s.map.P @ B.T, truth
 
 
 def _points_by_states(s, ids):

@@ -159,14 +159,77 @@ class MapGauge:
         return e, E_f @ L_x, -pose_generator(laid) @ self.C
 
 
-def start_gauge(x, P, truth, angles=None):
-    """Errors of poses relative to the first one, and their covariances.
+class StartGauge:
+    """The gauge in which one pose, the first, lies on its true place.
 
-    The first pose is laid on the true one. Its covariance P_0 is taken for uncertainty of the gauge alone: the same
-    motion of the whole world moves every later pose, which makes the part A P_0 A' of its covariance, A = G G_0^-1.
-    The error relative to the start has the rest, P - A P_0 A'. That is right where nothing but the prior has told the
-    first pose: a start that is known (P_0 = 0), or a prior on it, and then relative measurements only. With one free
-    angle the prior on position and heading must not be correlated with the one on the tilt.
+    Its covariance P_0 is taken for uncertainty of the gauge alone: the same motion of the whole world moves every later
+    pose, which makes the part A P_0 A' of its covariance, A = G G_0^-1. The error relative to the start has the rest,
+    P - A P_0 A'. That is right where nothing but the prior has told the first pose: a start that is known (P_0 = 0), or
+    a prior on it, and then relative measurements only. With one free angle the prior on position and heading must not
+    be correlated with the one on the tilt.
+
+    Parameters
+    ----------
+    x, truth : Frame2 or Frame3
+        The first pose as estimated, and the true one.
+    P : ndarray, shape (dof, dof)
+        Covariance of the error of x as `minus` has it, in the frame of the estimate.
+    angles : int, optional
+        How many angles of the world are free: in space 3 if not given, or 1, about the vertical, where gravity is
+        known.
+
+    Attributes
+    ----------
+    F : Frame2 or Frame3
+        The frame of the estimate, seen from the truth, after alignment.
+
+    See Also
+    --------
+    MapGauge : The gauge of a map.
+    """
+
+    def __init__(self, x, P, truth, angles=None):
+        d, dof = x.dim, x.dof
+        angles = dof - d if angles is None else angles
+        self._free = np.r_[:d, dof - angles : dof]  # the last angle is the one about the vertical
+        pick = np.eye(dof)
+        if d == 3:
+            pick[d:, d:] = x.R  # rotations of the first pose about the axes of the world
+        pick = pick[self._free]
+        self._pick = np.linalg.solve(pick @ pose_generator(x)[:, self._free], pick)
+        self._P = P
+        self.F = _laid_on(x, truth, angles)
+
+    def errors(self, x, P, truth):
+        """Errors of poses and their covariances, in the axes of the truth.
+
+        Parameters
+        ----------
+        x, truth : Frame2 or Frame3
+            `x` of shape (F, size).
+        P : ndarray, shape (F, dof, dof)
+
+        Returns
+        -------
+        e : ndarray, shape (F, dof)
+        P : ndarray, shape (F, dof, dof)
+        """
+        turn = np.eye(x.dof)
+        turn[: x.dim, : x.dim] = self.F.R
+        return self.F.compose(x)[0].minus(truth)[0], turn @ self._rest(pose_generator(x), P) @ turn.T
+
+    def point_errors(self, p, P, truth):
+        """Return the same for points: p and truth (n, d), P (n, d, d)."""
+        P = self._rest(point_generator(p), P)
+        return self.F.from_frame(p)[0] - truth, self.F.R @ P @ self.F.R.T
+
+    def _rest(self, G, P):
+        A = G[..., self._free] @ self._pick  # by the error of the first pose
+        return P - A @ self._P @ np.swapaxes(A, -1, -2)
+
+
+def start_gauge(x, P, truth, angles=None):
+    """Errors of poses relative to the first of them, and their covariances: see `StartGauge`.
 
     Parameters
     ----------
@@ -175,34 +238,55 @@ def start_gauge(x, P, truth, angles=None):
     P : ndarray, shape (F, dof, dof)
         Covariances of the errors as `minus` has them, in the frame of the estimate.
     angles : int, optional
-        How many angles of the world are free: in space 3 if not given, or 1, about the vertical, where gravity is
-        known.
+        How many angles of the world are free.
 
     Returns
     -------
     e : ndarray, shape (F, dof)
         In the axes of the truth. Zero in the first frame.
     P : ndarray, shape (F, dof, dof)
-
-    See Also
-    --------
-    MapGauge : The gauge of a map.
     """
-    frame, d = type(x), x.dim
-    angles = x.dof - d if angles is None else angles
-    free = np.r_[:d, x.dof - angles : x.dof]  # the last angle is the one about the vertical
-    G = pose_generator(x)[..., free]
-    pick = np.eye(x.dof)
-    if d == 3:
-        pick[d:, d:] = x.R[0]  # rotations of the first pose about the axes of the world
-    pick = pick[free]
-    A = G @ np.linalg.solve(pick @ G[0], pick)  # of all poses, by the error of the first
-    P = P - A @ P[0] @ np.swapaxes(A, -1, -2)
-    F = _laid_on(frame(x.x[0]), frame(truth.x[0]), angles)
-    e, _ = F.compose(x)[0].minus(truth)
-    turn = np.eye(x.dof)
-    turn[:d, :d] = F.R
-    return e, turn @ P @ turn.T
+    frame = type(x)
+    return StartGauge(frame(x.x[0]), P[0], frame(truth.x[0]), angles).errors(x, P, truth)
+
+
+def map_nees(points, P, truth, free=True):
+    """Squared Mahalanobis distance of a whole map from the truth, modulo its gauge.
+
+    The smallest e' P^-1 e over all small motions of the map: the same for every gauge that P may be in.
+
+    Parameters
+    ----------
+    points, truth : ndarray, shape (n, d)
+    P : ndarray, shape (n d, n d)
+        Joint covariance.
+    free : bool
+        False: the map is in the frame of the truth, and nothing is taken away.
+
+    Returns
+    -------
+    nees : float
+        NaN where P is not positive definite.
+    dof : int
+        n d, less the 3 or 6 of the gauge.
+    """
+    n, d = points.shape
+    if free:
+        F = MapGauge(points, truth, P).F
+        turn = np.kron(np.eye(n), F.R)
+        points, P = F.from_frame(points)[0], turn @ P @ turn.T
+    std = np.sqrt(np.diagonal(P))
+    if not (np.isfinite(P).all() and (std > 0).all()):
+        return float("nan"), n * d
+    try:
+        L = np.linalg.cholesky(P / np.outer(std, std))
+    except np.linalg.LinAlgError:
+        return float("nan"), n * d
+    G = point_generator(points).reshape(n * d, -1)
+    w, W = (np.linalg.solve(L, a / std[:, None]) for a in ((points - truth).reshape(-1, 1), G))
+    if free:
+        w = w - W @ np.linalg.lstsq(W, w, rcond=None)[0]
+    return float((w**2).sum()), n * d - free * G.shape[1]
 
 
 def _laid_on(pose, truth, angles):
