@@ -24,7 +24,7 @@ FACTOR, POWER = 1.2, 0.9
 """The power that is told: to find covariances that are off by this factor, with this probability."""
 SEVERAL = 8
 """From so many runs on, correlations in time are measured between runs; with fewer, inside each."""
-QUADRUPLES = 4000
+QUADRUPLES = 3000
 """So many fours of runs are drawn for that."""
 LEVELS = 0.5, 0.68, 0.9, 0.95, 0.99
 """Regions whose coverage is told."""
@@ -303,6 +303,14 @@ class Audit:
         words = {part.word for part in self.parts.values()} - {"as it should be"}
         return "honest" if not words else words.pop() if len(words) == 1 else "not honest"
 
+    @property
+    def sentence(self):
+        """The verdict in words that do not promise more than the runs can tell."""
+        needed, n = self.pose.runs_needed, len(self.runs)
+        if self.verdict == "honest" and needed and n < needed:
+            return f"honest, as far as {n} run{'s' * (n > 1)} can tell ({needed} would find a factor of {FACTOR:g})"
+        return self.verdict
+
     def summary(self):
         """All figures as a dictionary for JSON, None where one is not known."""
         known = lambda v: None if v is None or not np.isfinite(v) else float(v)
@@ -310,6 +318,7 @@ class Audit:
         names = "pose", "position", "rotation", "map", "innovations"
         return {
             "verdict": self.verdict,
+            "sentence": self.sentence,
             "confidence": self.confidence,
             "level": self.level,
             "runs": len(self.runs),
@@ -353,18 +362,15 @@ def audit(runs, confidence=0.95):
         raise ValueError("an audit needs at least one run")
     if len({run.e.shape[1] for run in runs}) > 1:
         raise ValueError("some runs are in the plane and others in space: audit them one kind at a time")
-    d = runs[0].dim
-    u = [whitened(run.e, run.P) for run in runs]
-    pooled = np.concatenate(u)
-    pooled = pooled[np.isfinite(pooled).all(1)]
-    nees = [md2(run.e, run.P) for run in runs]
-    alone = [np.sqrt(np.diagonal(run.P, axis1=1, axis2=2)) for run in runs]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        axes = np.concatenate([run.e / s for run, s in zip(runs, alone, strict=True)])
-    axes = axes[np.isfinite(axes).all(1)]
-    part = lambda s: _poses([whitened(run.e[:, s], run.P[:, s, s]) for run in runs])
+    d, dof = runs[0].dim, runs[0].e.shape[1]
+    e, P = (np.concatenate([getattr(run, name) for run in runs]) for name in ("e", "P"))
+    ends = np.cumsum([len(run.t) for run in runs])[:-1]
+    u = whitened(e, P)
+    known, nees = np.isfinite(u).all(1), np.split((u**2).sum(1), ends)
+    variances = np.diagonal(P, axis1=1, axis2=2)[known]
+    part = lambda s: _poses(np.split(whitened(e[:, s], P[:, s, s]), ends))
     means = {
-        "pose": _poses(u),
+        "pose": _poses(np.split(u, ends)),
         "position": part(slice(0, d)),
         "rotation": part(slice(d, None)),
         "map": _maps(runs),
@@ -375,10 +381,10 @@ def audit(runs, confidence=0.95):
     return Audit(
         runs,
         **{name: judge(*mean, level) for name, mean in means.items()},
-        coverage=_coverage(np.concatenate(nees), runs[0].e.shape[1]),
-        last=_coverage(np.array([n[np.isfinite(n)][-1] for n in nees if np.isfinite(n).any()]), runs[0].e.shape[1]),
-        per_axis=(axes**2).mean(0) if len(axes) else np.full(runs[0].e.shape[1], np.nan),
-        bias=pooled.mean(0) if len(pooled) else np.full(runs[0].e.shape[1], np.nan),
+        coverage=_coverage(np.concatenate(nees), dof),
+        last=_coverage(np.array([n[np.isfinite(n)][-1] for n in nees if np.isfinite(n).any()]), dof),
+        per_axis=(e[known] ** 2 / variances).mean(0) if known.any() else np.full(dof, np.nan),
+        bias=u[known].mean(0) if known.any() else np.full(dof, np.nan),
         whiteness=_whiteness(runs),
         confidence=confidence,
         level=level,

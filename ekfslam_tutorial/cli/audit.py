@@ -130,9 +130,7 @@ def report(found):
     if np.isfinite(value):
         word = "white" if found.white else "not white: the model misses something that lasts"
         yield f"innovations that follow each other correlate by {value:+.3f} (95 % band +-{band:.3f}): {word}"
-    yield f"verdict ({100 * found.confidence:g} %): {found.verdict}"
-    needed = found.pose.runs_needed
-    if needed is not None:
-        have = len(found.runs)
-        enough = "enough" if have >= needed else f"these {have} are too few to be sure of that"
-        yield f"power: {needed} such runs find a factor of {s['factor']:g} with {100 * s['power']:g} %; {enough}"
+    yield f"verdict ({100 * found.confidence:g} %): {found.sentence}"
+    if found.pose.runs_needed is not None:
+        needed, factor, power = found.pose.runs_needed, s["factor"], 100 * s["power"]
+        yield f"power: by the poses {needed} such runs find a factor of {factor:g} in P with {power:g} %"

@@ -31,7 +31,7 @@ def audit_picture(found):
     _axes(fig.add_subplot(grid[1, 1]), found)
     _findings(fig.add_subplot(grid[1, 2]), found)
     runs = len(found.runs)
-    fig.suptitle(f"{runs} run{'s' * (runs > 1)}: {found.verdict}")
+    fig.suptitle(f"{runs} run{'s' * (runs > 1)}: {found.sentence}")
     return fig
 
 
@@ -98,7 +98,7 @@ def _findings(ax, found):
         ax.annotate(f"{part.ratio:.3g}", (part.ratio, k), (0, 9), textcoords="offset points", ha="center", fontsize=11)
     ax.axvline(1, color=GREY, linewidth=1)
     ax.set_yticks(range(len(parts)), parts)
-    ax.set(xscale="log", xlabel="NEES, NIS over degrees of freedom (-)", ylim=(len(parts) - 0.4, -0.9))
+    ax.set(xscale="log", xlabel="mean / dof (-)", ylim=(len(parts) - 0.4, -0.9))
     every = [v for p in parts.values() for v in (p.low, p.high, p.ratio)] or [1.0]
     low, high = min(0.5, 0.8 * min(every)), max(2.0, 1.25 * max(every))
     ax.set_xlim(low, high)
@@ -106,4 +106,4 @@ def _findings(ax, found):
     ax.set_xticks(ticks, [f"{v:g}" for v in ticks])
     ax.minorticks_off()
     ax.grid(axis="y", visible=False)
-    ax.legend(loc="lower right", fontsize=10)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1), fontsize=11, frameon=False)
