@@ -49,15 +49,14 @@ def test_a_recording_with_gps_shows_it_and_what_frames_cost(run, tmp_path):
 def test_without_truth_only_nis_is_shown(run):
     _, history = run
     track = replace(history.track(1), truth=np.full_like(history.track(1).truth, np.nan))
-    fig = robot_views._consistency(track, history.nis(1))
+    fig = robot_views._consistency(track, np.zeros(0), history.nis(1))
     assert [ax.get_ylabel() for ax in fig.axes] == ["NIS (-)"] and "not known" in fig.get_suptitle()
 
 
-def test_errors_are_those_of_the_track_in_metres_and_degrees(run):
+def test_errors_are_those_of_the_history_in_metres_and_degrees(run):
     _, history = run
-    track = history.track(2)
-    fig = robot_views._errors(track, 3)
-    e, P = track.errors()
+    track, (e, P) = history.track(2), history.errors(2)
+    fig = robot_views._errors(track, e, P, 3)
     for i, (ax, scale) in enumerate(zip(fig.axes, (1, 1, 180 / np.pi), strict=True)):
         drawn = next(l for l in ax.lines if l.get_label() == "estimate - truth")
         np.testing.assert_allclose(drawn.get_ydata(), scale * e[:, i])

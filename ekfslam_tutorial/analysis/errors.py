@@ -1,14 +1,17 @@
 """Errors of a run against the truth, as far as that is known: robots, landmarks, dead reckoning, consistency.
 
 `History` looks at every snapshot of a run and keeps what is needed; its `summary()` is what goes into `result.json`.
+NEES needs the error and the covariance in one gauge: `gauge.py` says what that is.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..geometry import align
 from .consistency import honesty, md2
+from .gauge import MapGauge, distance_weights, start_gauge
 from .tracks import Track, rmse
 
 SURPRISING = 60.0
@@ -38,6 +41,7 @@ class History:
             raise ValueError(f"unknown gauge {gauge!r}; known: auto, free, fixed")
         self._asked = gauge
         self._rows, self._states, self._frames = {}, {}, {}
+        self._in_map_gauge = {}
         self._starts = False
         self._nis, self._seen = {}, {}
         self.n_landmarks = []
@@ -51,8 +55,11 @@ class History:
         if not self.n_landmarks:
             self._starts = self._same_frame(s)
         self.last = s
+        gauge = self._gauge_of(s) if self.gauge == "free" else None
         for rob in s.robs:
             self._add_robot(s, rob)
+            if self.gauge == "free":
+                self._in_map_gauge.setdefault(rob.id, []).append(_in_map_gauge(s, rob, gauge))
         carrier = {id: rob.id for rob in s.robs for id in rob.sensors}
         for o in s.obs.values():
             if o.updated:
@@ -90,6 +97,18 @@ class History:
         P = np.zeros((n, n)) if rob.r is None else s.map.block(rob.r)[:n, :n]
         truth = np.array(s.truth.get(rob.id, np.full(n, np.nan)), float)
         self._rows[rob.id].append((s.t, np.array(state[:n]), P, truth, self._states[rob.id][:n]))
+
+    @staticmethod
+    def _gauge_of(s):
+        """The gauge of the map of this frame and the landmarks that fix it, None where they do not."""
+        ids, points, truth = _surveyed(s)
+        if len(ids) < points.shape[1]:
+            return None
+        B = _points_by_states(s, ids)
+        try:
+            return MapGauge(points, truth, B @ s.map.P @ B.T), B
+        except ValueError:  # they are on a line, or on top of each other
+            return None
 
     @staticmethod
     def _same_frame(s):
@@ -139,17 +158,10 @@ class History:
         covs : ndarray, shape (N, d, d)
         truth : ndarray, shape (N, d)
         """
-        s = self.last
-        if s is None:
-            raise ValueError("this history has no frames yet; call add(snapshot) for each snapshot of a run")
-        known = [] if s.sim_lmk is None else zip(s.sim_lmk.ids, s.sim_lmk.points, strict=True)
-        places = {int(id): p for id, p in known}
-        ids = [i for i in s.lmks if i in places]
-        d = s.robs[0].motion.frame.dim
-        estimates = [s.lmks[i].point(s.map) for i in ids]
-        points = np.array([p for p, _ in estimates]).reshape(-1, d)
-        covs = np.array([P for _, P in estimates]).reshape(-1, d, d)
-        return np.array(ids, int), points, covs, np.array([places[i] for i in ids]).reshape(-1, d)
+        ids, points, truth = _surveyed(self.last)
+        d = points.shape[1]
+        covs = [self.last.lmks[i].point(self.last.map)[1] for i in ids]
+        return np.array(ids, int), points, np.array(covs).reshape(-1, d, d), truth
 
     def alignment(self):
         """The frame that aligns map and truth, found from the landmarks if they suffice, else from the trajectories.
@@ -160,15 +172,47 @@ class History:
         basis : str
             'landmarks', 'trajectories', or 'none' where there is too little truth.
         """
-        _, points, _, truth = self.landmarks()
+        ids, points, P, truth = joint_map(self.last)
+        weights = distance_weights(points, P) if ids else None
         tracks = [self.track(i) for i in self.robots]
         trajectories = [np.concatenate([track.positions(name) for track in tracks]) for name in ("x", "truth")]
-        for basis, pairs in (("landmarks", (points, truth)), ("trajectories", trajectories)):
+        for basis, pairs in (("landmarks", (points, truth, weights)), ("trajectories", trajectories)):
             try:
                 return align(*pairs), basis
             except ValueError:  # too few of them
                 continue
         return None, "none"
+
+    def errors(self, id):
+        """Errors of a robot and their covariances in one gauge, where its true pose is known.
+
+        With a fixed gauge that is the frame of the truth. With a free gauge it is the map's, frame by frame: pose and
+        landmarks of that instant, with their joint covariance, after the alignment of these landmarks with their true
+        places. Where no landmark has a true place it is the start's: poses relative to the first one.
+
+        Returns
+        -------
+        e : ndarray, shape (K, 3) or (K, 6)
+            As `Track.errors` has them. NaN where there is no gauge: too few landmarks so far, or the true start not
+            known.
+        P : ndarray, shape (K, 3, 3) or (K, 6, 6)
+
+        See Also
+        --------
+        MapGauge : The gauge of the map.
+        start_gauge : The gauge of the start.
+        """
+        track = self.track(id)
+        if self.gauge == "fixed":
+            return track.errors()
+        if len(_surveyed(self.last)[0]):
+            e, P = map(np.array, zip(*self._in_map_gauge[id], strict=True))
+            return e[track.known], P[track.known]
+        k = track.known
+        x, truth = track.frame(track.x[k]), track.frame(track.truth[k])
+        _, E_x = x.minus(x)
+        e, P = start_gauge(x, E_x @ track.P[k] @ np.swapaxes(E_x, -1, -2), truth) if k.any() else track.errors()
+        return (e, P) if k[:1].all() else (e * np.nan, P * np.nan)
 
     def summary(self):
         """The figures of the run, for `result.json`; None where the truth is not known.
@@ -182,9 +226,10 @@ class History:
             landmark_rmse_aligned_m, after alignment in any case; n_refused innovations, n_recoveries; and `robots`, by
             id: the same for each.
 
-            With a free gauge all errors are those after alignment, and the dead reckoning of each robot is laid on its
-            true trajectory as well as it can be. NEES is that of the robots; where all robots are known, as in mapping,
-            that of the landmarks.
+            With a free gauge all errors are those after one alignment, of the final map, in which a landmark weighs
+            what is known of its place; and the dead reckoning of each robot is laid on its true trajectory as well as
+            it can be. NEES is that of the robots, of the errors and covariances in one gauge (`errors`); where all
+            robots are known, as in mapping, that of the landmarks.
         """
         F, basis = self.alignment()
         free = self.gauge == "free"
@@ -205,9 +250,9 @@ class History:
         lmk = points - truth
         lmk_aligned = F.from_frame(points)[0] - truth if F is not None and len(points) else np.zeros((0, d))
 
-        e, P = _pooled(moved if free else plain)
+        e, _ = _pooled(moved if free else plain)
         e_aligned, _ = _pooled(moved)
-        n = md2(e, P)
+        n = np.concatenate([md2(*self.errors(id)) for id in robots])
         nees_dof = e.shape[1]
         if not np.isfinite(n).any():
             R = F.R if free and F is not None else np.eye(d)
@@ -232,12 +277,10 @@ class History:
         that of one pose only."""
         F, _ = self.alignment()
         tracks = [self.track(id) for id in self.robots]
-        tracks = [t.moved(F) for t in tracks] if self.gauge == "free" and F is not None else tracks
-        e, P = _pooled(tracks)
+        moved = [t.moved(F) for t in tracks] if self.gauge == "free" and F is not None else tracks
         pairs = np.concatenate([self.nis(id) for id in self.robots])[:, 1:]
-        return honesty(
-            e,
-            P,
+        meter = honesty(
+            *map(np.concatenate, zip(*(self.errors(id) for id in self.robots), strict=True)),
             nis=pairs[:, 0],
             nis_dof=_mean(pairs[:, 1]) if len(pairs) else 2.0,
             dim=tracks[0].frame.dim,
@@ -245,6 +288,62 @@ class History:
             runs=1,
             confidence=confidence,
         )
+        return replace(meter, rmse=rmse(_pooled(moved)[0][:, : tracks[0].frame.dim]))
+
+
+def _surveyed(s):
+    """Landmarks of a map whose true places are known and whose estimates are finite: ids, points, true places."""
+    if s is None:
+        raise ValueError("this history has no frames yet; call add(snapshot) for each snapshot of a run")
+    known = [] if s.sim_lmk is None else zip(s.sim_lmk.ids, s.sim_lmk.points, strict=True)
+    places = {int(id): p for id, p in known}
+    points = {i: lmk.point(s.map)[0] for i, lmk in s.lmks.items() if i in places}
+    d = s.robs[0].motion.frame.dim
+    return (
+        list(points),
+        np.array(list(points.values())).reshape(-1, d),
+        np.array([places[i] for i in points]).reshape(-1, d),
+    )
+
+
+def joint_map(s):
+    """Landmarks of a snapshot whose true places are known.
+
+    Returns
+    -------
+    ids : list of int
+    points : ndarray, shape (n, d)
+    P : ndarray, shape (n d, n d)
+        Their joint covariance.
+    truth : ndarray, shape (n, d)
+    """
+    ids, points, truth = _surveyed(s)
+    B = _points_by_states(s, ids)
+    return ids, points, B @ s.map.P @ B.T, truth
+
+
+def _points_by_states(s, ids):
+    """Derivative of the points of some landmarks by the whole map, shape (n d, N)."""
+    d = s.robs[0].motion.frame.dim
+    B = np.zeros((len(ids), d, s.map.n))
+    for row, id in zip(B, ids, strict=True):
+        lmk = s.lmks[id]
+        if lmk.r is not None:
+            row[:, lmk.r] = lmk.type.point(lmk.state(s.map))[1]
+    return B.reshape(-1, s.map.n)
+
+
+def _in_map_gauge(s, rob, gauge):
+    """Error of a robot in the gauge of the map of its frame, and its covariance; NaN where there is none."""
+    frame = rob.motion.frame
+    truth = np.array(s.truth.get(rob.id, np.full(frame.size, np.nan)), float)
+    if gauge is None or rob.r is None or not np.isfinite(truth).all():
+        return np.full(frame.dof, np.nan), np.full((frame.dof, frame.dof), np.nan)
+    landmarks, B = gauge
+    e, E_x, E_l = landmarks.error(rob.frame(s.map), frame(truth))
+    E = E_l @ B
+    E[:, rob.r.start : rob.r.start + frame.size] += E_x
+    return e, E @ s.map.P @ E.T
 
 
 def _pooled(tracks):

@@ -70,7 +70,19 @@ def parser():
     )
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for add in (_run, _monte_carlo, _data, _notebooks, _progress, _lecture, _nbgrader, _new, _evaluate, _doctor):
+    for add in (
+        _run,
+        _monte_carlo,
+        _data,
+        _notebooks,
+        _progress,
+        _lecture,
+        _nbgrader,
+        _new,
+        _evaluate,
+        _audit,
+        _doctor,
+    ):
         add(commands)
     return top
 
@@ -88,7 +100,7 @@ def _run(commands):
     run.add_argument("--out", metavar="DIR", help="folder for the results; results/NAME if not given")
     run.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
     run.add_argument("--recording", metavar="PATH", help="play this recording (.npz or CSV folder), do not simulate")
-    run.add_argument("--record", action="store_true", help="also write recording.npz, to be played again")
+    run.add_argument("--record", action="store_true", help="also write recording.npz, to be played again, estimate.rec")
     run.add_argument("--movie", action="store_true", help="also write a movie of the run (MP4 with ffmpeg, else GIF)")
     run.add_argument("--live", action="store_true", help="show the figures while it runs")
     run.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
@@ -181,6 +193,31 @@ def _evaluate(commands):
     evaluate.add_argument("results", nargs="+", metavar="RESULT", help="a folder that `run` wrote, or its result.json")
     evaluate.add_argument("--robots", action="store_true", help="a line for each robot, too")
     evaluate.add_argument("--csv", action="store_true", help="all digits, separated by commas")
+
+
+def _audit(commands):
+    audit = _command(
+        commands, "audit", "Is an estimator honest? Compare errors and covariances of any program with a truth."
+    )
+    add = audit.add_argument
+    add("estimates", nargs="+", metavar="EST", help="poses with covariances: TUM, CSV, OpenVINS, .g2o, .rec of ours")
+    add("--truth", nargs="+", metavar="FILE", help="true poses: one file for all, or one for each EST")
+    add("--map", nargs="+", metavar="FILE", help="landmarks with covariances, for each EST: a CSV such as our map.csv")
+    add("--true-map", nargs="+", metavar="FILE", help="their true places: id, x, y (z); one for all or for each")
+    add("--innovations", nargs="+", metavar="FILE", help="columns t, z, upper triangle of Z; for each EST")
+    add(
+        "--axes",
+        choices=("mixed", "body", "map"),
+        default="mixed",
+        help="what P is about; docs/audit.md",
+    )
+    add("--rotation-first", action="store_true", help="P begins with the angles, as in GTSAM's Pose3")
+    add("--gauge", choices=("auto", "fixed", "start"), default="auto", help="is EST in the frame of the truth?")
+    add("--gravity", action="store_true", help="of the angles of a free gauge only the heading is free")
+    add("--robot", type=int, metavar="N", help="of a record with several")
+    add("--max-dt", type=float, default=0.01, metavar="S", help="two stamps meet within so many seconds; default 0.01")
+    add("--confidence", type=float, default=0.95, metavar="P", help="of the verdict; default 0.95")
+    add("--out", metavar="DIR", help="folder for audit.json and audit.png; results/audit if not given")
 
 
 def _doctor(commands):

@@ -7,6 +7,7 @@ import numpy as np
 
 from .. import __version__
 from ..analysis.fixes import fix_figures
+from ..analysis.rec_file import write_rec
 from .files import replacing
 from .tum import write_tum
 
@@ -99,6 +100,13 @@ def write_recording(out, recorder, name, fixes=None):
     with replacing(out / "recording.npz") as part:
         played.save(part)
     return ["recording.npz"]
+
+
+def write_record(out, history, innovations):
+    """Write estimate.rec, which `ekfslam audit` reads."""
+    with replacing(out / "estimate.rec") as part:
+        write_rec(part, history, innovations)
+    return ["estimate.rec"]
 
 
 def trajectory(history, first):

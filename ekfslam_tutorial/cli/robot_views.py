@@ -35,11 +35,12 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
     for id, track in tracks.items():
         if len(tracks) > 1:
             names.append(_save(_path(track, lmks, data, fixes.get(id)), out / f"map-{id}.png"))
+        e, P = history.errors(id)
         if track.known.sum() > 1:
-            names.append(_save(_errors(track, data.figure.k), out / f"errors-{id}.png"))
-        nis = history.nis(id)
-        if len(nis) > 1 or np.isfinite(md2(*track.errors())).any():
-            names.append(_save(_consistency(track, nis), out / f"consistency-{id}.png"))
+            names.append(_save(_errors(track, e, P, data.figure.k), out / f"errors-{id}.png"))
+        nees, nis = md2(e, P), history.nis(id)
+        if len(nis) > 1 or np.isfinite(nees).any():
+            names.append(_save(_consistency(track, nees, nis), out / f"consistency-{id}.png"))
     return names
 
 
@@ -56,9 +57,8 @@ def _path(track, lmks, data, fixes):
     return axes.figure
 
 
-def _errors(track, k):
-    """Errors over time where the truth is known, each inside its band."""
-    e, P = track.errors()
+def _errors(track, e, P, k):
+    """Errors over time where the truth is known, each inside its band: both in one gauge, see `History.errors`."""
     sigma = np.sqrt(np.diagonal(P, axis1=1, axis2=2).clip(0))
     names = AXES[track.frame.dim]
     scale = np.array([1.0 if unit == "m" else 180 / np.pi for _, unit in names])
@@ -70,10 +70,9 @@ def _errors(track, k):
     return fig
 
 
-def _consistency(track, nis):
+def _consistency(track, value, nis):
     """NEES of the pose, where the truth is known, and below it NIS of the innovations used; each with its 95 % band."""
-    e, P = track.errors()
-    t, value = track.t[track.known], md2(e, P)
+    t = track.t[track.known]
     rows = int(np.isfinite(value).any()) + int(len(nis) > 0)
     fig, panels = plt.subplots(rows, 1, figsize=(9, 0.5 + 3 * rows), sharex=True, squeeze=False, layout="constrained")
     if np.isfinite(value).any():

@@ -16,6 +16,7 @@ from tqdm import tqdm
 from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
+from ..analysis.rec_file import Innovations
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from . import results, views
 from .files import file_name, find_scenario, writable_folder
@@ -55,13 +56,13 @@ def run_scenario(options, models):
     print(f"linear algebra on {options.threads} thread{'s' * (options.threads > 1)} (--threads)", file=sys.stderr)
     if data.options.compiled:
         print("steps compiled: the first run of a model on a machine takes some seconds more", file=sys.stderr)
-    history, recorder = KeptHistory(), Recorder()
+    history, recorder, innovations = KeptHistory(), Recorder(), Innovations()
     state = taken_up(options, out, data, recording, history)
     if options.checkpoint is not None:
         history.every = options.checkpoint
     run = universal_slam(data, recording, resume=state)
     print(f"engine: {run.engine}", file=sys.stderr)
-    watchers: list = [history, recorder] if options.record else [history]
+    watchers: list = [history, recorder, innovations] if options.record else [history]
     keeper = None
     if options.resume or options.checkpoint is not None:
         keeper = Checkpoint(out / KEPT, data, recording, history, history.every, len(run))
@@ -84,6 +85,7 @@ def run_scenario(options, models):
         written = results.write(out, summary, history, data, recording, costs if recording else None)
         if options.record:
             written += results.write_recording(out, recorder, data.name, recording and recording.fixes)
+            written += results.write_record(out, history, innovations)
         if movie:
             written.append(movie.name)
         if keeper and not interrupted:
