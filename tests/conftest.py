@@ -41,6 +41,7 @@ def cache_dir(tmp_path_factory):
     """Tests leave the user's cache alone and do not live on what is in it."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("EKFSLAM_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("EKFSLAM_MY_SLAM", str(tmp_path_factory.mktemp("kept") / "my_slam.py"))
         yield
 
 
@@ -102,6 +103,7 @@ def ekfslam_process():
 
 LONG_FIRST = (
     "course/test_notebooks.py",
+    "course/test_own_filter.py",
     "course/test_widgets.py",
     "datasets/test_mrclam_real.py",
     "course/test_bent_answers.py",

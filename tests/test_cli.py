@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -444,6 +445,32 @@ def test_notebooks_are_copied_and_work_is_never_overwritten(tmp_path, capsys):
     assert f"kept: {first}" in capsys.readouterr().err
     assert ekfslam("notebooks", shipped("notebooks")) == 2
     assert "is where the notebooks come from" in capsys.readouterr().err
+
+
+def test_the_copies_have_no_outputs_and_say_the_same(tmp_path):
+    assert ekfslam("notebooks", tmp_path) == 0
+    for path in sorted(shipped("notebooks").glob("*.ipynb")):
+        theirs, mine = (json.loads((folder / path.name).read_text("utf-8")) for folder in (path.parent, tmp_path))
+        assert any(cell.get("outputs") for cell in theirs["cells"])
+        for a, b in zip(theirs["cells"], mine["cells"], strict=True):
+            assert "".join(a["source"]) == "".join(b["source"]) and a["id"] == b["id"]
+            assert a["metadata"].get("tags") == b["metadata"].get("tags")
+            assert b.get("outputs", []) == [] and b.get("execution_count") is None
+
+
+def test_a_copy_that_was_run_or_changed_stays_and_only_a_changed_one_is_named(tmp_path, capsys):
+    assert ekfslam("notebooks", tmp_path) == 0
+    ran, changed, *_ = sorted(tmp_path.glob("*.ipynb"))
+    shutil.copy(shipped("notebooks") / ran.name, ran)  # with outputs: as a student has run it
+    notebook = json.loads(changed.read_text("utf-8"))
+    notebook["cells"][-1]["source"] = "my own words"
+    changed.write_text(json.dumps(notebook), "utf-8")
+    before = ran.read_bytes(), changed.read_bytes()
+    capsys.readouterr()
+    assert ekfslam("notebooks", tmp_path) == 0
+    assert (ran.read_bytes(), changed.read_bytes()) == before
+    said = capsys.readouterr()
+    assert "0 files copied" in said.out and f"kept: {changed}" in said.err and str(ran) not in said.err
 
 
 def test_doctor_finds_this_environment_well(capsys):

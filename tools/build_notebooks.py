@@ -58,7 +58,9 @@ def own_environment(folder):
     """Return the kernel's environment: nothing of the user's own settings gets into the outputs."""
     environment = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}  # the kernel's: inline
     progress = os.path.join(folder, "progress.json")  # nobody has done an exercise yet
-    return environment | {"OPENBLAS_NUM_THREADS": "1", "IPYTHONDIR": folder, "EKFSLAM_PROGRESS": progress}
+    mine = os.path.join(folder, "my_slam.py")  # and nothing is kept
+    own = {"IPYTHONDIR": folder, "EKFSLAM_PROGRESS": progress, "EKFSLAM_MY_SLAM": mine}
+    return environment | {"OPENBLAS_NUM_THREADS": "1"} | own
 
 
 def build(path, environment):

@@ -58,6 +58,7 @@ def run(name, *arguments):
         environment["EKFSLAM_CHECK_SECONDS"] = "200"
     with tempfile.TemporaryDirectory() as folder:
         environment["EKFSLAM_PROGRESS"] = str(Path(folder, "progress.json"))  # the user's own stays as it is
+        environment["EKFSLAM_MY_SLAM"] = str(Path(folder, "my_slam.py"))  # so does what is kept
         report = Path(folder, "report.xml")
         command = [sys.executable, "-m", "pytest", "-q", *TOGETHER, f"--junitxml={report}", *arguments]
         with subprocess.Popen(command, env=environment) as process:  # at Ctrl-C it comes to its own end first

@@ -11,7 +11,7 @@ from ..course import lecture
 from ..course.nbgrader import find
 from .files import replacing
 
-DPI = 150  # of pictures that are drawn for the slides: twice the notebook's
+DPI = 150  # of pictures that are drawn for a projector: more than the notebook's
 FONTS = {"code-font-size": "17px", "content-font-size1": "21px", "ui-font-size1": "14px"}  # for the last row
 
 
@@ -44,9 +44,10 @@ def run(notebook, folder):
     at = {"metadata": {"path": str(folder)}}
     client = NotebookClient(nb, timeout=600, kernel_name="python3", extra_arguments=quiet, resources=at)
     with tempfile.TemporaryDirectory() as private:
-        progress = os.path.join(private, "progress.json")  # the lecturer's own record stays as it is
+        own = {"EKFSLAM_PROGRESS": "progress.json", "EKFSLAM_MY_SLAM": "my_slam.py"}  # the lecturer's stay as they are
+        own = {variable: os.path.join(private, name) for variable, name in own.items()}
         try:
-            client.execute(env=os.environ | {"EKFSLAM_DPI": str(DPI), "EKFSLAM_PROGRESS": progress})
+            client.execute(env=os.environ | {"EKFSLAM_DPI": str(DPI)} | own)
         except BaseException as error:
             if getattr(client, "_async_cleanup_kernel_future", None) is None:
                 raise
@@ -76,4 +77,4 @@ def large_letters(folder):
     theme = settings / "@jupyterlab" / "apputils-extension" / "themes.jupyterlab-settings"
     theme.parent.mkdir(parents=True)
     theme.write_text(json.dumps({"overrides": FONTS}), encoding="utf-8")
-    return {"JUPYTERLAB_SETTINGS_DIR": str(settings), "EKFSLAM_DPI": "110"}
+    return {"JUPYTERLAB_SETTINGS_DIR": str(settings), "EKFSLAM_DPI": str(DPI)}

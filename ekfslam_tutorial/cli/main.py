@@ -141,7 +141,7 @@ def _data(commands):
 
 
 def _notebooks(commands):
-    notebooks = _command(commands, "notebooks", "Copy the notebooks to a folder of your own; nothing is overwritten.")
+    notebooks = _command(commands, "notebooks", "Copy the notebooks, without outputs, to a folder of your own.")
     notebooks.add_argument("destination", metavar="DEST")
 
 

@@ -1,12 +1,16 @@
-"""`ekfslam notebooks DEST`: the notebooks in a folder of the student's own, where nothing is ever overwritten."""
+"""`ekfslam notebooks DEST`: the notebooks in a folder of the student's own, where nothing is ever overwritten.
 
-import filecmp
+The copies have no outputs: a question comes before its answer.
+"""
+
+import json
 import shutil
 import sys
 from pathlib import Path
 
 from .files import replacing, shipped, writable_folder
 
+RUNNING = {"execution", "collapsed", "scrolled", "ExecuteTime"}  # what a notebook notes of a cell that was run
 SKIP = shutil.ignore_patterns(".ipynb_checkpoints", "__pycache__", ".*")
 
 
@@ -46,9 +50,33 @@ def copy(source, destination):
             if path.is_dir():
                 target.mkdir(exist_ok=True)
             elif target.exists():
-                kept += [] if filecmp.cmp(path, target, shallow=False) else [target]
+                kept += [] if content(target) == content(path) else [target]
             else:
                 with replacing(target) as part:
-                    shutil.copyfile(path, part)
+                    part.write_bytes(content(path))
                 copied.append(target)
     return copied, kept
+
+
+def content(path):
+    """The bytes of a file; of a notebook as nobody has run it, so that one that was only run is like a fresh one."""
+    text = path.read_bytes()
+    if path.suffix != ".ipynb":
+        return text
+    try:
+        return blank(json.loads(text))
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return text  # it may be anything, if a student has written it
+
+
+def blank(notebook):
+    """The file of a notebook without outputs and execution counts, as bytes."""
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "code":
+            cell["outputs"], cell["execution_count"] = [], None
+        for key in RUNNING & cell["metadata"].keys():
+            del cell["metadata"][key]
+        cell["source"] = "".join(cell["source"]).splitlines(keepends=True)  # one form of the two that are allowed
+    notebook["metadata"].pop("widgets", None)  # states of controls
+    notebook["metadata"].get("language_info", {}).pop("version", None)  # of the Python that ran it
+    return (json.dumps(notebook, indent=1, ensure_ascii=False, sort_keys=True) + "\n").encode()

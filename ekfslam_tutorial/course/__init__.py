@@ -1,13 +1,17 @@
 """What only the notebooks need: exercises that are checked, widgets, figures with captions.
 
-A notebook calls `check`, `hint`, `reveal`, `progress`, `explore`, `show` and `replay`. No estimation lives here: what a
-notebook teaches is in the floors above.
+A notebook calls `check`, `hint`, `reveal`, `progress`, `keep`, `own`, `explore`, `show`, `replay` and `source`. No
+estimation lives here: what a notebook teaches is in the floors above.
 """
 
 from .checks import check, hint, progress, reveal
 from .controls import Choice, Float, Int, Toggle
+from .experiment import experiment
 from .figures import show
+from .keep import keep, own
+from .live import watch
 from .playback import replay
+from .source import source
 from .widgets import explorable, explore, sweep
 
 __all__ = [
@@ -16,12 +20,17 @@ __all__ = [
     "Int",
     "Toggle",
     "check",
+    "experiment",
     "explorable",
     "explore",
     "hint",
+    "keep",
+    "own",
     "progress",
     "replay",
     "reveal",
     "show",
+    "source",
     "sweep",
+    "watch",
 ]

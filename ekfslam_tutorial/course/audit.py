@@ -10,6 +10,7 @@ import sys
 import time
 
 from . import registry
+from .project import Project
 
 SECONDS = 1.0  # a student's machine may be slower, and a student's code, too
 
@@ -35,8 +36,8 @@ def complaints(exercise) -> list[str]:
         found.append(f"a check takes {mean:.2f} s")
     if len(exercise.hints) != 3:
         found.append(f"{len(exercise.hints)} hints instead of 3")
-    if len(exercise.misconceptions) < 2 or not exercise.variants:
-        found.append("needs two misconceptions and one variant at least")
+    if len(exercise.misconceptions) < 2:
+        found.append("needs two misconceptions at least")
     return found
 
 
@@ -48,11 +49,13 @@ def main(arguments: list[str]) -> int:
         print(f"no exercises of notebook {', '.join(unknown)}; there are {', '.join(sorted(numbers))}", file=sys.stderr)
         return 2
     for exercise in registry.everything():
+        if isinstance(exercise, Project):  # of a run it would take minutes
+            continue
         if arguments and exercise.id.split(".")[0] not in arguments:
             continue
         found = complaints(exercise)
         bad += len(found)
-        counts = f"{len(exercise.misconceptions):3} wrong answers, {len(exercise.variants)} variants"
+        counts = f"{len(exercise.misconceptions):3} wrong answers, {len(exercise.variants)} right ones in other words"
         print(f"{exercise.id:8} {counts}  {exercise.title}")
         for sentence in found:
             print(f"    {sentence}")

@@ -7,6 +7,8 @@ import textwrap
 
 from . import logbook, registry
 from .exercise import Exercise, Verdict
+from .keep import remember
+from .project import Project
 
 FALLBACK = "The reference solution is used below."
 
@@ -20,15 +22,15 @@ def check(id: str, answer=None):
     ----------
     id : str
         Number of the exercise, "02.3".
-    answer : callable or dict
-        The student's function itself (no brackets), or the dictionary of answers.
+    answer : callable, dict or Run
+        The student's function itself (no brackets), the dictionary of answers, or the run of a project.
 
     Returns
     -------
     callable or dict
         The answer, or the reference solution. A function comes back so that it returns float arrays where the solution
         does; `inspect.unwrap` gives the student's own. The reference knows that it is one: handed in again, it is
-        neither judged nor counted.
+        neither judged nor counted. Of a project the `Verdict`.
 
     Raises
     ------
@@ -36,6 +38,8 @@ def check(id: str, answer=None):
         If there is no exercise with this id.
     """
     exercise = registry.get(id)
+    if isinstance(exercise, Project):
+        return told(exercise, exercise.judge(answer))
     answer = inspect.unwrap(answer) if callable(answer) else answer
     if exercise.is_reference(answer):
         print(own_answer_wanted(exercise))
@@ -43,6 +47,7 @@ def check(id: str, answer=None):
     verdict = exercise.judge(answer)
     if verdict.status != "not attempted":
         logbook.attempt(id, verdict.passed)
+        remember(id, answer if verdict.passed else None)
     print(report(exercise, verdict))
     return exercise.in_arrays(answer) if verdict.passed else exercise.reference
 
@@ -54,6 +59,21 @@ def own_answer_wanted(exercise) -> str:
         f"[{exercise.id}] not judged: `{exercise.name}` is the reference solution here, from an earlier check. Run the "
         f"cell with your own `{cell}` first, then this one."
     )
+
+
+def told(project: Project, verdict: Verdict) -> Verdict:
+    """Record and print the verdict on a run, and hand it on; the reference is never judged and never counted."""
+    if verdict.status == "not attempted":
+        print(f"[{project.id}] not attempted yet: this is a run of the reference. Write your loop in the cell above.")
+        return verdict
+    logbook.attempt(project.id, verdict.passed)
+    what = verdict.note if verdict.passed else f"failed '{verdict.link}': {verdict.message}"
+    logbook.write(project.id, verdict=what)
+    lines = [report(project, verdict).replace(f"{FALLBACK} ", "")]
+    if verdict.note:
+        lines.append(_wrapped(f"    {verdict.note}."))
+    print("\n".join(lines))
+    return verdict
 
 
 def hint(id: str, level: int | None = None):
@@ -92,7 +112,10 @@ def progress(notebook: str | None = None):
     done = sum(bool(records.get(e.id, logbook.EMPTY)["passed"]) for e in chosen)
     print(f"{done} of {len(chosen)} exercises passed")
     for exercise in chosen:
-        print(f"  {exercise.id:8} {_state(records.get(exercise.id, logbook.EMPTY)):24} {exercise.title}")
+        record = records.get(exercise.id, logbook.EMPTY)
+        print(f"  {exercise.id:8} {_state(record):24} {exercise.title}")
+        if record.get("verdict"):
+            print(textwrap.indent(textwrap.fill(record["verdict"], 88), " " * 11))
 
 
 def report(exercise, verdict: Verdict) -> str:

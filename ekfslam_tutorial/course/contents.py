@@ -19,6 +19,7 @@ from pathlib import Path
 from PIL import Image
 
 from .build import notebooks_folder, source
+from .figures import stored
 
 FORM = """# 10 Title
 
@@ -101,13 +102,13 @@ def entry(path: Path) -> Entry:
 
 
 def shown_picture(notebook: dict, name: str) -> tuple[bytes, str]:
-    """Return the stored picture of the cell tagged ``thumbnail``, else the first one, and its alternative text."""
+    """Return the stored PNG of the cell tagged ``thumbnail``, else the first one, and its alternative text."""
     cells = notebook["cells"]
-    chosen = [cell for cell in cells if "thumbnail" in cell["metadata"].get("tags", [])] or cells
-    for output in (output for cell in chosen for output in cell.get("outputs", [])):
-        if "image/png" in output.get("data", {}):
-            data = "".join(output["data"]["image/png"])
-            return base64.b64decode(data), output["metadata"].get("image/png", {}).get("alt", "")
+    chosen = [cell for cell in cells if "thumbnail" in cell["metadata"].get("tags", [])]
+    for output in (output for cell in chosen + cells for output in cell.get("outputs", [])):
+        kind, code, alt = stored(output) or ("", "", "")
+        if kind == "image/png":
+            return base64.b64decode(code), alt
     raise ValueError(f"{name}: there is no stored picture; run `make notebooks NB=notebooks/{name}`")
 
 
@@ -180,7 +181,7 @@ them and to add your own checks: [Teaching with the notebooks](teaching.md).
 
 def cell(found: list[Entry]) -> dict:
     """Return the cell of notebook 00 that lists the course. Its pictures are attachments: it is complete alone."""
-    text = f"""## 8  The course
+    text = f"""## 10  The course
 
 {tracks(found)}
 

@@ -1,9 +1,17 @@
 """Wrong answers as edits: the solution with one place written otherwise.
 
-A block is a name, a hint, and below it the edits, each `old -> new`::
+A row has three cells, a name, an edit `old -> new`, and a hint; more edits of the same mistake stand below it::
+
+    heading subtracted | y[1] + x_r[2] -> x_r[2] - y[1] | A landmark on the left lies at theta *plus* beta.
+    index i for 2i     | x[2 * i] -> x[i]               | Each landmark has two numbers.
+        x[2 * i + 1] -> x[i + 1]
+
+Or, where a line would be too long, a block: a name, a hint, and below it the edits::
 
     heading subtracted: A landmark seen to the left (beta > 0) lies in the direction theta *plus* beta.
         y[1] + x_r[2] -> x_r[2] - y[1]
+
+A name with a colon ends in two: `UP_p: not divided :: d(x/z)/dx = 1/z, not 1.`
 
 An edit that does not match exactly one place of the solution is an error at once. Edits compose: two mistakes at once
 are the edits of both.
@@ -18,31 +26,43 @@ from functools import cached_property
 
 
 def blocks(text: str) -> list[tuple[str, str, list[tuple[str, str]]]]:
-    """Return name, hint and edits of each block.
+    """Return name, hint and edits of each row or block.
 
-    A hint may go on in the next lines, up to its first edit.
+    The hint of a block may go on in the next lines, up to its first edit.
     """
     found: list[tuple[str, str, list[tuple[str, str]]]] = []
     for line in textwrap.dedent(text).strip("\n").splitlines():
         if not line.strip():
             continue
         if line.startswith("    "):
-            if not found or line.count(" -> ") != 1:
-                raise ValueError(f"an edit is written `old -> new`, below a name and a hint; got {line.strip()!r}")
-            old, new = line.strip().split(" -> ")
-            found[-1][2].append((old, new))
+            if not found:
+                raise ValueError(f"an edit stands below a name and a hint; got {line.strip()!r} before any of them")
+            found[-1][2].append(_edit(line))
+        elif line.count(" | ") >= 2:
+            name, cells = line.split(" | ", 1)
+            edit, hint = cells.rsplit(" | ", 1)
+            found.append((name.strip(), hint.strip(), [_edit(edit)]))
         elif found and not found[-1][2]:
             name, hint, places = found.pop()
             found.append((name, f"{hint} {line.strip()}", places))
         elif ": " in line:
-            name, hint = line.split(": ", 1)
+            name, hint = line.split(" :: " if " :: " in line else ": ", 1)
             found.append((name, hint, []))
         else:
-            raise ValueError(f"a block begins with `name: hint`, got {line!r}")
+            raise ValueError(
+                f"a wrong answer is written `name | edit | hint`, or `name: hint` above its edits; got {line!r}"
+            )
     for name, _, places in found:
         if not places:
             raise ValueError(f"the wrong answer {name!r} has no edit")
     return found
+
+
+def _edit(text: str) -> tuple[str, str]:
+    if text.count(" -> ") != 1:
+        raise ValueError(f"an edit is written `old -> new`, got {text.strip()!r}")
+    old, new = text.strip().split(" -> ")
+    return old, new
 
 
 def mistake(solution, name, hint, places):

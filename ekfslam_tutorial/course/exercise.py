@@ -95,6 +95,7 @@ class Verdict:
     misconception: str = ""
     printed: str = ""
     seconds: float = 0.0
+    note: str = ""  # of a project: what was measured
 
     @property
     def passed(self) -> bool:
@@ -121,13 +122,16 @@ class Exercise:
         Applied to results before they are compared with those of wrong answers (an angle modulo 2 pi).
     seconds : float
         Deadline for all calls together.
+    cases : dict of str to callable, optional
+        ``rng -> list of argument tuples``, for links that share them.
     """
 
-    def __init__(self, id, title, solution, hints, *, may_change=(), canonical=None, seconds=SECONDS):
+    def __init__(self, id, title, solution, hints, *, may_change=(), canonical=None, seconds=SECONDS, cases=None):
         self.id, self.title, self.solution, self.hints = id, title, solution, tuple(hints)
         self.may_change, self.canonical, self.seconds = tuple(may_change), canonical, seconds
+        self.cases = dict(cases or {})
         self.links: list[Link] = []
-        self.misconceptions: list[Misconception] = []
+        self.misconceptions: list[Misconception | edits.Mistake] = []
         self.variants: list[Variant] = []
 
     # ---- how a module fills it -------------------------------------------------------------------------
@@ -237,7 +241,7 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer. Where a call says little, the links behind make more calls."""
-        if few_values(self, f.calls):
+        if few_values(self, f.calls, failed.part):
             with contextlib.suppress(deadline.TookTooLong):
                 deadline.run(lambda: self._go_on(f, failed), max(limit, 0.1))
         return recognise(self, f.calls, failed.part)

@@ -1,23 +1,39 @@
-"""Figures in a notebook: a PNG, a computed caption, and the caption as its alternative text."""
+"""Figures in a notebook: a picture in few bytes, a computed caption, and the caption for those who do not see it.
+
+A picture is stored as PNG, or as SVG where that is smaller: so it is for a drawing of some lines. Both are the same
+bytes on each build: no dates, no random names, letters as outlines and not as fonts of this computer.
+"""
 
 from __future__ import annotations
 
 import base64
+import html
 import io
 import os
-import struct
+import re
 import textwrap
+from typing import Any
 
+import matplotlib as mpl
 import matplotlib.pyplot as plt
+import numpy as np
 from IPython.display import display
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import QuadMesh
 from PIL import Image
 
-DPI = float(os.environ.get("EKFSLAM_DPI", 75))  # more for a projector: see cli/lecture.py
+DPI = float(os.environ.get("EKFSLAM_DPI", 120))  # more for a projector: see cli/lecture.py
+SCREEN = 96  # CSS pixels of an inch: a picture is as wide in the notebook as its figure says, however many dots it has
+SMALLER = (
+    0.8  # an SVG must be that much smaller: every viewer of notebooks shows a PNG, and some slides and papers want it
+)
+LINES = re.compile(r'<img alt="([^"]*)" width="\d+" src="data:image/svg\+xml;base64,([^"]*)">')
+NUMBERS = re.compile(r"-?\d+\.\d{3,}")
+SVG: Any = {"svg.fonttype": "path", "svg.hashsalt": "ekfslam", "svg.image_inline": True}
 
 
 def show(fig, caption: str, dpi: float = DPI):
-    """Show a figure as PNG and its caption as text below it.
+    """Show a figure and its caption as text below it.
 
     The caption is computed from what the figure shows, so that it says the truth, can be read by those who do
     not see the picture, and is compared by the tests (the picture is not).
@@ -30,18 +46,49 @@ def show(fig, caption: str, dpi: float = DPI):
         One or two sentences with the numbers that matter, two or three digits each.
     dpi : float
     """
-    publish(png(fig, dpi), one_line(caption))
+    publish(picture(fig, dpi), one_line(caption))
 
 
 def publish(picture: bytes, caption: str):
     """Put a picture, then its caption, into the outputs of the cell."""
-    output = bundle(with_palette(picture), caption)
+    output = bundle(picture, caption)
     display(output["data"], metadata=output["metadata"], raw=True)
     # not printed: what a cell prints is gathered in one place, away from the picture
     display({"text/plain": textwrap.fill(caption, 100)}, raw=True)
 
 
-def png(fig, dpi: float = DPI, places: Places | None = None) -> bytes:
+def picture(fig, dpi: float = DPI) -> bytes:
+    """Return the figure as a PNG or an SVG file, whichever is smaller, and close it."""
+    dots = with_palette(png(fig, dpi, close=False), (256,) if has_shades(fig) else (32, 64, 128, 256))
+    lines = svg(fig)
+    return lines if len(lines) < SMALLER * len(dots) else dots
+
+
+def svg(fig) -> bytes:
+    """Return the figure, which has been drawn already, as an SVG file without anything of this computer; close it."""
+    buffer = io.StringIO()
+    fig.set_layout_engine("none")  # the axes stay where they were drawn
+    with mpl.rc_context(SVG):
+        fig.savefig(buffer, format="svg", metadata={"Creator": None, "Date": None, "Format": None, "Type": None})
+    plt.close(fig)
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    # a hundredth of a point is enough for a place; the scale of a letter needs all its digits
+    text = re.sub(r' (d|x|y|points)="[^"]*"', lambda found: NUMBERS.sub(shorter, found[0]), text)
+    return re.sub(r"<!--.*?-->|\n\s*", " ", text, flags=re.DOTALL).replace("> <", "><").encode()
+
+
+def has_shades(fig) -> bool:
+    """Return True if the figure shows a colour map: few colours would make steps of it."""
+    return any(ax.images or any(isinstance(c, QuadMesh) for c in ax.collections) for ax in fig.axes)
+
+
+def shorter(number: re.Match) -> str:
+    """Return a number with two decimals at most."""
+    return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
+
+
+def png(fig, dpi: float = DPI, places: Places | None = None, close: bool = True) -> bytes:
     """Return the figure as a PNG file and close it. `places`: of the figures drawn before it at the same spot."""
     buffer = io.BytesIO()
     if places is not None and places.apply(fig):
@@ -51,7 +98,8 @@ def png(fig, dpi: float = DPI, places: Places | None = None) -> bytes:
         fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
     if places is not None:
         places.remember(fig)
-    plt.close(fig)
+    if close:
+        plt.close(fig)
     return buffer.getvalue()
 
 
@@ -107,25 +155,81 @@ def room(ax) -> tuple:
     return ax.get_xlim(), ax.get_ylim(), view, titles, ax.get_xlabel(), ax.get_ylabel(), formats, entries, beside
 
 
-def with_palette(picture: bytes) -> bytes:
-    """Return the PNG in 256 colours: a third of the size, and in a drawing no visible difference."""
+def with_palette(picture: bytes, colours=(32, 64, 128, 256)) -> bytes:
+    """Return the PNG with as few colours as nobody misses: a third of the size, or a quarter.
+
+    Parameters
+    ----------
+    picture : bytes
+    colours : sequence of int
+        Numbers of colours to try, from few to many; the last one is taken in any case.
+    """
+    image = Image.open(io.BytesIO(picture))
+    dpi, image = image.info["dpi"], image.convert("RGB")
+    some = image.resize([1 + n // 3 for n in image.size], Image.Resampling.NEAREST)  # enough to choose the colours
+    for n in colours:
+        palette = some.quantize(n, kmeans=4, dither=Image.Dither.NONE)
+        if changed(some, palette) < 0.0015:
+            break
+    few = nearest(image, np.reshape(palette.getpalette() or [], (-1, 3)))
     buffer = io.BytesIO()
-    image = Image.open(io.BytesIO(picture)).convert("RGB")
-    image.quantize(256, dither=Image.Dither.NONE).save(buffer, format="png", optimize=True)
+    few.save(buffer, format="png", optimize=True, dpi=dpi)
     return buffer.getvalue()
 
 
+def nearest(image, colours):
+    """Return the picture in these colours, of which the lightest, the paper, becomes pure white."""
+    colours[colours.sum(1).argmax()] = 255
+    pixels = np.asarray(image, np.int64) @ [1 << 16, 1 << 8, 1]
+    found, index = np.unique(pixels, return_inverse=True)
+    rgb = np.stack([found >> 16, found >> 8 & 255, found & 255], -1)
+    best = ((rgb[:, None] - colours) ** 2).sum(-1).argmin(1).astype(np.uint8)
+    few = Image.fromarray(best[index].reshape(pixels.shape), "P")
+    few.putpalette(colours.ravel().tolist())
+    return few
+
+
+def changed(image, few) -> float:
+    """Return the share of the pixels that have another colour in the picture of few colours, as an eye sees it."""
+    off = np.abs(np.asarray(image, np.int16) - np.asarray(few.convert("RGB"), np.int16))
+    return float(np.mean(off.max(-1) > 24))
+
+
 def size(picture: bytes) -> tuple[int, int]:
-    """Return width and height of a PNG in pixels (bytes 16 to 24 of the file)."""
-    return struct.unpack(">II", picture[16:24])
+    """Return width and height that a picture takes on the screen, in CSS pixels."""
+    if picture.startswith(b"<svg"):
+        width, height = (float(value) / 72 for value in re.findall(rb'(?:width|height)="([\d.]+)pt"', picture)[:2])
+    else:
+        image = Image.open(io.BytesIO(picture))
+        width, height = (n / dpi for n, dpi in zip(image.size, image.info["dpi"], strict=True))
+    return round(width * SCREEN), round(height * SCREEN)
 
 
 def bundle(picture: bytes, caption: str) -> dict:
     """Return the picture as a notebook output, the caption as its alternative text."""
+    width, code = size(picture)[0], base64.b64encode(picture).decode()
+    if picture.startswith(b"<svg"):
+        # in an image of its own: inside the page its names would meet those of other pictures, and viewers of notebooks
+        # take parts of an SVG away that could do harm in a page
+        page = f'<img alt="{html.escape(caption)}" width="{width}" src="data:image/svg+xml;base64,{code}">'
+        return {"data": {"text/html": page, "text/plain": "<Figure>"}, "metadata": {}}
     return {
-        "data": {"image/png": base64.b64encode(picture).decode(), "text/plain": "<Figure>"},
-        "metadata": {"image/png": {"alt": caption}},
+        "data": {"image/png": code, "text/plain": "<Figure>"},
+        "metadata": {"image/png": {"alt": caption, "width": width}},
     }
+
+
+def stored(output: dict) -> tuple[str, str, str] | None:
+    """Return the picture of a stored output: its kind ("image/png"), its base64 code and its alternative text.
+
+    None if the output is no picture.
+    """
+    data = {kind: "".join(value) for kind, value in output.get("data", {}).items()}
+    if "image/png" in data:
+        code = data["image/png"].replace("\n", "")
+        return "image/png", code, output["metadata"].get("image/png", {}).get("alt", "")
+    found = LINES.fullmatch(data.get("text/html", ""))
+    return ("image/svg+xml", found[2], html.unescape(found[1])) if found else None
 
 
 def one_line(text) -> str:

@@ -82,6 +82,8 @@ class Result:
         Of the pose, 3 degrees of freedom.
     nis : ndarray, shape (M, R)
         Of each of the M corrections, 2 degrees of freedom.
+    nis_t : ndarray, shape (M,)
+        Seconds: when each of them was.
     position_error : ndarray, shape (F, R)
         Metres.
     map_error : ndarray, shape (R, N)
@@ -89,13 +91,14 @@ class Result:
     ranges : dict of int to slice
         Where each landmark is in the state, by its index; in the order of first sight.
     states : dict of int to (ndarray, ndarray)
-        Mean and covariance of the first run after the frames that were to be kept.
+        Mean and covariance of one run after the frames that were to be kept.
     """
 
     t: np.ndarray
     truth: np.ndarray
     nees: np.ndarray
     nis: np.ndarray
+    nis_t: np.ndarray
     position_error: np.ndarray
     map_error: np.ndarray
     ranges: dict[int, slice]
@@ -117,7 +120,9 @@ class Result:
         }
 
 
-def run(scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, seed: int = 0, keep=()) -> Result:
+def run(
+    scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, seed: int = 0, keep=(), told=None, kept_run=0
+) -> Result:
     """Run the scenario with the formulas under test.
 
     Parameters
@@ -130,12 +135,16 @@ def run(scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, se
     seed : int
         Of the noise, which does not depend on the formulas: two results with one seed can be compared run by run.
     keep : collection of int
-        Frames whose state of the first run is kept.
+        Frames whose state is kept, of one run.
+    told : RangeBearing, optional
+        The sensor model that the filter uses, if it is not the true one.
+    kept_run : int
+        Which run that is.
     """
     s, rng, robot = scenario, np.random.default_rng(seed), Odometry2()
     moved, new_blocks = formulas["moved"], formulas["new_blocks"]
-    truth, x, P = s.start, np.tile(s.start, (runs, 1)), np.zeros((runs, 3, 3))
-    truths, poses, pose_covariances, innovations, ranges, states = [], [], [], [], {}, {}
+    truth, x, P, used = s.start, np.tile(s.start, (runs, 1)), np.zeros((runs, 3, 3)), told or s.sensor
+    truths, poses, pose_covariances, innovations, when, ranges, states = [], [], [], [], [], {}, {}
     for k in range(1, s.frames + 1):
         truth = robot.move(truth, s.step, s.dt)[0]
         x[:, :3], X_x, X_u = robot.move(x[:, :3], s.step + draw(rng, s.U, (runs,)), s.dt)
@@ -144,15 +153,18 @@ def run(scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, se
         y = s.sensor.project(Frame2(truth).to_frame(s.points)[0])[0]
         seen = np.flatnonzero(y[:, 0] <= s.sensor.max_range).tolist()
         y = y + draw(rng, s.sensor.R, (runs, len(y)))
-        innovations += [correct(x, P, ranges[i], s.sensor, y[:, i]) for i in seen if i in ranges]
+        y[..., 1] = wrap(y[..., 1])
+        known = [i for i in seen if i in ranges]
+        innovations += [correct(x, P, ranges[i], used, y[:, i]) for i in known]
+        when += [k * s.dt] * len(known)
         for i in (i for i in seen if i not in ranges):
-            x, P, ranges[i] = augment(x, P, s.sensor, y[:, i], new_blocks)
+            x, P, ranges[i] = augment(x, P, used, y[:, i], new_blocks)
 
         truths.append(truth)
         poses.append(x[:, :3].copy())
         pose_covariances.append(P[:, :3, :3].copy())
         if k in keep:
-            states[k] = x[0].copy(), P[0].copy()
+            states[k] = x[kept_run].copy(), P[kept_run].copy()
 
     error = np.array(poses) - np.array(truths)[:, None]
     error[..., 2] = wrap(error[..., 2])
@@ -162,6 +174,7 @@ def run(scenario: Scenario, formulas: Mapping[str, Callable], runs: int = 20, se
         truth=np.array(truths),
         nees=md2(error, np.array(pose_covariances)),
         nis=md2(*(np.array(a) for a in zip(*innovations, strict=True))),
+        nis_t=np.array(when),
         position_error=np.hypot(error[..., 0], error[..., 1]),
         map_error=np.linalg.norm(l - s.points[list(ranges)], axis=-1),
         ranges=ranges,

@@ -54,9 +54,10 @@ class NotAttempted(Exception):
 
 @dataclass(frozen=True)
 class Raised:
-    """In place of a result: the call ended in this kind of exception."""
+    """In place of a result: the call ended in this kind of exception, with this message."""
 
     kind: str
+    text: str = ""
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Guarded:
                 raise NotAttempted from None
             raise Failed(_blame(self.function, error), _advice(error)) from None
         except BaseException as error:
-            self.calls.append(Call(args, Raised(type(error).__name__)))
+            self.calls.append(Call(args, Raised(type(error).__name__, str(error))))
             raise Failed(_blame(self.function, error), _advice(error)) from None
         self.calls.append(Call(args, result))
         self._unchanged(args, given)

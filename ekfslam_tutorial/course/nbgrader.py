@@ -17,6 +17,7 @@ from typing import Any
 from . import logbook, registry
 from .build import exercise_cells, notebooks_folder, solved, source
 from .exercise import Exercise, Verdict
+from .project import Project
 from .quiz import Quiz
 
 SOLUTION = ("### BEGIN SOLUTION", "### END SOLUTION")
@@ -67,9 +68,11 @@ def role(id: str, part: str, solution: bool, locked: bool) -> dict:
     }
 
 
-def with_solution(exercise: Exercise | Quiz) -> str:
+def with_solution(exercise: Exercise | Quiz | Project) -> str:
     """Return the exercise cell: what the student sees, and the solution between nbgrader's marks."""
     begin, end = SOLUTION
+    if isinstance(exercise, Project):
+        return exercise.solution_between(begin, end)
     if isinstance(exercise, Quiz):
         note = "# Answer in the dictionary above, and delete the next two lines."
         return "\n".join([exercise.stub(), note, begin, exercise.source(), end])
@@ -79,7 +82,7 @@ def with_solution(exercise: Exercise | Quiz) -> str:
     return "\n".join([*head, indent + begin, *body, indent + end])
 
 
-def with_hidden_test(exercise: Exercise | Quiz, check: str) -> str:
+def with_hidden_test(exercise: Exercise | Quiz | Project, check: str) -> str:
     """Return the check cell, the student's answer judged before it and the point given or refused after it."""
     begin, end = HIDDEN
     name = exercise.name
@@ -98,7 +101,7 @@ def with_hidden_test(exercise: Exercise | Quiz, check: str) -> str:
     )
 
 
-def links(exercise: Exercise | Quiz) -> int:
+def links(exercise: Exercise | Quiz | Project) -> int:
     """Return how many properties a check tests."""
     return len(exercise.questions) if isinstance(exercise, Quiz) else len(exercise.links)
 
@@ -127,6 +130,8 @@ class graded:
         self.verdict = self._judge(answer)
 
     def _judge(self, answer) -> Verdict:
+        if isinstance(self.exercise, Project):  # it knows the reference's run
+            return self.exercise.judge(answer)
         if str(getattr(answer, "__module__", "")).startswith(__name__.partition(".")[0] + "."):
             message = f"`{self.exercise.name}` is not defined in this notebook, but comes from the package"
             return Verdict("failed", "is the student's own", message)

@@ -39,23 +39,43 @@ def recognise(exercise, calls, part=None):
     truth = [exercise.result(exercise.solution, call.args) for call in calls]
     if all(exercise.alike(call.result, right) for call, right in zip(calls, truth, strict=True)):
         return []
+    wrong = part if any(not exercise.alike(c.result, t, part) for c, t in zip(calls, truth, strict=True)) else None
+    if few_values(exercise, calls, wrong):
+        return _unlike_chance(exercise, calls, truth, wrong)
     whole = _fitting(exercise, calls, truth, None)
-    if whole or few_values(exercise, calls):
+    if whole:
         return whole
     sample = _sample(exercise, calls, truth, None)
-    for pair in _pairs(exercise, sample):
-        return pair
+    if not any(isinstance(call.result, guard.Raised) for call in sample):  # two edits that break each other explain all
+        pairs = list(_pairs(exercise, calls, sample))
+        if len(pairs) == 1:
+            return pairs[0]
+        if pairs:  # what they have in common is sure
+            return [m for m in pairs[0] if all(m in pair for pair in pairs)][:1]
     return _fitting(exercise, calls, truth, part) if part is not None else []
 
 
 def _fitting(exercise, calls, truth, part):
-    """The one mistake that fits in this part of the results (None: as a whole), as a list; empty if it is not clear."""
-    few = few_values(exercise, calls)
-    sample = calls if few else _sample(exercise, calls, truth, part)
-    found = [m for m in exercise.misconceptions if _answers(exercise, m.answer, sample, part)]
-    if not few:
-        return found[:1]
-    if len({m.hint for m in found}) != 1 or _bits(exercise, calls, truth) < SURE_BITS:
+    """The first mistake that fits in this part of the results (None: as a whole), as a list."""
+    sample = _sample(exercise, calls, truth, part)
+    fitting = (m for m in exercise.misconceptions if _answers(exercise, m.answer, sample, part))
+    return next(([m] for m in fitting if part is None or not _contradicts(exercise, m, sample)), [])
+
+
+def _contradicts(exercise, mistake, calls) -> bool:
+    """Return True if the mistake spoils a result that the student has right: then it is another one."""
+    for call in calls:
+        right, wrong = (exercise.result(f, call.args) for f in (exercise.solution, mistake.answer))
+        parts = range(len(right)) if isinstance(right, tuple) else ()
+        if any(exercise.alike(call.result, right, p) and not exercise.alike(wrong, right, p) for p in parts):
+            return True
+    return False
+
+
+def _unlike_chance(exercise, calls, truth, part):
+    """The one mistake that fits in all calls, as a list; empty if others fit, too, or if the fit may be chance."""
+    found = [m for m in exercise.misconceptions if _answers(exercise, m.answer, calls)]
+    if len({m.hint for m in found}) != 1 or _bits(exercise, calls, truth, part) < SURE_BITS:
         return []
     return found[:1]
 
@@ -73,21 +93,22 @@ def _answers(exercise, answer, calls, part=None) -> bool:
     return bool(calls) and all(exercise.alike(c.result, exercise.result(answer, c.args), part) for c in calls)
 
 
-def _pairs(exercise, sample):
+def _pairs(exercise, calls, sample):
     """Two mistakes at once, each an edit of the solution, that together answer as the student did."""
     edits = [m for m in exercise.misconceptions if m.edits]
     for one, other in itertools.combinations(edits, 2):
         both = exercise.composed(one, other)
-        if both is not None and _answers(exercise, both, sample):
+        if both is not None and _answers(exercise, both, sample) and _answers(exercise, both, calls):  # few, then all
             yield sorted((one, other), key=exercise.fails_at)
 
 
 # ---- how much a call says ----------------------------------------------------------------------------------
 
 
-def few_values(exercise, calls) -> bool:
-    """Return True if no right result has a number with decimals: then mistakes coincide by chance."""
-    return not any(_has_decimals(exercise.result(exercise.solution, call.args)) for call in calls[:MOST])
+def few_values(exercise, calls, part=None) -> bool:
+    """Return True if no right result, or no such part of it, has decimals: then mistakes coincide by chance."""
+    right = [exercise.result(exercise.solution, call.args) for call in calls[:MOST]]
+    return not any(_has_decimals(value if part is None else value[part]) for value in right)
 
 
 def _has_decimals(value) -> bool:
@@ -99,14 +120,14 @@ def _has_decimals(value) -> bool:
         return _has_decimals(vars(value))
     numbers = guard.numbers(value)
     with np.errstate(all="ignore"):
-        return numbers is not None and bool(np.any(np.abs(numbers - np.round(numbers.real)) > 1e-9))
+        return numbers is not None and bool(np.any(np.abs(numbers - np.round(np.real(numbers))) > 1e-9))
 
 
-def _bits(exercise, calls, truth) -> float:
+def _bits(exercise, calls, truth, part) -> float:
     """Evidence in the calls: each says as much as the answers to it differ, the solution's and the listed mistakes'."""
     total = 0.0
     for call, right in zip(calls, truth, strict=True):
         answers = [right, *(exercise.result(m.answer, call.args) for m in exercise.misconceptions)]
-        same = sum(exercise.alike(call.result, answer) for answer in answers)
+        same = sum(exercise.alike(call.result, answer, part) for answer in answers)
         total += np.log2(len(answers) / max(same, 1))
     return total

@@ -11,15 +11,16 @@ from pathlib import Path
 
 from . import exercises
 from .exercise import Exercise
+from .project import Project
 from .quiz import Quiz, read_quizzes
 
 PRIVATE = "EKFSLAM_PRIVATE_CHECKS"  # a folder of modules of the same form as course/exercises/nb02.py
 
-_found: dict[str, Exercise | Quiz] = {}
+_found: dict[str, Exercise | Quiz | Project] = {}
 _read: set[str] = set()
 
 
-def get(id: str) -> Exercise | Quiz:
+def get(id: str) -> Exercise | Quiz | Project:
     """Return the exercise with this id; only the modules of its notebook are imported.
 
     Raises
@@ -37,7 +38,7 @@ def get(id: str) -> Exercise | Quiz:
     return _found[id]
 
 
-def everything() -> list[Exercise | Quiz]:
+def everything() -> list[Exercise | Quiz | Project]:
     """Return all exercises, in the order of their ids."""
     for number in sorted({_number(name) for name in _public()} | {_number(p.stem) for p in [*_quizzes(), *_private()]}):
         _read_notebook(number)
@@ -68,7 +69,7 @@ def _read_notebook(number: str):
 def _add(values, private=False):
     """Take the exercises among the values. A private one with a known id adds to what is asked there."""
     for exercise in values:
-        if not isinstance(exercise, (Exercise, Quiz)):
+        if not isinstance(exercise, (Exercise, Quiz, Project)):
             continue
         known = _found.get(exercise.id)
         if known is not None and known is not exercise:
@@ -80,7 +81,7 @@ def _add(values, private=False):
 
 def _merged(public, private):
     """The public exercise with the private links after its own."""
-    if isinstance(public, Quiz) or isinstance(private, Quiz):
+    if not (isinstance(public, Exercise) and isinstance(private, Exercise)):
         return private
     both = Exercise(
         public.id,

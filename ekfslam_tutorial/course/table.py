@@ -30,13 +30,35 @@ import re
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import numerical_jacobian, wrap
 from . import expect, guard
+from .diagnose import same
 from .exercise import Exercise
+
+DERIVATIVE = r"d (\w+)(?:\[(\d)\])? / (\w+)"  # a matrix, perhaps one row of it, and by what
+NEXT = r", (?=[A-Za-z])"  # between two results, not between two indices
 
 
 def table(
-    id, title, solution, *, hints, returns, cases, checks, wrong, jacobians=None, angles=None, entries=None, **options
+    id,
+    title,
+    solution,
+    *,
+    hints,
+    returns,
+    cases,
+    checks,
+    wrong,
+    jacobians=None,
+    angles=None,
+    entries=None,
+    rtol=None,
+    settled=None,
+    along=None,
+    shown=None,
+    kinds=None,
+    form=None,
+    **options,
 ):
     """Build an `Exercise`.
 
@@ -50,7 +72,8 @@ def table(
         ``rng -> list of argument tuples``. The case ``any`` is wanted; take one for the limits, too.
     checks : str
         A line each: ``name | result | case | help``. The result is a name, or a part of it (``P[:3, :3]``), or
-        ``d L_y / y``, which compares the Jacobian L_y with differences.
+        ``d L_y / y``, which compares the Jacobian L_y with differences; ``d L_y[0] / y`` its first row. Several of
+        them, ``x, P``, make a link each.
     wrong : str
         A block each: ``name: hint``, and below it, indented, edits ``old -> new`` of the solution's source.
     jacobians : dict, optional
@@ -61,6 +84,21 @@ def table(
     entries : dict, optional
         What the entries of a result or a parameter are called, for the messages about Jacobians:
         ``{"l": "x_l, y_l", "y": "range, bearing"}``.
+    rtol : dict, optional
+        What counts as rounding in a result, relative to its largest entry, if it is not 1e-5: ``{"P": 1e-3}``. More
+        is for results that some right answers have with less precision, such as after a first guess of 1e6.
+    settled : callable, optional
+        ``results, right ones -> results``, before they are compared: brings results that mean the same to one
+        form, such as q and -q.
+    along : dict, optional
+        Where formulas differ that are equal for all states that there are (off the unit sphere of q): a projector
+        behind which a Jacobian is compared, ``{"X_x": lambda x, u: tangent(x)}``.
+    shown : callable, optional
+        What the messages call the arguments: ``arguments -> text``, if it is not their values.
+    kinds : dict, optional
+        What kind of value a result is, if it is no array: ``{"i": "an index counted from 0, or None"}``.
+    form : str, optional
+        What the first link says of results of a wrong form, where no check says more of them.
 
     Returns
     -------
@@ -71,25 +109,31 @@ def table(
     angles = {names.index(name): entry for name, entry in (angles or {}).items()}
     if angles and "canonical" not in options:
         options["canonical"] = lambda result: _turned(result, angles, len(names))
-    made = Exercise(id, title, solution, hints, **options)
-    made.cases = cases
+    made = Exercise(id, title, solution, hints, cases=cases, **options)
     params, lines = made.parameters(), rows(checks)
+    said = shown or (lambda *args: at(params, args))
     helps = {}
-    for _, what, _, help in lines:
+    for _name, what, _case, help in lines:
         helps.setdefault(_part(what, names), help)
 
-    def parts(args, result):
-        """The results of one call in the types and shapes of the solution's, else `Failed`."""
+    def parts(args, result, part=None):
+        """The results of one call in the types and shapes of the solution's, else `Failed`.
+
+        With the help to the part that fails; for the part that a link is about it has its own.
+        """
+        help_to = helps | {part: ""}
         right = solution(*args)
         if len(names) == 1:
-            return [_taken(result, right, names[0], helps.get(0, ""))]
-        given = expect.results(result, *names)
-        return [
-            _taken(*pair, name, helps.get(i, ""))
-            for i, (*pair, name) in enumerate(zip(given, right, names, strict=True))
-        ]
+            taken, right = [_taken(result, right, names[0], help_to.get(0, ""))], [right]
+        else:
+            given = expect.results(result, *names)
+            taken = [
+                _taken(value, want, name, help_to.get(i, ""))
+                for i, (value, want, name) in enumerate(zip(given, right, names, strict=True))
+            ]
+        return settled(taken, right) if settled else taken
 
-    @made.link("the results", f"The function must end with `return {returns}`.")
+    @made.link("the results", form or f"The function must end with `return {returns}`.")
     def _(f, rng):
         for args in cases["any"](rng):
             parts(args, f(*args))
@@ -98,33 +142,38 @@ def table(
         part = _part(what, names)
         if case not in cases:
             raise ValueError(f"{id}, {name}: there is no case {case!r}; there are {', '.join(cases)}")
-        derivative = re.fullmatch(r"d (\w+) / (\w+)", what)
+        derivative, sphere = re.fullmatch(DERIVATIVE, what), (along or {}).get(names[part])
         if derivative:
             of = (jacobians or {})[names[part]]
             value = _one(solution, names.index(of)) if isinstance(of, str) else of
-            labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[2])
-            test = _derivative(cases[case], parts, part, names[part], value, params.index(derivative[2]), labels)
+            labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[3])
+            row, place = int(derivative[2]) if derivative[2] else None, params.index(derivative[3])
+            test = _derivative(cases[case], parts, part, names[part], value, place, labels, row, sphere)
         else:
-            test = _value(
-                cases[case], parts, part, what, _one(solution, part if len(names) > 1 else None), params, angles
-            )
+            right, rounding = _one(solution, part if len(names) > 1 else None), (rtol or {}).get(names[part], 1e-5)
+            kind = f" ({kinds[names[part]]})" if kinds and names[part] in kinds else ""
+            test = _value(cases[case], parts, part, what, kind, right, said, angles, rounding, sphere)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
 
 
 def rows(text: str) -> list[list[str]]:
-    """Return lines of four cells between bars."""
+    """Return lines of four cells between bars; a line about several results is one line for each."""
     found = [[cell.strip() for cell in line.split("|", 3)] for line in text.strip().splitlines() if line.strip()]
     for row in found:
         if len(row) != 4:
             raise ValueError(f"a check is written `name | result | case | help`, got {' | '.join(row)!r}")
-    return found
+    return [
+        [name if i == 0 else f"{name}: {what}", what, case, help]
+        for name, several, case, help in found
+        for i, what in enumerate(re.split(NEXT, several))
+    ]
 
 
 def _part(what, names):
     """The number of the result that a check looks at."""
-    derivative = re.fullmatch(r"d (\w+) / \w+", what)
+    derivative = re.fullmatch(DERIVATIVE, what)
     name = derivative[1] if derivative else what.split("[")[0]
     if name not in names:
         raise ValueError(f"there is no result {name!r}; there are {', '.join(names)}")
@@ -140,6 +189,8 @@ def _taken(value, right, name, help):
     """A student's result in the type of the right one: arrays and numbers as float arrays, ids as plain values."""
     if not _is_numeric(right):
         return value
+    if np.size(right) == 0 and isinstance(value, (list, tuple)) and len(value) == 0:
+        return np.zeros(np.shape(right))  # an empty list has no second axis that could be wrong
     try:
         return expect.array(value, np.shape(right), name)
     except expect.Failed as failed:
@@ -147,26 +198,40 @@ def _taken(value, right, name, help):
 
 
 def _is_numeric(value) -> bool:
-    return isinstance(value, (np.ndarray, float, np.floating))
+    return isinstance(value, (np.ndarray, float, np.floating, np.bool_))
 
 
-def _value(cases, parts, part, name, right, params, angles):
+def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere):
     """The test that one result, or a part of it, is that of the solution."""
-    place = _place(name)
+    place, name = _place(what), what + kind
 
     def test(f, rng):
         for args in cases(rng):
-            got, want, shown = parts(args, f(*args))[part], right(*args), at(params, args)
+            want, shown = right(*args), said(*args)
+            try:
+                got = parts(args, f(*args), part)[part]
+            except expect.Failed as failed:
+                if " has shape " not in str(failed):
+                    raise
+                raise expect.Failed(f"{failed} for {shown}", failed.hint) from None
             if not _is_numeric(want):
-                expect.true(guard.equal(got, want), f"{name} is {got!r:.80} for {shown}, it should be {want!r:.80}")
+                message = f"{name} is {_shown(got)} for {shown}, it should be {_shown(want)}"
+                expect.true(_is_truth(got) == _is_truth(want) and guard.equal(got, want), message)
                 continue
+            got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
-                got = np.asarray(got) + 0.0
-                turned = got[angles[part]] - want[angles[part]] if got.ndim else got - want
-                got[angles[part]] -= turned - wrap(turned)
-            expect.close(got[place], want[place], name, at=shown)
+                got[angles[part]] = _turned_to(got[angles[part]], want[angles[part]])
+            if sphere and same(got @ sphere(*args), want @ sphere(*args)):
+                continue
+            expect.close(got[place], want[place], name, rtol, at=shown)
 
     return test
+
+
+def _turned_to(got, want):
+    """The angles without the whole turns by which they differ; wrong ones as they are, so that a message shows them."""
+    off = wrap(got - want)
+    return np.where(np.abs(off) < 1e-5 * (1 + np.abs(want)), want + off, got)
 
 
 def _place(what):
@@ -181,14 +246,16 @@ def _labels(entries, name):
     return text and [entry.strip() for entry in text.split(",")]
 
 
-def _derivative(cases, parts, part, name, value, at, labels):
+def _derivative(cases, parts, part, name, value, at, labels, row, sphere):
     """The test that a Jacobian agrees with differences."""
 
     def test(f, rng):
         for args in cases(rng):
-            got = parts(args, f(*args))[part]
+            got = parts(args, f(*args), part)[part]
             along = lambda x, args=args: np.asarray(value(*args[:at], x, *args[at + 1 :]))
-            expect.jacobian(got, along, args[at], name, *labels)
+            if sphere and same(got @ sphere(*args), numerical_jacobian(along, args[at]) @ sphere(*args)):
+                continue
+            expect.jacobian(got, along, args[at], name, *labels, row=row)
 
     return test
 
@@ -208,8 +275,17 @@ def at(params, args) -> str:
     return ", ".join(f"{name} = {_shown(value)}" for name, value in zip(params, args, strict=True))
 
 
+def _is_truth(value) -> bool:
+    """Return True for truth values: True is no index, 1 no truth value."""
+    numbers = guard.numbers(value)
+    return numbers is not None and numbers.dtype.kind == "b"
+
+
 def _shown(value) -> str:
+    value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, np.ndarray):
+        if value.ndim == 1 and value.size <= 30 and value.dtype.kind in "biu":
+            return str(value.astype(int).tolist())
         if value.size > 9:
             return f"an array {value.shape}"
         return np.array2string(value, precision=3, suppress_small=True, separator=", ").replace("\n", "")

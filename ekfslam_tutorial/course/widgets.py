@@ -10,14 +10,26 @@ matplotlib figure, `facts` a dictionary of the numbers it shows, with the senten
 
     explore(cloud)         # in a notebook
     sweep(cloud)           # in a test
+
+A drawing of an experiment does not run it: what runs stands in the notebook and is handed over. Parameters without a
+control are for that, and come first::
+
+    @explorable(told=Float(1.0, 0.5, 2.0, 0.1, "noise told / true noise"))
+    def errors(localise, told):
+        e = localise(told)
+        ...
+
+    explore(errors, localise)
 """
 
 from __future__ import annotations
 
 import html
+import inspect
 import itertools
 import traceback
 from collections.abc import Callable
+from functools import partial
 
 import ipywidgets as w
 import matplotlib.pyplot as plt
@@ -25,7 +37,7 @@ import numpy as np
 from IPython.display import display
 
 from .controls import Choice, Control, Float, Int, Toggle
-from .figures import Places, bundle, one_line, png, publish, show, size
+from .figures import Places, bundle, one_line, picture, png, publish, show, size
 
 
 def explorable(*, run: bool = False, ranges: dict | None = None, **controls: Control):
@@ -48,7 +60,7 @@ def explorable(*, run: bool = False, ranges: dict | None = None, **controls: Con
     return attach
 
 
-def explore(draw: Callable, *, run: bool | None = None, **controls: Control):
+def explore(draw: Callable, *given, run: bool | None = None, **controls: Control):
     """Show the poster of a drawing, its caption, and below them the live widget.
 
     The poster is a plain picture: it stays in the stored notebook, where widgets do not run. A mistake in
@@ -58,18 +70,43 @@ def explore(draw: Callable, *, run: bool | None = None, **controls: Control):
     ----------
     draw : callable
         Pure function of its parameters that returns ``(fig, facts)``.
+    *given
+        What the drawing draws, results of the notebook or a function that computes them: one for each parameter
+        without a control, in their order.
     run : bool, optional
         Draw only when "Run" is pressed. Without it, what `explorable` says.
     **controls
         One `Float`, `Int`, `Choice` or `Toggle` per parameter; without any, those of `explorable`.
     """
-    controls = controls or getattr(draw, "controls", {})
-    run = getattr(draw, "run", False) if run is None else run
+    marked = draw.func if isinstance(draw, partial) else draw  # a drawing with some things handed over already
+    controls = controls or getattr(marked, "controls", {})
+    run = getattr(marked, "run", False) if run is None else run
+    draw = handed(draw, controls, given)
     start = {name: control.value for name, control in controls.items()}
     fig, facts = draw(**start)
-    picture = png(fig)
-    publish(picture, one_line(facts["caption"]))
-    display(Panel(draw, controls, run, picture, facts).box)
+    poster = picture(fig)
+    publish(poster, one_line(facts["caption"]))
+    display(Panel(draw, controls, run, poster, facts).box)
+
+
+def wanted(draw: Callable, controls: dict[str, Control]) -> list[str]:
+    """Return the names of the parameters without a control: what the notebook hands over."""
+    return [name for name in inspect.signature(draw).parameters if name not in controls]
+
+
+def handed(draw: Callable, controls: dict[str, Control], given: tuple) -> Callable:
+    """Return the drawing as a function of its controls alone.
+
+    Raises
+    ------
+    TypeError
+        If something is missing or too much.
+    """
+    names = wanted(draw, controls) if given or hasattr(draw, "controls") else []
+    if len(names) != len(given):
+        call = ", ".join([f"explore({draw.__name__}", *names])
+        raise TypeError(f"this drawing wants {len(names)} things to draw, got {len(given)}: {call})")
+    return partial(draw, *given) if given else draw
 
 
 class Panel:
@@ -177,7 +214,7 @@ def knob(control: Control, name: str) -> w.ValueWidget:
     )
 
 
-def sweep(draw: Callable, corners: int = 20, seed: int = 0) -> int:
+def sweep(draw: Callable, corners: int = 20, seed: int = 0, together: int = 16, given: tuple = ()) -> int:
     """Try a drawing at the least, first and greatest value of every control and at random corners.
 
     Parameters
@@ -187,6 +224,10 @@ def sweep(draw: Callable, corners: int = 20, seed: int = 0) -> int:
     corners : int
         Number of random settings.
     seed : int
+    together : int
+        How many of the settings with every control at one of its ends.
+    given : tuple
+        What a notebook hands over with `explore`.
 
     Returns
     -------
@@ -206,20 +247,20 @@ def sweep(draw: Callable, corners: int = 20, seed: int = 0) -> int:
     settings += [{name: c.draw(rng) for name, c in controls.items()} for _ in range(corners)]
     extremes = [(c.corners()[0], c.corners()[-1]) for c in controls.values()]
     settings += [
-        dict(zip(controls, values, strict=True)) for values in itertools.islice(itertools.product(*extremes), 16)
+        dict(zip(controls, values, strict=True)) for values in itertools.islice(itertools.product(*extremes), together)
     ]
     tried = []
     for setting in settings:
         if setting not in tried:
-            _try(draw, setting)
+            _try(draw, setting, given)
             tried.append(setting)
     return len(tried)
 
 
-def _try(draw, setting):
+def _try(draw, setting, given=()):
     at = f"{draw.__name__}({', '.join(f'{k}={v!r}' for k, v in setting.items())})"
     try:
-        fig, facts = draw(**setting)
+        fig, facts = draw(*given, **setting)
     except Exception as error:
         raise AssertionError(f"{at} raised {type(error).__name__}: {error}") from error
     try:

@@ -69,6 +69,7 @@ def lab(tmp_path_factory, chromium):
         "JUPYTER_RUNTIME_DIR": str(runtime),
         "IPYTHONDIR": str(home / "ipython"),
         "EKFSLAM_PROGRESS": str(home / "progress.json"),
+        "EKFSLAM_MY_SLAM": str(home / "my_slam.py"),
     }
     command = [sys.executable, "-m", "jupyterlab", "--no-browser", "--port=0", f"--notebook-dir={folder}"]
     command += ["--allow-root", "--LabApp.expose_app_in_browser=True"]

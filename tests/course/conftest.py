@@ -4,9 +4,16 @@ Nor does an answer fail because the computer is busy: what takes more than the 1
 the tests of that limit, and how quick a check is, is measured in time of the processor.
 """
 
+import contextlib
+import inspect
+import io
+import json
+
+import matplotlib.pyplot as plt
 import pytest
 
-from ekfslam_tutorial.course import logbook, registry
+from ekfslam_tutorial import course
+from ekfslam_tutorial.course import build, logbook, registry
 
 
 @pytest.fixture(autouse=True)
@@ -16,3 +23,40 @@ def own_progress(tmp_path, monkeypatch):
     monkeypatch.delenv(registry.PRIVATE, raising=False)
     monkeypatch.setenv("EKFSLAM_CHECK_SECONDS", "200")
     return tmp_path / "progress.json"
+
+
+@pytest.fixture(scope="session")
+def handed(tmp_path_factory):
+    """What its notebook hands over to a drawing: the notebook is run, once, and its `explore` is asked."""
+    runs = {}
+
+    def given(draw):
+        if all(name in draw.controls for name in inspect.signature(draw).parameters):
+            return ()
+        number = draw.__module__.rsplit(".nb")[-1].split("_")[0]
+        if number not in runs:
+            runs[number] = explored(number, tmp_path_factory.mktemp("handed"))
+        return runs[number][draw]
+
+    return given
+
+
+def explored(number, folder):
+    """Run a notebook in which nobody has answered; return what it hands over to each of its drawings."""
+    (path,) = build.notebooks_folder().glob(f"{number}_*.ipynb")
+    asked, space = {}, {"__name__": "__main__"}
+
+    def explore(draw, *given):
+        asked[draw] = given
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(course, "explore", explore)
+        for module in course.figures, course.widgets:
+            patch.setattr(module, "display", lambda *objects, **options: None)
+        patch.setenv(logbook.VARIABLE, str(folder / "progress.json"))
+        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+            if cell["cell_type"] == "code":
+                with contextlib.redirect_stdout(io.StringIO()):
+                    exec(compile(build.source(cell), f"cell {cell['id']}", "exec"), space)
+                plt.close("all")
+    return asked

@@ -72,7 +72,7 @@ def mutants(function):
                 exec(compile(fresh, "<mutant>", "exec"), space)
             except SyntaxError:
                 continue
-            limit = isinstance(new, ast.Compare) and type(new.ops[0]) is LIMITS.get(type(node.ops[0]))
+            limit = isinstance(node, ast.Compare) and type(twin.ops[0]) is LIMITS.get(type(node.ops[0]))
             yield f"{text} -> {ast.unparse(new)}", space[function.__name__], limit
 
 

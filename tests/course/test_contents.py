@@ -62,8 +62,8 @@ def test_notebook_00_lists_the_course_and_is_complete_alone(found):
 
 def test_an_entry_says_all(found):
     for e in found:
-        assert 10 <= e.minutes <= 120 and 5 <= e.lecture_minutes <= 20
-        assert 2 <= len(e.objectives.split(";")) <= 4, e.number
+        assert 10 <= e.minutes <= 150 and 5 <= e.lecture_minutes <= 20
+        assert 2 <= len(e.objectives.split(";")) <= 5, e.number  # four, and one for a project
         assert len(e.alt) > 30
 
 
@@ -93,7 +93,7 @@ def test_refresh_writes_once_and_follows_a_change(course):
     assert readme.startswith("above\n") and readme.endswith("\nbelow\n") and "old" not in readme
     path = course / "notebooks" / PATHS[1].name
     text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("About 70 minutes", "About 99 minutes"), encoding="utf-8")
+    path.write_text(re.sub(r"About \d+ minutes", "About 99 minutes", text), encoding="utf-8")
     assert {p.name for p in contents.refresh(course)} == tables
     assert "| 99 |" in (course / "README.md").read_text(encoding="utf-8")
 

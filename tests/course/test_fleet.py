@@ -7,7 +7,7 @@ import pytest
 
 from ekfslam_tutorial.analysis import anees_band
 from ekfslam_tutorial.course import fleet
-from ekfslam_tutorial.course.draws.nb04 import FORMULAS, MAPPING, SLAM, ZERO
+from ekfslam_tutorial.course.draws.nb04 import MAPPING, SLAM, ZERO
 from ekfslam_tutorial.course.exercises.nb04_blocks import new_blocks
 from ekfslam_tutorial.course.exercises.nb04_moved import moved
 from ekfslam_tutorial.ekf import Map
@@ -17,6 +17,17 @@ from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.simulation import SimObs, draw
 from ekfslam_tutorial.slam import Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, place
 
+
+def zero_cross(P, L_r, L_y, R):
+    P_lx, P_ll = new_blocks(P, L_r, L_y, R)
+    return 0 * P_lx, P_ll
+
+
+def mapping_blocks(P, L_r, L_y, R):
+    return np.zeros((2, len(P))), L_y @ R @ L_y.T
+
+
+FORMULAS = {SLAM: new_blocks, ZERO: zero_cross, MAPPING: mapping_blocks}
 RIGHT = {"moved": moved, "new_blocks": new_blocks}
 SHORT = fleet.round_trip(loops=0.25)
 
@@ -82,6 +93,16 @@ def test_the_slam_formula_is_honest_and_the_others_are_not(results):
         assert mean[wrong][300:].mean() > 3 * high
         assert results[wrong].summary()["nis"] == pytest.approx(2, rel=0.05)  # and the NIS does not see it
     assert results[SLAM].broken == 0
+
+
+def test_a_fleet_can_be_told_a_wrong_sensor_and_keep_any_run():
+    s = dataclasses.replace(SHORT, frames=40)
+    told = dataclasses.replace(s.sensor, range_std=10 * s.sensor.range_std, bearing_std=10 * s.sensor.bearing_std)
+    right, wrong = (fleet.run(s, RIGHT, 4, keep=[40], told=t, kept_run=2) for t in (None, told))
+    assert 1 < right.nis.mean() < 3 and wrong.nis.mean() < 0.1
+    assert len(right.nis_t) == len(right.nis) and right.nis_t[-1] == pytest.approx(40 * s.dt)
+    error = np.hypot(*(right.states[40][0][:2] - right.truth[-1, :2]))
+    assert error == pytest.approx(right.position_error[-1, 2]) and error != right.position_error[-1, 0]
 
 
 def test_p_rm_not_propagated_breaks_the_covariance():

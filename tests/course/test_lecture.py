@@ -10,6 +10,7 @@ import pytest
 from ekfslam_tutorial.cli import lecture as command
 from ekfslam_tutorial.cli import main as ekfslam
 from ekfslam_tutorial.course import build, lecture, registry
+from ekfslam_tutorial.course.figures import stored
 
 slides = pytest.importorskip("ekfslam_tutorial.course.slides", reason="slides need nbconvert")
 
@@ -87,12 +88,7 @@ def test_the_slides_hold_all_of_the_cut(path):
     notebook = read(path)
     made = slides.slides(notebook)
     page = "\n".join(slide.html() for slide in made)
-    pictures = [
-        "".join(o["data"]["image/png"]).replace("\n", "")
-        for c in lecture.tagged(notebook)
-        for o in c.get("outputs", [])
-        if "image/png" in o.get("data", {})
-    ]
+    pictures = [stored(o)[1] for c in lecture.tagged(notebook) for o in c.get("outputs", []) if stored(o)]
     assert [slide.kind for slide in made].count("picture") == len(pictures)
     assert all(picture in page.replace("\n", "") for picture in pictures)
     assert page.count("<img alt=") == len(pictures) and '<img alt=""' not in page

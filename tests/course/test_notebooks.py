@@ -2,6 +2,8 @@
 
 import ast
 import contextlib
+import copy
+import importlib
 import io
 import itertools
 import json
@@ -9,17 +11,26 @@ import re
 import subprocess
 import sys
 import types
+from pathlib import Path
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
-from ekfslam_tutorial.course import build, fleet, logbook, registry
+from ekfslam_tutorial.course import build, fleet, guard, logbook, registry
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.figures import stored
+from ekfslam_tutorial.course.project import Project
 from ekfslam_tutorial.course.quiz import Quiz
+
+from .answers import collector
 
 FOLDER = build.notebooks_folder()
 PATHS = sorted(FOLDER.glob("*.ipynb"))
 every = pytest.mark.parametrize("path", PATHS, ids=lambda p: p.name)
+
+for path in Path(__file__).parent.joinpath("answers").glob("test_nb*.py"):
+    importlib.import_module(f".answers.{path.stem}", __package__)  # now collector.RIGHT has them
 
 LINES = 15  # of code in a cell that a student reads
 
@@ -63,7 +74,7 @@ def test_every_exercise_of_the_notebook_is_in_it(path):
     used = [id for _, id, _ in build.exercise_cells(read(path))]
     assert set(used) == known and len(used) == len(known)
     exercises = [id for id in used if not id.endswith(".self")]
-    assert 2 <= len(exercises) <= 5
+    assert 2 <= len(exercises) <= 6
     assert f"{number}.self" in used and len(registry.get(f"{number}.self").questions) == 5
 
 
@@ -71,14 +82,17 @@ def test_every_exercise_of_the_notebook_is_in_it(path):
 def test_the_check_is_assigned_to_the_name(path):
     for cell in code_cells(read(path)):
         if "check" in tags(cell):
-            assert re.fullmatch(r'(\w+) = check\("\d\d\.\w+", \1\)', build.source(cell).strip())
+            exercise = r'(\w+) = check\("\d\d\.\w+", \1\)'
+            project = r'verdict = check\("\d\d\.project", run\)'
+            assert re.fullmatch(f"{exercise}|{project}", build.source(cell).strip())
 
 
 def telling_lines(exercise):
     """The lines of a solution that give it away."""
     if isinstance(exercise, Quiz):
         return [f'"{q.key}": {q.right!r}' for q in exercise.questions]
-    body = exercise.source().split('"""')[-1]
+    source = "\n".join(exercise.texts()) if isinstance(exercise, Project) else exercise.source()
+    body = source.split('"""')[-1]
     lines = [" ".join(line.split("#")[0].split()) for line in body.splitlines()]
     return [line for line in lines if len(line) >= 18 and not line.startswith(("return", "for ", "if ", "ids = "))]
 
@@ -142,6 +156,7 @@ class Book:
             patch.setattr("ekfslam_tutorial.course.figures.display", self.display)
             patch.setattr("ekfslam_tutorial.course.widgets.display", self.display)
             patch.setenv(logbook.VARIABLE, str(progress))
+            patch.setenv("EKFSLAM_MY_SLAM", str(progress.parent / "my_slam.py"))
             patch.setenv("EKFSLAM_CHECK_SECONDS", "200")
             if self.all_run:
                 patch.setattr(fleet, "run", four_runs(fleet.run))
@@ -216,35 +231,53 @@ def book(request, tmp_path_factory):
     return book
 
 
+def own_run(project):
+    """A run of a student who has written what the reference is."""
+    return project.run(project.scenario, project.loop)
+
+
 def assert_all_passed(told):
-    assert told and all(re.fullmatch(r"\[\d\d\.\w+\] passed\n", text) for text in told), told
+    assert told and all(re.match(r"\[\d\d\.\w+\] passed\n", text) for text in told), told
 
 
 def test_the_solved_notebook_runs(book):
     assert_all_passed(book.solved)
 
 
-@pytest.mark.parametrize("round", [0, 1, 2])
-def test_the_notebook_goes_on_with_every_kind_of_right_answer(book, round, own_progress):
-    lines = book.run(lambda exercise, _: exercise.variants[round % len(exercise.variants)].answer, own_progress)
-    assert_all_passed(lines)
+def test_the_notebook_goes_on_with_right_answers_in_other_words(book, own_progress):
+    assert_all_passed(book.run(in_other_words, own_progress))
 
 
-def test_the_notebook_goes_on_with_lists(book, own_progress):
-    def lists(exercise, _):
-        if not isinstance(exercise, Exercise):
-            return dict(exercise.reference)
+def in_other_words(exercise, _):
+    """A right answer that is not the solution's text; most give lists and tuples for arrays."""
+    if isinstance(exercise, Project):
+        return own_run(exercise)
+    if not isinstance(exercise, Exercise):
+        return exercise.variants[0].answer
+    return collector.RIGHT[exercise.id][0]
 
-        def answer(*args):
-            result = exercise.solution(*args)
-            listed = [
-                r.tolist() if hasattr(r, "tolist") else r for r in (result if isinstance(result, tuple) else (result,))
-            ]
-            return tuple(listed) if isinstance(result, tuple) else listed[0]
 
-        return answer
+@pytest.mark.parametrize("exercise", [e for e in registry.everything() if isinstance(e, Exercise)], ids=lambda e: e.id)
+def test_what_passed_gives_the_solutions_arrays(exercise):
+    """So a notebook goes on in the same way whether an answer is made of lists or of arrays."""
 
-    assert_all_passed(book.run(lists, own_progress))
+    def listed(value):
+        if isinstance(value, tuple):
+            return tuple(map(listed, value))
+        return value.tolist() if isinstance(value, np.ndarray) else value
+
+    answer = exercise.in_arrays(lambda *args: listed(exercise.solution(*args)))
+    f = guard.Guarded(exercise.solution, exercise.may_change, exercise.parameters())
+    for link in exercise.links:
+        with contextlib.suppress(Exception):
+            link.test(f, np.random.default_rng(5))
+    seen = [(call, answer(*copy.deepcopy(call.args))) for call in f.calls[:8]]
+    assert seen
+    for call, result in seen:
+        pairs = zip(result, call.result, strict=True) if isinstance(call.result, tuple) else [(result, call.result)]
+        for got, want in pairs:
+            assert type(got) is type(want) or isinstance(want, np.generic)
+            assert guard.equal(got, want)
 
 
 def test_a_solved_copy_runs_in_a_kernel(tmp_path):
@@ -264,9 +297,9 @@ def test_pictures_have_alternative_texts_and_captions(path):
     for cell in code_cells(notebook):
         outputs = [*cell["outputs"], {}]
         for output, following in itertools.pairwise(outputs):
-            if "image/png" in output.get("data", {}):
+            if picture := stored(output):
                 pictures += 1
-                alt = output["metadata"]["image/png"]["alt"]
+                _, _, alt = picture
                 caption = " ".join("".join(following.get("data", {}).get("text/plain", "")).split())
                 assert len(alt) > 30 and caption == alt, cell["id"]
             assert "image/svg+xml" not in output.get("data", {})

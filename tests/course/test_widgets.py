@@ -2,7 +2,9 @@
 
 import ast
 import json
+import re
 import time
+from functools import partial
 
 import ipywidgets
 import matplotlib.pyplot as plt
@@ -61,9 +63,11 @@ def caption(panel):
 
 
 @pytest.mark.parametrize("draw", DRAWINGS, ids=lambda d: f"{d.__module__.rsplit('.')[-1]}.{d.__name__}")
-def test_sweep(draw):
-    """The ends of each control alone, their corners together, and six settings in between, the same each time."""
-    assert sweep(draw, corners=6) >= min(6, len({tuple(c.corners()) for c in draw.controls.values()}))
+def test_sweep(draw, handed):
+    """The ends of each control alone, corners of them together, and settings in between, the same each time."""
+    assert sweep(draw, corners=3, together=8, given=handed(draw)) >= min(
+        6, len({tuple(c.corners()) for c in draw.controls.values()})
+    )
 
 
 def _plain_figure():
@@ -81,7 +85,7 @@ def _cpu_seconds(figure, places):
 
 
 @pytest.mark.parametrize("draw", [d for d in DRAWINGS if not d.run], ids=lambda d: d.__name__)
-def test_a_drawing_is_quick_or_has_a_run_button(draw):
+def test_a_drawing_is_quick_or_has_a_run_button(draw, handed):
     """A redraw is meant to take 150 ms. Measured in plain figures (15 to 20 ms each), and so on busy machines too.
 
     The best of both counts: they are drawn by turns, until it is quick enough or has had many chances.
@@ -89,7 +93,7 @@ def test_a_drawing_is_quick_or_has_a_run_button(draw):
     start, places, plain = {name: c.value for name, c in draw.controls.items()}, Places(), Places()
     mine, its = [], []
     for _ in range(30):
-        mine.append(_cpu_seconds(lambda: draw(**start)[0], places))
+        mine.append(_cpu_seconds(lambda: draw(*handed(draw), **start)[0], places))
         its.append(_cpu_seconds(_plain_figure, plain))
         if len(mine) > 2 and min(mine) < 8 * min(its):
             return
@@ -97,11 +101,11 @@ def test_a_drawing_is_quick_or_has_a_run_button(draw):
 
 
 @pytest.mark.parametrize("draw", DRAWINGS, ids=lambda d: d.__name__)
-def test_a_drawing_is_pure(draw):
-    start = {name: c.value for name, c in draw.controls.items()}
+def test_a_drawing_is_pure(draw, handed):
+    start, given = {name: c.value for name, c in draw.controls.items()}, handed(draw)
     places = Places()
-    first, facts = draw(**start)
-    again, facts_again = draw(**start)
+    first, facts = draw(*given, **start)
+    again, facts_again = draw(*given, **start)
     assert facts["caption"] == facts_again["caption"]
     assert widgets.png(first, places=places) == widgets.png(again, places=places)
 
@@ -114,14 +118,23 @@ def test_controls_say_what_they_are(draw):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.name)
 def test_the_widgets_of_a_notebook_are_among_those_that_are_swept(path):
+    """Those of the drawings are swept above; those that a notebook makes itself, by test_own_filter."""
     known = {f"{d.__module__.rsplit('.')[-1]}.{d.__name__}" for d in DRAWINGS}
-    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    known |= {m for c in cells for m in re.findall(r"^@explorable\((?:.*\n)*?\)\ndef (\w+)\(", build.source(c), re.M)}
+    for cell in cells:
         if cell["cell_type"] != "code" or "explore(" not in build.source(cell):
             continue
         calls = [n for n in ast.walk(ast.parse(build.source(cell))) if isinstance(n, ast.Call)]
         for call in calls:
             if ast.unparse(call.func) == "explore":
-                assert ast.unparse(call.args[0]) in known and not call.keywords
+                draw = call.args[0]
+                if (
+                    isinstance(draw, ast.Call) and ast.unparse(draw.func) == "partial"
+                ):  # with a function of the notebook
+                    assert all(isinstance(key.value, ast.Name) for key in draw.keywords)
+                    draw = draw.args[0]
+                assert ast.unparse(draw) in known and not call.keywords
         assert "nbval-ignore-output" in cell["metadata"].get("tags", [])
 
 
@@ -193,6 +206,27 @@ def test_explore_with_own_controls(displayed):
         on=Toggle(False),
     )
     assert "2 points" in displayed[1][0]["text/plain"]
+
+
+@explorable(n=Int(2, 1, 3))
+def handed_over(compute, points, n):
+    fig, ax = plt.subplots(figsize=(3, 2))
+    ax.plot(points[:n])
+    return fig, {"caption": f"The result of the notebook's own function is {compute(n)}."}
+
+
+def test_explore_hands_over_what_the_notebook_computes(displayed):
+    explore(handed_over, lambda n: 10 * n, [1, 2, 3])
+    _, (text, _), (box, _) = displayed
+    assert text["text/plain"] == "The result of the notebook's own function is 20."
+    assert sweep(handed_over, 2, given=(lambda n: 10 * n, [1, 2, 3])) == 3
+    assert isinstance(box, ipywidgets.VBox)
+
+
+@pytest.mark.parametrize("given", [(), (abs,), (abs, [1], 3)])
+def test_explore_says_what_it_wants(given):
+    with pytest.raises(TypeError, match=rf"wants 2 things to draw, got {len(given)}: explore\(handed_over, compute"):
+        explore(handed_over, *given)
 
 
 def test_a_moved_control_redraws():
@@ -321,3 +355,17 @@ def test_sweep_tries_ends_and_corners():
 def test_a_control_must_make_sense(wrong):
     with pytest.raises(ValueError):
         wrong()
+
+
+def test_a_drawing_takes_a_function_of_the_notebook(displayed):
+    """`explore(partial(...))`: the controls are those of the drawing, the run is the student's."""
+
+    @explorable(n=Int(3, 1, 8))
+    def picture(n, count=len):
+        fig, _ = plt.subplots(figsize=(3, 2))
+        return fig, {"caption": f"The run says {count('x' * n)} for a number of {n}."}
+
+    explore(partial(picture, count=lambda text: 10 * len(text)))
+    assert displayed[1][0]["text/plain"] == "The run says 30 for a number of 3."
+    (knobs, *_) = displayed[2][0].children
+    assert len(knobs.children) == 1

@@ -352,8 +352,9 @@ def test_rounding_errors_of_what_depends_on_others_do_not_grow(compiled):
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-@pytest.mark.parametrize("joint", [False, True])
-@pytest.mark.parametrize("name", ["cloister_hmg", "cloister_idp", "cloister_ahm"])
+@pytest.mark.parametrize(
+    "name, joint", [("cloister_hmg", True), ("cloister_idp", True), ("cloister_idp", False), ("cloister_ahm", True)]
+)
 def test_a_camera_that_uses_all_it_sees(name, joint, compiled):
     """Many more states in a frame than may be active; quaternions and anchors make P singular, but for rounding."""
     few = {

@@ -43,6 +43,7 @@ def installed(built, tmp_path_factory):
 def run(python, *command, cwd):
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("EKFSLAM_", "PYTHON"))}
     environment["EKFSLAM_PROGRESS"] = str(cwd / "progress.json")
+    environment["EKFSLAM_MY_SLAM"] = str(cwd / "my_slam.py")
     done = subprocess.run([python, *command], cwd=cwd, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -1,9 +1,8 @@
-"""Drawings of notebook 01: a robot that drives among known landmarks."""
+"""Drawings of notebook 01: a robot that drives among known landmarks. The drive and its noise stand in the notebook."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -34,13 +33,6 @@ from ..exercises.nb01_move import move
 from ..widgets import explorable
 from .parts import robot
 
-STEPS, DT = 80, 0.5  # 40 s
-SEED = 3  # of motion and sensor
-START = np.array([0.0, -3.8, 0.0])
-START_P = np.diag([0.01, 0.01, 0.01]) ** 2  # nearly known: 1 cm, 0.6 deg
-LANDMARKS = np.array(
-    [[-5.0, -5.0], [0.0, -5.5], [5.0, -5.0], [5.5, 0.0], [5.0, 5.0], [0.5, 5.5], [-5.0, 5.0], [-5.5, 0.0], [0.5, 0.5]]
-)
 AT_ROBOT = Frame2(np.zeros(3))  # the sensor sits in the middle of the robot
 
 
@@ -50,43 +42,27 @@ class Log:
 
     Attributes
     ----------
-    truth : ndarray, shape (STEPS + 1, 3)
-        True poses; the first one is known to the filter.
-    u, U : ndarray, shape (STEPS, 2) and (2, 2)
+    landmarks : ndarray, shape (N, 2)
+    truth : ndarray, shape (T + 1, 3)
+        True poses; the first one is known to the filter, with covariance `start_P`.
+    start_P : ndarray, shape (3, 3)
+    dt : float
+    u, U : ndarray, shape (T, 2) and (2, 2)
         Controls [v, w], and the covariance of their errors.
     seen, y : list of ndarray
         For each step the indices of the landmarks in view, (m,), and the measurements, (m, 2).
     sensor : RangeBearing
     """
 
+    landmarks: np.ndarray
     truth: np.ndarray
+    start_P: np.ndarray
+    dt: float
     u: np.ndarray
     U: np.ndarray
     seen: list
     y: list
     sensor: RangeBearing
-
-
-@lru_cache(64)
-def drive(range_std=0.15, bearing_std_deg=3.0, v_std=0.15, w_std_deg=6.0, fov_deg=360.0):
-    """Drive once round the room. The random numbers are the same for all settings, so that settings compare fairly."""
-    motion_rng, sensor_rng = (np.random.default_rng(s) for s in np.random.SeedSequence(SEED).spawn(2))
-    u = np.tile([0.6, np.pi / 20], (STEPS, 1))
-    u[:, 1] *= 1 - 0.6 * np.cos(8 * np.pi * np.arange(STEPS) / STEPS)
-    std = np.array([v_std, np.radians(w_std_deg)])
-    noise = motion_rng.standard_normal((STEPS, 2)) * std
-    sensor = RangeBearing(range_std, np.radians(bearing_std_deg), max_range=6.0, fov=np.radians(fov_deg))
-    errors = sensor_rng.standard_normal((STEPS, len(LANDMARKS), 2)) * [range_std, np.radians(bearing_std_deg)]
-
-    truth, seen, ys = [START], [], []
-    for k in range(STEPS):
-        truth.append(move(truth[-1], u[k] + noise[k], DT)[0])
-        p = Frame2(truth[-1]).to_frame(LANDMARKS)[0]
-        e = sensor.project(p)[0]
-        i = np.flatnonzero(sensor.visible(e, p))
-        seen.append(i)
-        ys.append(e[i] + errors[k, i])
-    return Log(np.array(truth), u, np.diag(std**2), seen, ys, sensor)
 
 
 def expected(sensor, x, p):
@@ -95,17 +71,15 @@ def expected(sensor, x, p):
     return e, H
 
 
-@lru_cache(64)
-def localise(*settings):
-    """EKF localisation on `drive(*settings)`: poses (STEPS + 1, 3) and covariances (STEPS + 1, 3, 3)."""
-    log = drive(*settings)
-    x, P = START, START_P
+def localise(log):
+    """EKF localisation as the reader will write it: poses (T + 1, 3) and covariances (T + 1, 3, 3)."""
+    x, P = log.truth[0], log.start_P
     xs, Ps = [x], [P]
-    for k in range(STEPS):
-        x, F_x, F_u = move(x, log.u[k], DT)
+    for u, seen, ys in zip(log.u, log.seen, log.y, strict=True):
+        x, F_x, F_u = move(x, u, log.dt)
         P = F_x @ P @ F_x.T + F_u @ log.U @ F_u.T
-        for i, y in zip(log.seen[k], log.y[k], strict=True):
-            e, H = expected(log.sensor, x, LANDMARKS[i])
+        for i, y in zip(seen, ys, strict=True):
+            e, H = expected(log.sensor, x, log.landmarks[i])
             x, P = correct(x, P, innovation(y, e), H, log.sensor.R)
         xs.append(x)
         Ps.append(P)
@@ -114,9 +88,9 @@ def localise(*settings):
 
 def dead_reckoning(log):
     """Poses from the controls alone."""
-    xs = [START]
+    xs = [log.truth[0]]
     for u in log.u:
-        xs.append(move(xs[-1], u, DT)[0])
+        xs.append(move(xs[-1], u, log.dt)[0])
     return np.array(xs)
 
 
@@ -133,7 +107,7 @@ def lost_figure(log, good, bad):
     good, bad = np.asarray(good, float), np.asarray(bad, float)
     fig = plt.figure(figsize=(10.5, 5.4))
     ax = fig.add_axes((0.07, 0.12, 0.52, 0.86))
-    _room(ax)
+    _room(ax, log.landmarks)
     ax.plot(*log.truth[:, :2].T, **line(TRUTH), label="true path")
     ax.plot(*good[:, :2].T, **line(ESTIMATE), label="EKF, innovation wrapped")
     ax.plot(*bad[:, :2].T, color=REJECTED["color"], marker="x", markersize=5, label="EKF, not wrapped")
@@ -151,7 +125,7 @@ def _run(log, xs, Ps, k):
     real, dead = log.truth, dead_reckoning(log)
     fig = plt.figure(figsize=(11.5, 5.6))
     ax = fig.add_axes((0.06, 0.24, 0.46, 0.75))
-    _room(ax)
+    _room(ax, log.landmarks)
     ax.plot(*real[: k + 1, :2].T, **line(TRUTH), label="true path")
     ax.plot(*dead[: k + 1, :2].T, **line(DEAD_RECKONING), label="odometry alone")
     ax.plot(*xs[: k + 1, :2].T, **line(ESTIMATE), label="EKF")
@@ -168,12 +142,12 @@ def _run(log, xs, Ps, k):
     e = xs - real
     e[:, 2] = wrap(e[:, 2])
     s = np.sqrt(np.maximum(np.diagonal(Ps, axis1=1, axis2=2), 0))
-    t = DT * np.arange(len(xs))
+    t = log.dt * np.arange(len(xs))
     for row, (j, unit, scale) in enumerate(((0, "x (m)", 1.0), (1, "y (m)", 1.0), (2, "heading (deg)", 180 / np.pi))):
         a = fig.add_axes((0.62, 0.67 - 0.285 * row, 0.36, 0.24))
         a.fill_between(t, -3 * scale * s[:, j], 3 * scale * s[:, j], color=GREY, alpha=0.3, linewidth=0, label="±3σ")
         a.plot(t, scale * e[:, j], **line(ESTIMATE), linewidth=1.3, label="error of the EKF")
-        a.axvline(DT * k, color=BLACK, linewidth=1)
+        a.axvline(log.dt * k, color=BLACK, linewidth=1)
         a.set_ylabel(unit)
         a.tick_params(labelbottom=row == 2, labelsize=10)
         a.locator_params(nbins=4)
@@ -183,7 +157,7 @@ def _run(log, xs, Ps, k):
     off = lambda x: float(np.hypot(*(x - real)[k, :2]))
     outside = 100 * float(np.mean(np.abs(e[1:]) > 3 * s[1:]))
     return fig, (
-        f"After {DT * k:.0f} s the odometry alone is {off(dead):.2f} m off, the EKF {off(xs):.2f} m. "
+        f"After {log.dt * k:.0f} s the odometry alone is {off(dead):.2f} m off, the EKF {off(xs):.2f} m. "
         f"In the whole run {outside:.0f} % of the errors are outside their 3-sigma band."
     )
 
@@ -192,7 +166,7 @@ def _run(log, xs, Ps, k):
 
 
 @explorable(
-    k=Int(66, 1, STEPS, label="time step k", play=500),
+    k=Int(66, 1, 80, label="time step k", play=500),
     range_std=Float(0.15, 0.05, 1.0, 0.05, "R: std of the range", "m"),
     bearing_std_deg=Float(3.0, 1.0, 20.0, 1.0, "R: std of the bearing", "deg"),
     v_std=Float(0.3, 0.05, 0.5, 0.05, "U: std of the speed", "m/s"),
@@ -200,10 +174,10 @@ def _run(log, xs, Ps, k):
     fov_deg=Float(60.0, 20.0, 360.0, 20.0, "field of view", "deg"),
     ranges={"sigma_m": (0.01, 10), "in_view": (0, 9)},
 )
-def live(k, range_std, bearing_std_deg, v_std, w_std_deg, fov_deg):
-    """A robot in a room with nine known landmarks."""
-    settings = (range_std, bearing_std_deg, v_std, w_std_deg, fov_deg)
-    log, (xs, Ps) = drive(*settings), localise(*settings)
+def live(drive, k, range_std, bearing_std_deg, v_std, w_std_deg, fov_deg):
+    """A robot in a room with nine known landmarks. `drive` of the notebook makes its log."""
+    log = drive(range_std, bearing_std_deg, v_std, w_std_deg, fov_deg)
+    xs, Ps = localise(log)
     fig, caption = _run(log, xs, Ps, k)
     sigma = float(np.sqrt(np.trace(Ps[k, :2, :2]) / 2))
     facts = f" Landmarks in view: {len(log.seen[k - 1])}. Std of the position: {sigma:.2f} m."
@@ -281,26 +255,52 @@ def seam(bearing_deg, wrapped):
     }
 
 
+@explorable(
+    y=Float(2.0, -4.0, 4.0, 0.2, "measured: y", "m"),
+    prior_std=Float(1.0, 0.2, 2.0, 0.1, "prior: root of P", "m"),
+    noise_std=Float(0.5, 0.2, 2.0, 0.1, "sensor: root of R", "m"),
+    ranges={"K": (0, 1), "mean_m": (-4, 4), "sigma_m": (0.1, 2)},
+)
+def product(multiplied, y, prior_std, noise_std):
+    """Prior times likelihood for one number, and the variance of any other mixture of the two.
+
+    `multiplied(x, P, y, R)` of the notebook returns a grid and the three densities on it.
+    """
+    P, R = prior_std**2, noise_std**2
+    grid, *bells = multiplied(0.0, P, y, R)
+    step = grid[1] - grid[0]
+    mean = float((grid * bells[2]).sum() * step)
+    sigma = float(np.sqrt(((grid - mean) ** 2 * bells[2]).sum() * step))
+    K = P / (P + R)
+
+    fig = plt.figure(figsize=(12, 5.2))
+    ax, right = fig.add_axes((0.06, 0.13, 0.52, 0.65)), fig.add_axes((0.66, 0.13, 0.33, 0.65))
+    names = "prior: where the robot should be", "likelihood: what the sensor says", "their product"
+    for bell, style, name in zip(bells, (PREDICTED, MEASUREMENT, UPDATED), names, strict=True):
+        ax.plot(grid, bell, **line(style, linewidth=2.4), label=name)
+    ax.set(xlabel="x (m)", ylabel="density (1/m)", xlim=(-6, 6), ylim=(0, None))
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), frameon=False)
+
+    w = np.linspace(0, 1, 101)
+    right.plot(w, (1 - w) ** 2 * P + w**2 * R, color=GREY, linewidth=2.4)
+    right.plot(0, P, **points(PREDICTED, markersize=9), label="w = 0: prior only")
+    right.plot(1, R, **points(MEASUREMENT, markersize=13, markeredgewidth=2.5), label="w = 1: sensor only")
+    right.plot(K, (1 - K) * P, **points(UPDATED, markersize=9), label=f"w = K = {K:.2f}")
+    right.set(xlabel="weight w of the measurement (-)", ylabel="variance of the mixture (m²)", ylim=(0, None))
+    right.legend(loc="lower left", bbox_to_anchor=(0, 1), frameon=False)
+    caption = (
+        f"Prior 0 m ± {prior_std:.1f} m, measured {y:.1f} m ± {noise_std:.1f} m (1 sigma). The product has its mean at "
+        f"{mean:.2f} m and sigma {sigma:.2f} m. The gain P / (P + R) is {K:.2f}: K y = {K * y:.2f} m."
+    )
+    return fig, {"K": K, "mean_m": mean, "sigma_m": sigma, "caption": caption.replace("-0.00", "0.00")}
+
+
 WHITE, PER_STEP, STATE = "white", "per step", "state"
-
-
-def after_arc(rule, n):
-    """Mean and covariance after 10 s on an arc, in n steps, with one of three rules for the noise."""
-    dt, x, P = 10 / n, np.zeros(3), np.zeros((3, 3))
-    u, at_1s = np.array([0.5, 0.2]), np.diag([0.1**2, np.radians(4.0) ** 2])
-    for _ in range(n):
-        x, F_x, F_u = move(x, u, dt)
-        if rule == STATE:
-            Q = np.diag([0.1**2, 0.1**2, np.radians(4.0) ** 2])
-        else:
-            Q = F_u @ (at_1s / dt if rule == WHITE else at_1s) @ F_u.T
-        P = F_x @ P @ F_x.T + Q
-    return x, P
 
 
 @explorable(
     rule=Choice(
-        WHITE,
+        PER_STEP,
         {
             "U = S / dt, in the control": WHITE,
             "the same U for every dt": PER_STEP,
@@ -308,11 +308,14 @@ def after_arc(rule, n):
         },
         label="noise",
     ),
-    n=Int(40, 10, 160, 10, label="steps in 10 s"),
+    n=Int(160, 10, 160, 10, label="steps in 10 s"),
     ranges={"ratio": (0.05, 6)},
 )
-def noise(rule, n):
-    """The covariance after 10 s should not depend on how finely the time is cut."""
+def noise(after_arc, rule, n):
+    """The covariance after 10 s should not depend on how finely the time is cut.
+
+    `after_arc(rule, n)` of the notebook gives mean and covariance after n steps.
+    """
     fig = plt.figure(figsize=(10, 4.8))
     ax = fig.add_axes((0.08, 0.13, 0.5, 0.85))
     areas = []
@@ -338,8 +341,8 @@ def noise(rule, n):
 # ---- parts ----------------------------------------------------------------------------------------------------------
 
 
-def _room(ax):
-    ax.plot(*LANDMARKS.T, **points(TRUTH, markersize=12), label="landmarks (known)")
+def _room(ax, landmarks):
+    ax.plot(*landmarks.T, **points(TRUTH, markersize=12), label="landmarks (known)")
     ax.set(xlim=(-7.5, 7.5), ylim=(-8.5, 6.2), xticks=range(-6, 7, 3), yticks=range(-6, 7, 3))  # few ticks: quick
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
 

@@ -17,10 +17,10 @@ from ..controls import Choice, Float
 from ..exercises.nb01_innovation import innovation
 from ..exercises.nb01_move import move
 from ..widgets import explorable
-from .nb01 import DT, expected
+from .nb01 import expected
 
 RUNS, SEED = 1000, 8
-SPEED = 3.0  # m/s
+SPEED, DT = 3.0, 0.5  # m/s, s
 START_P = np.diag([0.1, 0.1, np.radians(3.0)]) ** 2
 U = np.diag([0.2, np.radians(4.0)]) ** 2
 SENSOR = RangeBearing(0.1, np.radians(2.0))
@@ -114,7 +114,7 @@ def _nees(error, P):
 
 
 @explorable(
-    mistake=Choice("F_x: sign of the cosine", list(MISTAKES), "mistake"),
+    mistake=Choice("z: expected minus measured", list(MISTAKES), "mistake"),
     heading=Float(30.0, -180.0, 180.0, 10.0, "heading before the step", "deg"),
     rate=Float(40.0, 0.0, 60.0, 10.0, "turn rate", "deg/s"),
     ranges={"red_entries": (0, 9), "red_readings": (0, 3)},

@@ -1,8 +1,6 @@
-"""Drawings of notebook 04: from mapping to SLAM."""
+"""Drawings of notebook 04: from mapping to SLAM. The experiments stand in the notebook."""
 
 from __future__ import annotations
-
-from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -31,38 +29,11 @@ from ...models.landmarks import EucPnt
 from ...models.observation import observe
 from .. import fleet
 from ..controls import Choice, Int, Toggle
-from ..exercises.nb04_blocks import new_blocks
-from ..exercises.nb04_moved import moved
 from ..widgets import explorable
 from .parts import landmarks, map_axes, nees_gauge, robot, true_landmarks
 
 SLAM, ZERO, MAPPING = "SLAM formula", "zero cross-covariance", "mapping formula"
-RUNS, EVERY = 40, 20
-SCENARIO = fleet.round_trip()
-
-
-# ---- the wrong formulas, and the experiment -------------------------------------------------------------------------
-
-
-def zero_cross(P, L_r, L_y, R):
-    """The new landmark with the right P_ll, but independent of everything."""
-    P_lx, P_ll = new_blocks(P, L_r, L_y, R)
-    return 0 * P_lx, P_ll
-
-
-def mapping_blocks(P, L_r, L_y, R):
-    """The new landmark as in notebook 02, where the pose was known."""
-    return np.zeros((2, len(P))), L_y @ R @ L_y.T
-
-
-FORMULAS = {SLAM: new_blocks, ZERO: zero_cross, MAPPING: mapping_blocks}
-
-
-@cache
-def experiment(formula: str) -> fleet.Result:
-    """40 runs of two rounds with one of the three formulas; the first run is kept every 20 frames."""
-    keep = range(EVERY, SCENARIO.frames + 1, EVERY)
-    return fleet.run(SCENARIO, {"moved": moved, "new_blocks": FORMULAS[formula]}, RUNS, keep=keep)
+EVERY = 20  # frames from one picture of the split screen to the next
 
 
 # ---- figures of the notebook ----------------------------------------------------------------------------------------
@@ -167,12 +138,11 @@ def nees_figure(results):
     ax.axhspan(
         low, high, color=GREEN, alpha=0.35, linewidth=0, label=f"95 % band of honest filters, {low:.1f} to {high:.1f}"
     )
-    lap = SCENARIO.frames * SCENARIO.dt / 2
+    end = next(iter(results.values())).t[-1]
+    lap = end / 2
     ax.axvline(lap, color=GREY, linestyle="-.", linewidth=1.2)
     ax.text(lap, 0.6, " first loop closed", color=GREY, fontsize=12)
-    ax.set(
-        yscale="log", xlabel="t (s)", ylabel="NEES of the pose, 3 states (-)", xlim=(0, SCENARIO.frames * SCENARIO.dt)
-    )
+    ax.set(yscale="log", xlabel="t (s)", ylabel="NEES of the pose, 3 states (-)", xlim=(0, end))
     ax.set_ylim(0.5, None)
     ax.set_yticks([1, 3, 10, 30, 100], ["1", "3", "10", "30", "100"])
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False)
@@ -184,40 +154,42 @@ def nees_figure(results):
 
 
 @explorable(
-    frame=Int(540, EVERY, SCENARIO.frames // EVERY * EVERY, EVERY, "frame", play=250),
+    frame=Int(540, EVERY, 1240, EVERY, "frame", play=250),
     wrong=Choice(MAPPING, [MAPPING, ZERO], "left side"),
     ranges={"nees_wrong": (0, 1000), "nees_slam": (1, 8)},
 )
-def split_screen(frame, wrong):
-    """The same run twice: a wrong formula for new landmarks on the left, the SLAM formula on the right."""
-    for formula in (MAPPING, ZERO, SLAM):
-        experiment(formula)  # all of them at once, so that no later redraw has to wait
+def split_screen(results, world, frame, wrong):
+    """The same run twice: a wrong formula for new landmarks on the left, the SLAM formula on the right.
+
+    `results` are those of the fleets by the name of the formula, with the states of one run; `world` their scenario.
+    """
     fig = plt.figure(figsize=(12, 7.3))
-    facts = {}
+    facts, words = {}, []
     for side, (formula, key) in enumerate(((wrong, "wrong"), (SLAM, "slam"))):
-        r = experiment(formula)
+        r = results[formula]
         x, P = r.states[frame]
         left = 0.065 + 0.5 * side
         ax = fig.add_axes((left, 0.27, 0.42, 0.68))
-        map_axes(ax, 15, formula)
+        seen = {i: s for i, s in r.ranges.items() if s.stop <= len(x)}
+        inside = sum(bool(md2(x[s] - world.points[i], P[s, s]) < 9) for i, s in seen.items())
+        map_axes(ax, 15, f"{formula}: {inside} of {len(seen)} stars in their ellipse")
         if side:
             ax.set_ylabel("")
-        ranges = [s for s in r.ranges.values() if s.stop <= len(x)]
-        true_landmarks(ax, SCENARIO.points)
+        true_landmarks(ax, world.points)
         ax.plot(*r.truth[:frame, :2].T, **line(TRUTH, linewidth=1.2), label="true path")
-        landmarks(ax, x, P, ranges)
+        landmarks(ax, x, P, list(seen.values()))
         robot(ax, r.truth[frame - 1], TRUTH, 0.8)
         robot(ax, x[:3], ESTIMATE, 0.8)
         plot_ellipse(ax, x[:2], P[:2, :2], 3, color=BLUE, linewidth=1.3)
         value = float(np.mean(r.nees[frame - 1]))
-        nees_gauge(fig.add_axes((left, 0.1, 0.42, 0.05)), value, 3, RUNS)
+        nees_gauge(fig.add_axes((left, 0.1, 0.42, 0.05)), value, 3, r.nees.shape[1])
         facts[f"nees_{key}"] = value
-        facts[f"error_{key}"] = float(np.hypot(*(x[:2] - r.truth[frame - 1, :2])))
+        off = float(np.hypot(*(x[:2] - r.truth[frame - 1, :2])))
+        words.append(f"NEES {value:.2g}, the robot {off:.2f} m off, {inside} of {len(seen)} stars in their ellipse")
     fig.axes[0].legend(loc="upper left", fontsize=11, ncols=2)
     facts["caption"] = (
-        f"Frame {frame}, t = {frame * SCENARIO.dt:.0f} s. {wrong.capitalize()}: NEES {facts['nees_wrong']:.2g}, "
-        f"position error of this run {facts['error_wrong']:.2f} m. SLAM formula: NEES {facts['nees_slam']:.2g}, "
-        f"position error {facts['error_slam']:.2f} m. An honest filter has a NEES of about 3."
+        f"Frame {frame}, t = {frame * world.dt:.0f} s. {wrong.capitalize()}: {words[0]}. SLAM formula: {words[1]}. "
+        "An honest filter has a NEES of about 3."
     )
     return fig, facts
 
@@ -231,15 +203,17 @@ MOMENTS = {"half way round (30 s)": 300, "just before the loop closes (54 s)": 5
     correlated=Toggle(True, "keep the covariances between robot and landmarks"),
     ranges={"shrunk": (0, 20), "most": (0, 100)},
 )
-def web(landmark, moment, correlated):
-    """One landmark is measured: which ellipses shrink? Those that are correlated with what is measured."""
-    r = experiment(SLAM)
+def web(r, world, landmark, moment, correlated):
+    """One landmark is measured: which ellipses shrink? Those that are correlated with what is measured.
+
+    `r` is the result of a fleet with the states of one run, `world` its scenario.
+    """
     x, P = r.states[moment]
     ranges = [s for s in r.ranges.values() if s.stop <= len(x)]
     landmark = min(landmark, len(ranges))
     P = P if correlated else without_cross(P, [slice(0, 3), *ranges])
     seen = ranges[landmark - 1]
-    after, shared = see(x, P, seen, ranges)
+    after, shared = see(x, P, seen, ranges, world.sensor)
     loss = np.array([1 - np.sqrt(np.trace(after[s, s]) / np.trace(P[s, s])) for s in ranges])
     shrunk = loss > 0.1
 
@@ -287,7 +261,7 @@ def without_cross(P, ranges):
     return D
 
 
-def see(x, P, seen, ranges):
+def see(x, P, seen, ranges, sensor):
     """Measure the landmark in range `seen`, as well as the sensor does.
 
     Returns
@@ -299,10 +273,10 @@ def see(x, P, seen, ranges):
     """
     map = Map()
     map.add(x, P)
-    e, E_r, _, E_l = observe(Frame2(x[:3]), fleet.AT_ROBOT, SCENARIO.sensor, EucPnt(2), x[seen])
+    e, E_r, _, E_l = observe(Frame2(x[:3]), fleet.AT_ROBOT, sensor, EucPnt(2), x[seen])
     blocks = (slice(0, 3), E_r), (seen, E_l)
     PHt = cross(map, blocks)
-    inn = innovation(0 * e, covariance(PHt, blocks), SCENARIO.sensor.R)
+    inn = innovation(0 * e, covariance(PHt, blocks), sensor.R)
     shared = [float(np.linalg.norm(np.linalg.pinv(half_axes(P[s, s])) @ PHt[s] @ inn.iL.T, 2)) for s in ranges]
     correct(map, PHt, inn)
     return map.P.copy(), shared

@@ -28,16 +28,15 @@ from ...graphics.style import BLACK, GREEN
 from ...models.motion import Odometry2
 from ...models.sensors import RangeBearing
 from ...simulation import draw
-from ..controls import Float, Int
+from ..controls import Int
 from ..exercises.nb05_augment import augment
 from ..exercises.nb05_correct import correct
-from ..exercises.nb05_frame import slam_frame
 from ..exercises.nb05_observe import observe
 from ..exercises.nb05_predict import predict
 from ..widgets import explorable
 from .nb04 import frame_changed
 from .parts import landmarks, robot, true_landmarks
-from .rounds import odometry_path, simulate, true_path, truth
+from .rounds import odometry_path, true_path, truth
 
 
 def ranges_of(ids):
@@ -218,7 +217,7 @@ def blocks(step):
         plot_ellipse(ax, s.x[:2], s.P[:2, :2], 3, **line(style, linewidth=1.3))
     ax.plot([], [], **line(PREDICTED), label="before")
     for id, r in zip(now.ids, ranges_of(now.ids), strict=True):
-        ax.annotate(str(id), now.x[r], (7, 5), textcoords="offset points", fontsize=12)
+        ax.annotate(str(id), now.x[r], (10, 7), textcoords="offset points", fontsize=12)
     robot(ax, now.pose, TRUTH, 0.3)
     robot(ax, now.x[:3], ESTIMATE, 0.3)
     if now.lmk is not None:
@@ -258,36 +257,34 @@ def aligned(before, now):
 # ---- the sandbox ----------------------------------------------------------------------------------------------------
 
 
-@explorable(
-    frames=Int(50, 1, 100, label="time steps", play=120),
-    sight=Float(4.0, 2.0, 8.0, 0.5, "the sensor sees so far", "m"),
-    bearing=Float(2.0, 0.5, 15.0, 0.5, "noise of the bearing", "deg"),
-    turn=Float(1.0, 0.2, 8.0, 0.2, "noise of each turn", "deg"),
-    seed=Int(1, 1, 30, label="seed of the noise"),
-    ranges={"landmarks": (0, 16), "nees": (0, 1e6)},
-)
-def sandbox(frames, sight, bearing, turn, seed):
-    """EKF-SLAM in the lecture's world with your own noise; the filter is told the truth about it."""
-    sensor, told = RangeBearing(0.1, np.radians(bearing)), np.diag(np.square([0.05, 0.02, np.radians(turn)]))
-    run = simulate(slam_frame, seed, frames, sensor, told, sight)
-    x, P, ids, path, drift = run.x, run.P, run.ids, run.path, run.drift
-    here = run.truth[:3]
+def sandbox_map(run, d, nees):
+    """A simulated run: the map at its end. Returns (fig, facts), as a widget wants it.
+
+    Parameters
+    ----------
+    run : object
+        With `x`, `P`, `ids`; `truth`, the last true pose; `path` and `drift`, the poses of the filter and those of
+        the odometry alone.
+    d : ndarray, shape (n,)
+        Errors of the state.
+    nees : float
+    """
+    x, P, ids, drift = run.x, run.P, run.ids, np.asarray(run.drift)
     fig = plt.figure(figsize=(11, 6.4))
     ax = fig.add_axes((0.07, 0.1, 0.57, 0.88))
     ax.set(xlim=(-8.5, 8.5), ylim=(-7.5, 7.8), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     true_landmarks(ax, list(truth().values()))
     ax.plot(*drift[:, :2].T, **line(DEAD_RECKONING), label="odometry alone")
-    ax.plot(*path[:, :2].T, **line(ESTIMATE), label="SLAM path")
+    ax.plot(*run.path[:, :2].T, **line(ESTIMATE), label="SLAM path")
     landmarks(ax, x, P, ranges_of(ids), labels=[str(i) for i in ids])
-    robot(ax, here, TRUTH, 0.35)
+    robot(ax, run.truth, TRUTH, 0.35)
     robot(ax, x[:3], ESTIMATE, 0.35)
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)
-    d, nees = x - run.truth, run.nees
     low, high = chi2_band(len(d), 0.99)
     verdict = "inside" if low <= nees <= high else "OUTSIDE"
     caption = (
-        f"Step {frames}: {len(ids)} landmarks, position error {np.hypot(*d[:2]):.2f} m (odometry alone "
-        f"{np.hypot(*(drift[-1] - here)[:2]):.2f} m). NEES {nees:.3g} for {len(d)} states, {verdict} the 99 % band of "
-        f"an honest filter, {low:.0f} to {high:.0f}."
+        f"Step {len(run.path)}: {len(ids)} landmarks, position error {np.hypot(*d[:2]):.2f} m (odometry alone "
+        f"{np.hypot(*(drift[-1] - run.truth)[:2]):.2f} m). NEES {nees:.3g} for {len(d)} states, {verdict} the 99 % "
+        f"band of an honest filter, {low:.0f} to {high:.0f}."
     )
     return fig, {"landmarks": len(ids), "nees": nees, "caption": caption}

@@ -2,29 +2,39 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ...graphics import ESTIMATE, TRUTH, line, plot_ellipse
+from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, line, plot_ellipse
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, Style
-from ..controls import Choice, Int, Toggle
-from ..widgets import explorable
-from .nb06_runs import LAP, START_STD, N, closing, drive, sigma, sigma_between, world
 from .parts import landmarks, map_axes, robot, true_landmarks
 
 INSIDE: Style = dict(loc="center", bbox_to_anchor=(0.57, 0.47), fontsize=11)  # the round leaves room for a legend
 
 
+def sigma(P, r):
+    """Standard deviation of a point, m: root of the mean variance over its two directions."""
+    return float(np.sqrt(np.trace(P[r, r]) / 2))
+
+
 # ---- figures of the notebook ----------------------------------------------------------------------------------------
 
 
-def before_after(moments, k):
-    """The map one frame before frame k, and at frame k. Returns (fig, caption)."""
+def before_after(moments, k, world):
+    """The map one frame before frame k, and at frame k. Returns (fig, caption).
+
+    Parameters
+    ----------
+    moments : list
+        The filter after each frame, from 0 to k: `x`, `P`; `ranges`, of the landmarks by id; `truth`, the true pose;
+        `seen`, the ids of the landmarks in view.
+    k : int
+    world : ndarray, shape (N, 2)
+        True landmarks.
+    """
     fig, axes = plt.subplots(1, 2, figsize=(13, 7.3), layout="constrained", sharey=True)
     for ax, j, title in zip(axes, (k - 1, k), ("one frame before", "the loop is closed"), strict=True):
-        _map(ax, moments, j, f"frame {j}: {title}")
+        _map(ax, moments, j, world, f"frame {j}: {title}")
     axes[0].legend(**INSIDE)
     axes[1].set_ylabel("")
     a, b = moments[k - 1], moments[k]
@@ -41,12 +51,12 @@ def before_after(moments, k):
 
 
 def correlations(before, after, names=("before", "after the closure")):
-    """Correlations of the landmarks' x, before and after. Returns (fig, caption).
+    """Correlations of the landmarks' positions, before and after. Returns (fig, caption).
 
     Parameters
     ----------
     before, after : ndarray, shape (n, n)
-        Correlation coefficients, -1 to 1, between the same coordinate of n landmarks.
+        Correlation coefficients, -1 to 1, of n landmarks in the order of their birth.
     names : pair of str
         Titles.
     """
@@ -57,12 +67,13 @@ def correlations(before, after, names=("before", "after the closure")):
         ax.set_xticks(range(0, len(C), 2))
         ax.set_yticks(range(0, len(C), 2))
         ax.grid(False)
-    fig.colorbar(axes[0].images[0], ax=axes, label="correlation of x (-)", shrink=0.9)
+    fig.colorbar(axes[0].images[0], ax=axes, label="correlation of positions (-)", shrink=0.9)
     last, near = len(before) - 1, len(before) // 2
     return fig, (
         f"Correlation between landmark {near} and its successor: {before[near, near + 1]:.2f} before, "
-        f"{after[near, near + 1]:.2f} after; between landmark 0 and landmark {last}, the two ends: "
-        f"{before[0, last]:.2f} before, {after[0, last]:.2f} after."
+        f"{after[near, near + 1]:.2f} after; between landmarks 0 and {last}, the two ends of the chain: "
+        f"{before[0, last]:.2f} before, {after[0, last]:.2f} after; between landmarks 0 and {near}: "
+        f"{before[0, near]:.2f} before, {after[0, near]:.2f} after."
     )
 
 
@@ -125,13 +136,15 @@ def floor_figure(sigmas, floors, heading_std_deg):
     )
 
 
-def differences_figure(pairs):
+def differences_figure(pairs, floor):
     """Sigmas of differences between landmarks, along and across, over time. Returns (fig, caption).
 
     Parameters
     ----------
     pairs : dict of str to ndarray, shape (F, 2)
         For each pair of landmarks its name, and in each frame the sigma of the distance and that across it, m.
+    floor : float
+        Sigma of the first position, m.
     """
     fig, axes = plt.subplots(1, 2, figsize=(13, 5), layout="constrained", sharey=True)
     looks = zip((BLUE, VERMILLION, GREEN), ("-", "--", "-."), strict=True)
@@ -141,18 +154,18 @@ def differences_figure(pairs):
     for ax, title in zip(axes, ("their distance", "across: the direction from one to the other"), strict=True):
         ax.set(xlabel="frame", yscale="log", ylim=(0.01, 1), title=title)
         ax.set_yticks([0.01, 0.03, 0.1, 0.3, 1], ["0.01", "0.03", "0.1", "0.3", "1"])
-        ax.axhline(START_STD, color=BLACK, linestyle=":", linewidth=2, label="floor of the positions")
+        ax.axhline(floor, color=BLACK, linestyle=":", linewidth=2, label="floor of the positions")
     axes[0].set_ylabel("sigma of the difference (m), 1σ")
     axes[1].legend(loc="lower left")
     words = [f"{name} {t[-1][0]:.3f} m and {t[-1][1]:.2f} m" for name, t in pairs.items()]
     first = next(iter(pairs.values()))
     return fig, (
         f"At the end, sigma of the distance and across it: {'; '.join(words)}. Half way the first distance had "
-        f"{first[len(first) // 2][0]:.3f} m. Positions: {START_STD:g} m at best."
+        f"{first[len(first) // 2][0]:.3f} m. Positions: {floor:g} m at best."
     )
 
 
-def closed_with(moment, whole, cut):
+def closed_with(moment, whole, cut, world):
     """One closure with the covariances and one without them, as maps. Returns (fig, caption).
 
     Parameters
@@ -161,13 +174,15 @@ def closed_with(moment, whole, cut):
         Before the closure.
     whole, cut : (x, P)
         After it, with the cross-covariances and without them.
+    world : ndarray, shape (N, 2)
+        True landmarks.
     """
     fig, axes = plt.subplots(1, 2, figsize=(13, 7.3), layout="constrained", sharey=True)
     ranges, words = moment.ranges, []
     titles = "with cross-covariances", "without them"
     for ax, (x, P), title in zip(axes, (whole, cut), titles, strict=True):
         map_axes(ax, 15, title)
-        true_landmarks(ax, world()[list(ranges)])
+        true_landmarks(ax, world[list(ranges)])
         landmarks(ax, x, P, list(ranges.values()), labels=[str(i) for i in ranges])
         steps = [(moment.x[r], x[r]) for r in (slice(0, 2), *ranges.values())]
         far = [float(np.hypot(*(new - old))) for old, new in steps]
@@ -187,26 +202,30 @@ def closed_with(moment, whole, cut):
 # ---- widget ---------------------------------------------------------------------------------------------------------
 
 
-@explorable(
-    frame=Int(107, 1, 2 * LAP, 1, label="frame", play=150, tip="Arrow keys move frame by frame"),
-    start_std=Choice(START_STD, {"exact": 0.0, "0.3 m": 0.3, "0.6 m": 0.6}, label="sigma of the first position"),
-    difference=Toggle(False, label="differences to landmark 0 instead of positions"),
-    ranges={"worst": (0, 3), "least": (0, 1)},
-)
-def scrubber(frame, start_std, difference):
-    """Two rounds, frame by frame: the map, and the sigma of every landmark against time, with the floor."""
-    for std in (0.0, 0.3, 0.6):
-        drive(std)  # all of them at once, so that no later redraw has to wait
-    moments = drive(start_std)
-    now = moments[frame]
+def scrubber(moments, frame, start_std, difference, world):
+    """A run at one frame: the map, and the sigma of every landmark against time. Returns (fig, facts).
+
+    Parameters
+    ----------
+    moments : list
+        As for `before_after`.
+    frame : int
+    start_std : float
+        Sigma of the first position, m: the floor.
+    difference : bool
+        Show differences to landmark 0 instead of positions.
+    world : ndarray, shape (N, 2)
+        True landmarks.
+    """
+    now, n = moments[frame], len(world)
     fig = plt.figure(figsize=(13, 6.4))
     ax = fig.add_axes((0.055, 0.1, 0.42, 0.85))
-    _map(ax, moments, frame)
+    _map(ax, moments, frame, world)
     ax.legend(**INSIDE)
     curve = fig.add_axes((0.565, 0.1, 0.42, 0.85))
-    table = _differences(start_std) if difference else _sigmas(start_std)
+    table = _sigmas(moments, n, difference)
+    late = n // 2
     curve.plot(table[:, 1:], color=GREY, linewidth=0.8)
-    late = N // 2
     curve.plot(table[: frame + 1, late], color=VERMILLION, linewidth=2.6, linestyle="--", label=f"landmark {late}")
     curve.plot(table[: frame + 1, 1], color=BLUE, linewidth=2.6, label="landmark 1")
     curve.plot([], [], color=GREY, linewidth=0.8, label="all landmarks")
@@ -214,10 +233,10 @@ def scrubber(frame, start_std, difference):
         curve.axhline(start_std, color=BLACK, linestyle=":", linewidth=2, label=f"floor, {start_std:g} m")
     curve.axvline(frame, color=BLACK, linewidth=1)
     what = "sigma of the difference to landmark 0" if difference else "sigma of the position"
-    curve.set(xlabel="frame", ylabel=f"{what} (m), 1σ", xlim=(0, 2 * LAP), ylim=(0, 1.45))
+    curve.set(xlabel="frame", ylabel=f"{what} (m), 1σ", xlim=(0, len(moments) - 1), ylim=(0, 1.45))
     curve.legend(loc="upper right", fontsize=11)
     values = table[frame][np.isfinite(table[frame])]
-    back = "seen again" if frame >= closing(moments) else "not yet seen again"
+    back = "seen again" if any(0 in m.seen for m in moments[len(moments) // 4 : frame + 1]) else "not yet seen again"
     values = values[1:] if difference and len(values) > 1 else values
     caption = (
         f"Frame {frame}: {len(now.ranges)} landmarks in the map, the first one {back}. {what.capitalize()}: best "
@@ -227,32 +246,28 @@ def scrubber(frame, start_std, difference):
     return fig, {"worst": float(values.max()), "least": float(values.min()), "caption": caption}
 
 
-def _map(ax, moments, k, title=""):
+def _map(ax, moments, k, world, title=""):
     now = moments[k]
     map_axes(ax, 15, title)
-    true_landmarks(ax, world())
+    true_landmarks(ax, world)
     ax.plot(*np.array([m.truth[:2] for m in moments[: k + 1]]).T, **line(TRUTH, linewidth=1.2), label="true path")
     landmarks(ax, now.x, now.P, list(now.ranges.values()), labels=[str(i) for i in now.ranges])
     for i in now.seen:
-        ax.plot(*np.transpose([now.x[:2], now.x[now.ranges[i]]]), color=ORANGE, linestyle=":", linewidth=2)
-    ax.plot([], [], color=ORANGE, linestyle=":", linewidth=2, label="in view")
+        ax.plot(*np.transpose([now.x[:2], now.x[now.ranges[i]]]), **line(MEASUREMENT, linewidth=2))
+    ax.plot([], [], **line(MEASUREMENT, linewidth=2), label="in view")
     plot_ellipse(ax, now.x[:2], now.P[:2, :2], 3, **line(ESTIMATE, linewidth=1.3))
     robot(ax, now.truth, TRUTH, 0.9)
     robot(ax, now.x[:3], ESTIMATE, 0.9)
 
 
-@cache
-def _sigmas(start_std):
-    """Sigma of each landmark in each frame, NaN before it is in the map. Shape (F, N)."""
-    return _table(start_std, lambda m, i: sigma(m.P, m.ranges[i]))
-
-
-@cache
-def _differences(start_std):
-    """Sigma of the difference of each landmark to landmark 0."""
-    return _table(start_std, lambda m, i: sigma_between(m.P, m.ranges[0], m.ranges[i]))
-
-
-def _table(start_std, value):
-    moments = drive(start_std)
-    return np.array([[value(m, i) if i in m.ranges else np.nan for i in range(N)] for m in moments])
+def _sigmas(moments, n, difference):
+    """Sigma of each landmark, or of its difference to landmark 0, in each frame; NaN before it is in the map."""
+    table = np.full((len(moments), n), np.nan)
+    for row, m in zip(table, moments, strict=True):
+        x = np.array([r.start for r in m.ranges.values()], int)
+        traces = m.P[x, x] + m.P[x + 1, x + 1]
+        if difference and 0 in m.ranges:
+            o = m.ranges[0].start
+            traces = traces + m.P[o, o] + m.P[o + 1, o + 1] - 2 * (m.P[o, x] + m.P[o + 1, x + 1])
+        row[list(m.ranges)] = np.sqrt(np.maximum(traces, 0) / 2)
+    return table

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,16 +15,85 @@ from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
 from ...models.landmarks import EucPnt
 from ...models.motion import Odometry2
 from ...models.sensors import RangeBearing
+from ...simulation import draw
+from ...simulation.simulator import SimObs
 from ...slam import Jcbb, Lmk, NearestNeighbour, Rob, Sen, place, project_lmks
 from ...slam.association import distances, gate
-from ..controls import Choice, Float, Int, Toggle
+from ..controls import Choice, Float, Toggle
 from ..widgets import explorable
-from .nb07_runs import AHEAD, Frame, Scene, corridor, judged, map_nees, measured, room, run, shape_error
 from .parts import landmarks, map_axes, robot, true_landmarks
 
 NAMES, PLACES = "ABC", np.array([(7.0, 2.6), (6.3, 1.0), (3.0, 3.4)])
 MARKS = ("o", "s", "^")
 COLOURS = (BLUE, GREEN, VERMILLION)
+
+
+# ---- one moment in a corridor ---------------------------------------------------------------------------------------
+
+POSTS_STD, RANGE_STD, BEARING_STD = 0.05, 0.1, np.radians(1.0)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A map, the expectations, and the measurements; measurement i belongs to landmark `true[i]`."""
+
+    map: Map
+    obs: list
+    raw: SimObs
+    sensor: RangeBearing
+    true: list
+    pose: np.ndarray
+
+
+def corridor(slip=0.7, slip_std=0.4, n=4, spacing=1.0, missing=None):
+    """A robot in a corridor with posts on both sides; its wheels have slipped.
+
+    Parameters
+    ----------
+    slip : float
+        Where the robot is, ahead of its estimate, m.
+    slip_std : float
+        How uncertain it is along the corridor, m.
+    n : int
+        Posts on each side.
+    spacing : float
+        Between posts, m.
+    missing : list of int, optional
+        Posts that are in the map and not seen.
+
+    Returns
+    -------
+    Scene
+    """
+    sensor = RangeBearing(RANGE_STD, BEARING_STD)
+    along = 3.0 + spacing * np.arange(n)
+    points = np.array([(x, y) for x in along for y in (1.2, -1.2)])
+    map, rng = Map(), np.random.default_rng(5)
+    rob, sen = Rob(1, Odometry2()), Sen(1, 1, sensor, Frame2, x=np.zeros(3))
+    place(map, rob, np.zeros(3), np.diag(np.square([slip_std, 0.1, np.radians(1)])))
+    lmks = {}
+    for id, p in enumerate(points):
+        lmks[id] = Lmk(id, EucPnt(2), r=map.add(p + POSTS_STD * rng.standard_normal(2), POSTS_STD**2 * np.eye(2)))
+    pose = np.array([slip, 0.0, 0.0])
+    true = [i for i in range(len(points)) if i not in (missing or [])]
+    y = sensor.project(Frame2(pose).to_frame(points[true])[0])[0] + draw(rng, sensor.R, (len(true),))
+    return Scene(map, project_lmks(map, rob, sen, lmks.values()), measured([-1] * len(true), y), sensor, true, pose)
+
+
+def judged(scene, association):
+    """Pairs of an association as {measurement: landmark}, and how many of them are right."""
+    pairs = {i: l for l, i in association(scene.map, scene.obs, scene.raw, scene.sensor).pairs.items()}
+    return pairs, sum(scene.true[i] == l for i, l in pairs.items())
+
+
+def measured(ids, y):
+    """Raw measurements, bearings between -pi and pi as a sensor gives them."""
+    y = np.array(y, float).reshape(-1, 2)
+    y[:, 1] = np.arctan2(np.sin(y[:, 1]), np.cos(y[:, 1]))
+    return SimObs(1, np.asarray(ids, int), y)
+
+
+# ---- three landmarks ------------------------------------------------------------------------------------------------
 
 
 def three_landmarks(heading_std_deg=4.0, y=None):
@@ -40,49 +109,97 @@ def three_landmarks(heading_std_deg=4.0, y=None):
 # ---- figures of the notebook ----------------------------------------------------------------------------------------
 
 
-def ghosts_figure(right: list[Frame], wrong: list[Frame]):
-    """Landmarks in the map with a wrapped and with an unwrapped bearing. Returns (fig, caption)."""
+def ghosts_figure(right, wrong, room):
+    """Landmarks in the map with a wrapped and with an unwrapped bearing. Returns (fig, caption).
+
+    Parameters
+    ----------
+    right, wrong : list
+        The filter after each frame: `x`, `P`; `origin`, which true landmark started each one; `truth`, the true pose.
+    room : ndarray, shape (N, 2)
+        True landmarks.
+    """
     fig, (ax, side) = plt.subplots(1, 2, figsize=(13, 6.2), layout="compressed", width_ratios=[1, 1.1])
     last = wrong[-1]
     _room_axes(ax, "bearing not wrapped")
-    true_landmarks(ax, room())
-    first = {}
-    for id, true in last.origin.items():
-        first.setdefault(true, id)
-    ghosts = [i for i in last.ranges if first[last.origin[i]] != i]
-    landmarks(ax, last.x, last.P, [r for i, r in last.ranges.items() if i not in ghosts])
+    true_landmarks(ax, room)
+    again = [j for j, true in enumerate(last.origin) if true in last.origin[:j]]
+    landmarks(ax, last.x, last.P, [_range(j) for j in range(len(last.origin)) if j not in again])
     ax.plot(
-        *np.transpose([last.x[last.ranges[i]] for i in ghosts]),
+        *np.reshape([last.x[_range(j)] for j in again], (-1, 2)).T,
         **points(REJECTED, markersize=11, markeredgewidth=2.5),
         label="created again",
         zorder=7,
     )
-    ax.plot(*np.array([f.truth[:2] for f in wrong]).T, **line(TRUTH, linewidth=1.2))
+    ax.plot(*np.array([m.truth[:2] for m in wrong]).T, **line(TRUTH, linewidth=1.2))
     robot(ax, last.x[:3], ESTIMATE, 0.7)
     ax.legend(loc="lower center", ncols=4, fontsize=10, columnspacing=0.9, handlelength=1.4)
-    for run_, color, dash, name in ((wrong, VERMILLION, "--", "not wrapped"), (right, BLUE, "-", "wrapped")):
-        side.step(
-            range(len(run_)), [len(f.ranges) for f in run_], color=color, linestyle=dash, linewidth=2.5, label=name
-        )
-    side.axhline(len(room()), color=BLACK, linestyle=":", label="true number")
+    for moments, color, dash, name in ((wrong, VERMILLION, "--", "not wrapped"), (right, BLUE, "-", "wrapped")):
+        counts = [len(m.origin) for m in moments]
+        side.step(range(len(counts)), counts, color=color, linestyle=dash, linewidth=2.5, label=name)
+    side.axhline(len(room), color=BLACK, linestyle=":", label="true number")
     side.set(xlabel="frame", ylabel="landmarks in the map (-)", ylim=(0, None))
     side.legend(loc="lower right")
     return fig, (
-        f"{len(room())} true landmarks. After {len(right) - 1} frames the map has {len(right[-1].ranges)} with the "
-        f"wrap, and without it {len(last.ranges)}: {len(ghosts)} were created again."
+        f"{len(room)} true landmarks. After {len(right) - 1} frames the map has {len(right[-1].origin)} with the "
+        f"wrap, and without it {len(last.origin)}: {len(again)} were created again."
     )
 
 
-def clutter_figure(runs: dict[str, list[Frame]]):
-    """Number of landmarks in the map over time, when some measurements are false. Returns (fig, caption)."""
+def _range(j):
+    """The range of landmark j in the state."""
+    return slice(3 + 2 * j, 5 + 2 * j)
+
+
+def push_figure(runs, posts):
+    """A drive along a corridor with one push, by several rules. Returns (fig, caption).
+
+    Parameters
+    ----------
+    runs : dict of str to list
+        By the name of the rule, the filter after each frame: `x`, `P`, `origin`, `truth`, `used`, `wrong`.
+    posts : ndarray, shape (N, 2)
+        True landmarks.
+    """
+    fig, axes = plt.subplots(len(runs), 1, figsize=(13, 2.6 * len(runs)), layout="constrained", sharex=True)
+    words = []
+    for ax, (name, moments) in zip(axes, runs.items(), strict=True):
+        last = moments[-1]
+        true_landmarks(ax, posts)
+        landmarks(ax, last.x, last.P, [_range(j) for j in range(len(last.origin))])
+        ax.plot(*np.array([m.truth[:2] for m in moments]).T, **line(TRUTH), label="true path")
+        ax.plot(*np.array([m.x[:2] for m in moments]).T, **line(ESTIMATE), label="SLAM path")
+        robot(ax, last.truth, TRUTH, 0.5)
+        robot(ax, last.x[:3], ESTIMATE, 0.5)
+        used, wrong = sum(m.used for m in moments), sum(m.wrong for m in moments)
+        off = np.hypot(*(last.x[:2] - last.truth[:2]))
+        ax.set(ylabel="y (m)", ylim=(-2.4, 2.4), aspect="equal", title=f"{name}: {wrong} of {used} matches are wrong")
+        words.append(f"{name} {wrong} of {used}, the robot {off:.2f} m off, {len(last.origin)} landmarks")
+    axes[-1].set_xlabel("x (m)")
+    axes[0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=11)
+    true = len(set(runs[next(reversed(runs))][-1].origin))
+    return fig, f"Wrong matches, and the end of the drive past {true} posts: {'; '.join(words)}."
+
+
+def clutter_figure(runs, true):
+    """Number of landmarks in the map over time, when some measurements are false. Returns (fig, caption).
+
+    Parameters
+    ----------
+    runs : dict of str to list
+        By the name of the rule, the filter after each frame; `origin` says which true landmark started each one, -1
+        for none.
+    true : int
+        Number of true landmarks.
+    """
     fig, ax = plt.subplots(figsize=(11, 4.8), layout="constrained")
     words = []
     looks = zip((VERMILLION, BLUE, GREEN), ("--", "-", "-."), strict=True)
-    for (name, frames), (color, dash) in zip(runs.items(), looks, strict=False):
-        ax.plot([len(f.ranges) for f in frames], color=color, linestyle=dash, linewidth=2.5, label=name)
-        false = sum(frames[-1].origin[i] < 0 for i in frames[-1].ranges)
-        words.append(f"{name}: {len(frames[-1].ranges)} landmarks, {false} of them false")
-    ax.axhline(len(room()), color=BLACK, linestyle=":", label="true number")
+    for (name, moments), (color, dash) in zip(runs.items(), looks, strict=False):
+        ax.plot([len(m.origin) for m in moments], color=color, linestyle=dash, linewidth=2.5, label=name)
+        false = sum(origin < 0 for origin in moments[-1].origin)
+        words.append(f"{name}: {len(moments[-1].origin)} landmarks, {false} of them false")
+    ax.axhline(true, color=BLACK, linestyle=":", label="true number")
     ax.set(xlabel="frame", ylabel="landmarks in the map (-)", ylim=(0, None))
     ax.legend()
     return fig, f"One false measurement a frame on average. At the end: {'; '.join(words)}."
@@ -92,7 +209,9 @@ def counts_figure(slips, right: dict[str, list]):
     """Right pairs against the slip of the robot. Returns (fig, caption)."""
     fig, ax = plt.subplots(figsize=(11, 4.4), layout="constrained")
     words = []
-    for (name, values), (color, mark) in zip(right.items(), ((VERMILLION, "x--"), (BLUE, "o-")), strict=False):
+    for (name, values), (color, mark) in zip(
+        right.items(), ((GREEN, "s:"), (VERMILLION, "x--"), (BLUE, "o-")), strict=False
+    ):
         ax.plot(slips, values, mark, color=color, linewidth=2.2, markersize=9, markeredgewidth=2, label=name)
         words.append(f"{name} {np.mean(values):.1f} of 8")
     ax.set(xlabel="slip of the robot along the corridor (m)", ylabel="right pairs (-)", ylim=(-0.4, 8.6))
@@ -148,55 +267,43 @@ def gate_space(range_m, bearing_deg, heading_std_deg, confidence):
     return fig, {"inside": len(inside), "d2_nearest": float(d2[nearest]), "caption": caption}
 
 
-WHEN = {"never": 0, "frame 20": 20, "frame 40": 40, "frame 60": 60}
+def swap(moments, table, fine, frame, swap_at, room):
+    """One wrong match: the map shears, and the NEES never comes back. Returns (fig, facts).
 
-
-@cache
-def with_swap(swap_at: int) -> list[Frame]:
-    """Two rounds with known ids and a sensor that looks ahead; in one frame two ids are swapped (0: in none)."""
-    return run(sensor=AHEAD, swap_at=swap_at or None)
-
-
-@explorable(
-    frame=Int(46, 5, 126, 1, "frame", play=150),
-    swap_at=Choice(40, WHEN, "swap"),
-    ranges={"nees": (0, 1e4), "shape_m": (0, 3)},
-)
-def swap(frame, swap_at):
-    """One wrong match: the map shears, and the NEES never comes back."""
-    for when in WHEN.values():  # all of them at once, so that no later redraw has to wait
-        _nees(when)
-        _shape(when)
-    frames, good = with_swap(swap_at), with_swap(0)
-    now = frames[frame]
+    Parameters
+    ----------
+    moments : list
+        The filter after each frame: `x`, `P`; `ranges`, of the landmarks by id; `truth`, the true pose.
+    table, fine : ndarray, shape (F, 2)
+        NEES of the map per state, and error of its shape (m), in each frame; the same without a swap.
+    frame, swap_at : int
+        The frame that is shown, and that of the swap; 0 is none.
+    room : ndarray, shape (N, 2)
+        True landmarks.
+    """
+    now = moments[frame]
     fig = plt.figure(figsize=(13, 6.2))
     ax = fig.add_axes((0.055, 0.1, 0.42, 0.84))
     _room_axes(ax, f"frame {frame}")
-    true_landmarks(ax, room())
+    true_landmarks(ax, room)
     landmarks(ax, now.x, now.P, list(now.ranges.values()))
-    errors = [(now.x[r], room()[now.origin[id]]) for id, r in now.ranges.items()]
+    errors = [(now.x[r], room[id]) for id, r in now.ranges.items()]
     ax.add_collection(LineCollection(errors, color=ORANGE, linewidth=2, zorder=3, label="error"))
     robot(ax, now.truth, TRUTH, 0.7)
     robot(ax, now.x[:3], ESTIMATE, 0.7)
     plot_ellipse(ax, now.x[:2], now.P[:2, :2], 3, color=BLUE, linewidth=1.3)
     ax.legend(loc="lower center", ncols=4, fontsize=10, columnspacing=0.9, handlelength=1.4)
-    for top, what, label in ((0.57, _nees, "NEES of the map,\nper state (-)"), (0.1, _shape, "error of the shape (m)")):
-        side = fig.add_axes((0.57, top, 0.42, 0.37))
-        bad, fine = what(swap_at), what(0)
-        side.plot(fine, color=BLUE, linewidth=2, label="no swap")
+    labels = ("NEES of the map,\nper state (-)", "error of the shape (m)")
+    for side, column, label in zip((0.57, 0.1), (0, 1), labels, strict=True):
+        side = fig.add_axes((0.57, side, 0.42, 0.37))
+        side.plot(fine[:, column], color=BLUE, linewidth=2, label="no swap")
         if swap_at:
-            side.plot(
-                np.arange(frame + 1),
-                bad[: frame + 1],
-                color=VERMILLION,
-                linestyle="--",
-                linewidth=2.5,
-                label="with the swap",
-            )
+            bad = table[: frame + 1, column]
+            side.plot(bad, color=VERMILLION, linestyle="--", linewidth=2.5, label="with the swap")
             side.axvline(swap_at, color=GREY, linestyle=":", linewidth=1.5)
         side.axvline(frame, color=BLACK, linewidth=1)
-        side.set(xlim=(0, 126), xticks=range(0, 126, 25), ylabel=label)
-        if what is _nees:
+        side.set(xlim=(0, len(moments) - 1), xticks=range(0, len(moments) - 1, 25), ylabel=label)
+        if column == 0:
             side.set(yscale="log", ylim=(0.1, 500))
             side.set_yticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
             side.minorticks_off()
@@ -204,23 +311,12 @@ def swap(frame, swap_at):
             side.legend(loc="upper right", fontsize=11, ncols=3)
         else:
             side.set(xlabel="frame", ylim=(0, 1.3), yticks=(0, 0.5, 1))
-    n, s = map_nees(now), shape_error(now)
     happened = "No swap" if not swap_at else f"Swap in frame {swap_at}"
     caption = (
-        f"{happened}; now frame {frame}. NEES of the map per state {n:.2g} (honest: 1, without a swap "
-        f"{map_nees(good[frame]):.2g}); the shape of the map is wrong by {s:.2f} m."
+        f"{happened}; now frame {frame}. NEES of the map per state {table[frame, 0]:.2g} (honest: 1, without a swap "
+        f"{fine[frame, 0]:.2g}); the shape of the map is wrong by {table[frame, 1]:.2f} m."
     )
-    return fig, {"nees": n, "shape_m": s, "caption": caption}
-
-
-@cache
-def _nees(swap_at):
-    return np.array([map_nees(f) if f.ranges else np.nan for f in with_swap(swap_at)])
-
-
-@cache
-def _shape(swap_at):
-    return np.array([shape_error(f) if len(f.ranges) > 1 else np.nan for f in with_swap(swap_at)])
+    return fig, {"nees": float(table[frame, 0]), "shape_m": float(table[frame, 1]), "caption": caption}
 
 
 @explorable(

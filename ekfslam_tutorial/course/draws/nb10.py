@@ -12,8 +12,23 @@ from ...graphics import ESTIMATE, MEASUREMENT, REJECTED, TRUTH, line, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from ..controls import Choice, Float, Int, Toggle
 from ..widgets import explorable
-from .nb10_runs import BOTH, NEVER, RUNS, STEPS, VALUE, attitude, attitudes, slerp
+from .nb10_runs import (
+    BOTH,
+    DIRECTIONS,
+    GYRO,
+    NEVER,
+    RATE,
+    RUNS,
+    SIGHT,
+    STEPS,
+    VALUE,
+    attitude,
+    judged,
+    slerp,
+)
 from .space import Space
+
+__all__ = ["BOTH", "DIRECTIONS", "GYRO", "NEVER", "RATE", "SIGHT", "VALUE", "judged"]
 
 WORLD = Frame3(np.eye(7)[3])
 POINT = np.array([3.2, 2.6, 1.9])
@@ -36,7 +51,7 @@ def tree_figure(Rf, Sf, p):
     space.gizmo(WORLD, 0.9, "world")
     space.gizmo(Rf, 0.7, "robot")
     space.gizmo(Cf, 0.7)
-    space.text(Cf.t, "camera", fontsize=14)
+    space.text(Cf.t, "camera", fontsize=14, xytext=(-28, 26))
     space.line([WORLD.t, Rf.t], color=BLUE, linestyle="--", label="Rf: robot in the world")
     space.line([Rf.t, Cf.t], color=PURPLE, linestyle=":", linewidth=3, label="Sf: camera in the robot")
     space.line([Cf.t, p], **line(MEASUREMENT, linewidth=2.2), label="ps: point in the camera")
@@ -82,7 +97,7 @@ FORMULAS = {
 
 
 @explorable(
-    formula=Choice("R' (p - t)", list(FORMULAS), "pf ="),
+    formula=Choice("R (p - t)", list(FORMULAS), "pf ="),
     x=Float(1.5, -1.0, 3.0, 0.25, "frame, x", "m"),
     yaw=Float(-20.0, -180.0, 180.0, 10.0, "yaw", "deg"),
     pitch=Float(-20.0, -80.0, 80.0, 10.0, "pitch", "deg"),
@@ -197,9 +212,10 @@ def ball(s, angle, flip):
     run=True,
     ranges={"norm": (0.3, 3), "along": (0, 2)},
 )
-def norm_drift(mode, prior, seed):
+def norm_drift(mode, prior, seed, attitude=attitude):
     """An attitude filter that adds its corrections to q: what becomes of the norm, and of P along q?"""
-    one, all_runs = attitude(mode, prior, seed), attitudes(mode, prior)
+    all_runs = judged(attitude, mode, prior)
+    one = all_runs[seed]
     k = np.arange(1, STEPS + 1)
     fig, axes = plt.subplots(1, 3, figsize=(12.5, 4.3), layout="constrained")
     axes[0].plot(k, all_runs[:10, :, 0].T, color=GREY, linewidth=0.8)

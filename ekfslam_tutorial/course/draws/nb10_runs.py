@@ -15,9 +15,8 @@ RATE = np.array([0.05, 0.02, 0.1])  # turn in one step, rad
 GYRO, SIGHT = np.radians(1.0), 0.1  # noise: of a turn, rad; of a measured direction
 
 
-@cache
-def attitude(mode: str, prior: float, seed: int) -> np.ndarray:
-    """One run; every fifth step two known directions are measured.
+def attitude(mode: str, prior: float, seed: int):
+    """One run, step by step; every fifth step two known directions are measured.
 
     Parameters
     ----------
@@ -27,31 +26,28 @@ def attitude(mode: str, prior: float, seed: int) -> np.ndarray:
         Standard deviation of the first orientation about each axis, degrees.
     seed : int
 
-    Returns
-    -------
-    ndarray, shape (STEPS, 4)
-        Norm of q, sigma along q, tangent-space NEES (3 dof), and error in degrees, after each step.
+    Yields
+    ------
+    q, P, true : ndarray
+        Orientation, its covariance (4, 4), and the true orientation, after each step.
     """
     start, gyro, sight = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3))
     q, true = np.array([1.0, 0, 0, 0]), v2q(np.radians(prior) * start.normal(size=3))[0]
     J = v2q(np.zeros(3))[1]
     P = np.radians(prior) ** 2 * J @ J.T
-    out = np.empty((STEPS, 4))
     for k in range(STEPS):
         true = q_prod(true, v2q(RATE)[0])[0]
         dq, DQ_v = v2q(RATE + GYRO * gyro.normal(size=3))
         q, Q_q, Q_dq = q_prod(q, dq)
         Q_v = Q_dq @ DQ_v
         P = Q_q @ P @ Q_q.T + GYRO**2 * Q_v @ Q_v.T
-        if k % 5 == 0:
-            for d in DIRECTIONS:
-                y = q2R(true)[0].T @ d + SIGHT * sight.normal(size=3)
-                q, P = correct(q, P, d, y)
-                if mode != NEVER:
-                    q, Q_q = unit(q)
-                    P = Q_q @ P @ Q_q.T if mode == BOTH else P
-        out[k] = np.linalg.norm(q), *_judge(q, P, true)
-    return out
+        for d in DIRECTIONS if k % 5 == 0 else ():
+            y = q2R(true)[0].T @ d + SIGHT * sight.normal(size=3)
+            q, P = correct(q, P, d, y)
+            if mode != NEVER:
+                q, Q_q = unit(q)
+                P = Q_q @ P @ Q_q.T if mode == BOTH else P
+        yield q, P, true
 
 
 def correct(q, P, d, y):
@@ -72,9 +68,10 @@ def _judge(q, P, true):
 
 
 @cache
-def attitudes(mode: str, prior: float) -> np.ndarray:
-    """All runs, shape (RUNS, STEPS, 4)."""
-    return np.array([attitude(mode, prior, seed) for seed in range(RUNS)])
+def judged(attitude, mode: str, prior: float) -> np.ndarray:
+    """Norm of q, sigma along q, tangent-space NEES (3 dof) and error (degrees) of all runs, (RUNS, STEPS, 4)."""
+    runs = (attitude(mode, prior, seed) for seed in range(RUNS))
+    return np.array([[(np.linalg.norm(q), *_judge(q, P, true)) for q, P, true in run] for run in runs])
 
 
 def slerp(q0, q1, s):

@@ -11,10 +11,23 @@ from ...graphics import ESTIMATE, MEASUREMENT, PREDICTED, covariance_panel, line
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
 from ..controls import Choice, Float, Int, Toggle
 from ..widgets import explorable
-from .nb11_runs import START, STEP, STEPS, belief, euler_sigmas, samples, small, spread, std_of, twist_path
+from .nb11_runs import (
+    START,
+    STEP,
+    STEPS,
+    beliefs,
+    believe,
+    euler_sigmas,
+    flights,
+    fly,
+    small,
+    spread,
+    std_of,
+    twist_path,
+)
 from .space import Space
 
-__all__ = ["START", "STEP", "belief", "euler_sigmas", "samples", "small", "std_of"]
+__all__ = ["START", "STEP", "euler_sigmas", "small", "std_of"]
 
 ROBOT, WORLD = "the robot", "the world"
 INSIDE = 97.1  # % of the probability in a 3-sigma ellipsoid
@@ -111,14 +124,14 @@ def twist(v, roll, pitch, yaw):
 
 @explorable(
     step=Int(15, 1, STEPS, label="step", play=200),
-    axes=Choice(ROBOT, [ROBOT, WORLD], "the filter adds noise in the axes of"),
-    turning=Toggle(True, "the turn is noisy, too"),
+    axes=Choice(WORLD, [ROBOT, WORLD], "the filter adds noise in the axes of"),
+    turning=Toggle(False, "the turn is noisy, too"),
     ranges={"inside": (0, 100)},
 )
-def tube(step, axes, turning):
+def tube(step, axes, turning, fly=fly, believe=believe):
     """The tube of uncertainty round a flight, and robots that really fly with noise in their own axes."""
-    means, covs = belief(turning, "robot" if axes == ROBOT else "world")
-    real = samples(turning)[step][:, :3]
+    means, covs = beliefs(believe, turning, "robot" if axes == ROBOT else "world")
+    real = flights(fly, turning)[step][:, :3]
     S = covs[step][:3, :3] + 1e-12 * np.eye(3)
     inside = float(100 * np.mean(md2(real - means[step][:3], S) < 9))
     fig, ax = plt.subplots(figsize=(10.5, 5.6), layout="constrained")

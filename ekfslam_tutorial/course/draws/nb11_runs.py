@@ -36,32 +36,36 @@ def std_of(turning: bool) -> np.ndarray:
     return STD * np.array([1, 1, 1, turning, turning, turning])
 
 
-@cache
-def samples(turning: bool) -> np.ndarray:
-    """Frames of robots that really move with noise in their own axes, shape (STEPS + 1, SAMPLES, 7)."""
-    rng = np.random.default_rng(11)
-    x = np.tile(START, (SAMPLES, 1))
-    path = [x]
+def fly(x, turning, rng, n=SAMPLES):
+    """Frames (n, 7) of robots that really move with noise in their own axes, after each step."""
+    x = np.tile(x, (n, 1))
     for _ in range(STEPS):
-        x = Odometry3().move(x, STEP + std_of(turning) * rng.normal(size=(SAMPLES, 6)), 1.0)[0]
-        path.append(x)
-    return np.array(path)
+        x = Odometry3().move(x, STEP + std_of(turning) * rng.normal(size=(n, 6)), 1.0)[0]
+        yield x
 
 
-@cache
-def belief(turning: bool, axes: str):
-    """Mean (STEPS + 1, 7) and covariance (STEPS + 1, 7, 7) of a filter that takes the noise in some axes."""
-    x, P, U = START, np.zeros((7, 7)), np.diag(std_of(turning) ** 2)
-    means, covs = [x], [P]
+def believe(x, P, turning, axes):
+    """Mean and covariance of a filter that takes the noise in the axes of the "robot" or of the "world"."""
     for _ in range(STEPS):
-        x2, X_x, X_u = odo3(x, STEP)
+        x, X_x, X_u = odo3(x, STEP)
         if axes == "world":  # the same numbers, added along x, y, z of the world
             X_u = X_u.copy()
             X_u[:3, :3] = np.eye(3)
-        x, P = x2, X_x @ P @ X_x.T + X_u @ U @ X_u.T
-        means.append(x)
-        covs.append(P)
-    return np.array(means), np.array(covs)
+        P = X_x @ P @ X_x.T + X_u @ np.diag(std_of(turning) ** 2) @ X_u.T
+        yield x, P
+
+
+@cache
+def flights(fly, turning: bool) -> np.ndarray:
+    """All frames of the robots, shape (STEPS + 1, SAMPLES, 7)."""
+    return np.array([np.tile(START, (SAMPLES, 1)), *fly(START, turning, np.random.default_rng(11))])
+
+
+@cache
+def beliefs(believe, turning: bool, axes: str):
+    """Mean (STEPS + 1, 7) and covariance (STEPS + 1, 7, 7) of the filter after each step."""
+    x, P = zip((START, np.zeros((7, 7))), *believe(START, np.zeros((7, 7)), turning, axes), strict=True)
+    return np.array(x), np.array(P)
 
 
 def euler_sigmas(roll, pitch, sigma):

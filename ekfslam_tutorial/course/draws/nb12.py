@@ -4,17 +4,44 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Rectangle
 
+from ...analysis.consistency import md2
 from ...geometry import Frame3, e2q
-from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, nan_separated, points
+from ...graphics import (
+    ESTIMATE,
+    MEASUREMENT,
+    PREDICTED,
+    TRUTH,
+    line,
+    nan_separated,
+    plot_ellipse,
+    points,
+    sigma_label,
+)
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from ...models.sensors.lens import distort, inv_distortion
 from ...models.sensors.pin_hole import inv_pin_hole, pin_hole
 from ..controls import Choice, Float, Int
 from ..widgets import explorable
-from .nb12_runs import NAMES, SIZE, TRUE, K, calibrate, corner, fold_of, in_lens, model_error, wall, ways_back
+from .nb12_runs import (
+    NAMES,
+    SIZE,
+    START,
+    START_STD,
+    TRUE,
+    Calibration,
+    K,
+    board,
+    calibrate,
+    corner,
+    fold_of,
+    in_lens,
+    model_error,
+    wall,
+    ways_back,
+)
 from .space import Space
 
-__all__ = ["FORWARD", "K", "SIZE", "TRUE", "calibrate", "fold_of"]
+__all__ = ["FORWARD", "SIZE", "START", "START_STD", "TRUE", "Calibration", "K", "board", "calibrate", "fold_of"]
 
 NARROW = np.array([320.0, 240.0, 450.0, 450.0])  # k of a camera with a smaller angle of view
 FORWARD = np.concatenate([[0, 0, 0.6], e2q(np.array([-np.pi / 2, 0, -np.pi / 2]))[0]])  # looks ahead, 0.6 m above
@@ -58,6 +85,57 @@ def ways_figure(d):
     words = ", ".join(f"{name}: {e:.2g} px" for name, e in list(worst.items())[:-1])
     exact = "less than 0.0001 px" if worst["Newton"] < 1e-4 else f"{worst['Newton']:.2g} px"
     return fig, f"Worst errors. {words}. Newton: {exact}. Errors below 0.0001 px are drawn there."
+
+
+def map_and_image_figure(Rf, P, Sf, points_in_world, expected, measured, k=K, d=(-0.25,)):
+    """Robot and landmarks in space, and the image of its camera: expected pixels with 3-sigma ellipses, measured ones.
+
+    Parameters
+    ----------
+    Rf, Sf : Frame3
+        Robot in the world, with the covariance P, shape (7, 7); camera on the robot.
+    points_in_world : ndarray, shape (n, 3)
+    expected : dict of int to (u, Z)
+        Pixel and covariance of each landmark that the camera should see, by its number.
+    measured : dict of int to ndarray
+        Pixel that it has seen.
+
+    Returns
+    -------
+    fig, caption
+    """
+    fig = plt.figure(figsize=(12.6, 5.4))
+    left, image = fig.add_axes((0.01, 0.17, 0.52, 0.75)), fig.add_axes((0.6, 0.2, 0.39, 0.72))
+    space = Space(left, ((-1, 1), (-1, 1)), azim=-150, elev=38, title="map figure")
+    corners = space.xy(np.vstack([points_in_world, [Rf.t]]))
+    (u0, s0), (u1, s1) = corners.min(0) - 0.5, corners.max(0) + 0.5
+    left.set(xlim=(u0, u1), ylim=(s0, s1))
+    space.ground(15, 2.0)
+    space.curves(np.stack([points_in_world, points_in_world * [1, 1, 0]], 1), color=GREY, linewidth=0.7)
+    seen = sorted(expected)
+    space.line(points_in_world, **points(TRUTH, markersize=8, markeredgewidth=1.0), label="landmarks, known")
+    eye = Rf.from_frame(Sf.t)[0]
+    rays = np.stack([np.broadcast_to(eye, (len(seen), 3)), points_in_world[seen]], 1)
+    space.curves(rays, **line(MEASUREMENT, linewidth=0.9), label="rays to those expected in the image")
+    space.robot(Rf, 0.45, **line(ESTIMATE, linewidth=1.6))
+    space.ellipsoid(Rf.t, P[:3, :3] + 1e-9 * np.eye(3), 3, **line(ESTIMATE, linewidth=1.2), label=sigma_label(3, 3))
+    left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, frameon=False)
+    u, Z = np.array([expected[i][0] for i in seen]), np.array([expected[i][1] for i in seen])
+    plot_ellipse(image, u, Z, 3, **line(PREDICTED, linewidth=1.3), label=f"expected, {sigma_label(3)}")
+    image.plot(*u.T, **points(PREDICTED, markersize=5), zorder=6)
+    image.plot(*np.array(list(measured.values())).T, **points(MEASUREMENT, markersize=10), zorder=7, label="measured")
+    picture_axes(image, 25, "sensor figure")
+    image.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
+    both = [i for i in seen if i in measured]
+    inside = sum(md2(measured[i] - expected[i][0], expected[i][1]) < 9 for i in both)
+    depth = np.linalg.norm(points_in_world[seen] - eye, axis=1)
+    wide = 3 * np.sqrt(Z[:, 0, 0])
+    near, far = np.argmin(depth), np.argmax(depth)
+    return fig, (
+        f"{len(seen)} of {len(points_in_world)} landmarks are expected in the image; {inside} of {len(both)} measured "
+        f"pixels lie in their 3-sigma ellipses. To the side 3 sigma is {wide[near]:.0f} px for the nearest landmark, "
+        f"{depth[near]:.1f} m away, and {wide[far]:.0f} px for the one furthest away, {depth[far]:.1f} m."
+    )
 
 
 def correction(d, n=4, k=K):
@@ -249,7 +327,7 @@ def ray(u, v, s, s_std, noise):
     seed=Int(0, 0, 9, label="noise number"),
     ranges={"corner": (0, 1e4), "nis": (0, 1e6)},
 )
-def calibration(views, part, noise, n_d, seed):
+def calibration(views, part, noise, n_d, seed, calibrate=calibrate):
     """An EKF whose state is k and d: what it has learnt, and what it says about the parts that it has not seen."""
     c = calibrate(views, part, noise, n_d, seed)
     r = np.linspace(0, 1.2, 100)

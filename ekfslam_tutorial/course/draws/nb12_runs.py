@@ -59,7 +59,7 @@ def ways_back(d, r):
     return {name: K[2] * np.linalg.norm(b - up, axis=1) for name, b in zip(WAYS, back, strict=True)}
 
 
-def view(rng, part, nx=8, ny=6):
+def board(rng, part, nx=8, ny=6):
     """Corners of a board in the camera frame, (48, 3), m: tilted at random; it fills `part` of the image."""
     grid = np.stack(np.meshgrid(np.linspace(-1, 1, nx), np.linspace(-0.75, 0.75, ny)), -1).reshape(-1, 2)
     R = e2R(rng.uniform(-1, 1, 3) * np.radians([25, 25, 20]))[0]
@@ -78,7 +78,6 @@ class Calibration:
     pixels: np.ndarray
     residuals: np.ndarray
     nis: float  # mean of all views, divided by its number of measurements: 1 is honest
-    history: np.ndarray  # standard deviations after each view, (views + 1, n)
 
 
 def calibrate(views=10, part=0.9, std=0.5, n_d=2, seed=0, iterations=4):
@@ -100,9 +99,9 @@ def calibrate(views=10, part=0.9, std=0.5, n_d=2, seed=0, iterations=4):
     place, noise = (np.random.default_rng(s) for s in np.random.SeedSequence([12, seed]).spawn(2))
     n = 4 + n_d
     x, P = START[:n].copy(), np.diag(START_STD[:n] ** 2)
-    history, nis = [np.sqrt(np.diag(P))], []
+    nis = []
     for _ in range(views):
-        p = view(place, part)
+        p = board(place, part)
         y = pin_hole(p, TRUE[:4], TRUE[4:])[0] + std * noise.standard_normal((len(p), 2))
         new = x
         for _ in range(iterations):
@@ -113,9 +112,8 @@ def calibrate(views=10, part=0.9, std=0.5, n_d=2, seed=0, iterations=4):
             new = x + W.T @ z
         nis.append(z @ np.linalg.solve(Z, z) / len(z))
         x, P = new, P - P @ H.T @ W
-        history.append(np.sqrt(np.diag(P)))
     after = y - pin_hole(p, x[:4], x[4:])[0]
-    return Calibration(x, P, y, after, float(np.mean(nis)), np.array(history))
+    return Calibration(x, P, y, after, float(np.mean(nis)))
 
 
 def model_error(c, r):

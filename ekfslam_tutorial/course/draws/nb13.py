@@ -7,6 +7,7 @@ from matplotlib.patches import Rectangle
 from ...ekf import chi_square
 from ...graphics import ESTIMATE, TRUTH, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
+from ...models.landmarks import IdpPnt
 from ...models.landmarks.projective import linearity
 from ...models.sensors import PinHole
 from ..controls import Choice, Float, Int
@@ -18,15 +19,11 @@ from .nb13_runs import (
     FRAMES,
     RHO,
     RHO_STD,
-    VAR,
     births,
-    correct_depth,
-    drive,
     one_point,
-    sights,
 )
 
-__all__ = ["DEPTH", "DEPTH_STD", "FORWARD", "FRAMES", "RHO", "RHO_STD", "VAR", "correct_depth", "drive", "sights"]
+__all__ = ["DEPTH", "DEPTH_STD", "FORWARD", "FRAMES", "RHO", "RHO_STD"]
 
 GATE = np.sqrt(chi_square.quantile(0.99, 1))  # of one number, in sigmas
 SHOWN = 3000  # points that are drawn, of all that are counted
@@ -66,18 +63,43 @@ def gate_figure(d, x, P, rho, P_rho):
     )
 
 
-def types_figure(run):
-    """How many landmarks have six numbers, how many three, over the frames. Returns (fig, caption)."""
-    fig, ax = plt.subplots(figsize=(9.5, 4.3), layout="constrained")
-    k = np.arange(1, len(run.six) + 1)
-    ax.fill_between(k, 0, run.six, color=ORANGE, alpha=0.6, step="mid", hatch="//", label="inverse depth, 6 numbers")
-    ax.fill_between(k, run.six, run.six + run.three, color=BLUE, alpha=0.5, step="mid", label="Euclidean, 3 numbers")
-    ax.set(xlabel="frame", ylabel="landmarks in the map", xlim=(1, len(k)), ylim=(0, None))
-    ax.legend(loc="upper left")
-    n = int(run.six[-1] + run.three[-1])
+def chain(F, S, l, P_ll, jacobians):
+    """Both frames, ray and prior from above, and the Jacobians of the landmark. Returns (fig, caption)."""
+    fig = plt.figure(figsize=(12.4, 5.0), layout="constrained")
+    left, right = fig.subfigures(1, 2, width_ratios=(1, 1.35), squeeze=False)[0]
+    ax = left.subplots()
+    C = F.compose(S)[0]
+    p, P_l = IdpPnt().point(l)
+    std = np.sqrt(P_ll[5, 5])
+    m = (p - l[:3]) * l[5]
+    near, far = (l[:3] + m / (l[5] + k * std) for k in (2, -1.5))
+    ax.plot(*np.transpose([near, far])[:2], color=ORANGE, linewidth=8, alpha=0.5, label="prior of ρ: +2σ to -1.5σ")
+    ax.plot(*np.transpose([l[:3], far])[:2], color=GREY, linestyle=":", label="ray of the pixel")
+    for G, name, look, down in ((F, "robot F", (0, 1), -14), (C, "camera F S", (2, 0), 12)):
+        for k, color in zip(look, (VERMILLION, GREEN), strict=True):
+            tip = G.t + 0.9 * G.R[:, k]
+            ax.annotate("", tip[:2], G.t[:2], arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 2.2})
+        ax.annotate(name, G.t[:2], (-8, down), textcoords="offset points", fontsize=12, ha="right")
+    ax.plot(*l[:2], marker="s", color=BLACK, markersize=6, linestyle="none", label="anchor: where the camera is")
+    ax.plot(*p[:2], **points(ESTIMATE, markersize=9), label="landmark at the mean of the prior")
+    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", xlim=(-1.5, 8.5), ylim=(-3.6, 3.6))
+    ax.legend(loc="upper left", fontsize=10)
+    rows = ["x", "y", "z", "pitch", "yaw", "ρ"]
+    names = (["x", "y", "z", "a", "b", "c", "d"], ["x", "y", "z", "a", "b", "c", "d"], ["u", "v"], ["ρ"])
+    axes = right.subplots(1, 4, width_ratios=[J.shape[1] for J in jacobians], sharey=True)
+    for ax, J, title, columns in zip(axes, jacobians, ("$L_F$", "$L_S$", "$L_y$", "$L_n$"), names, strict=True):
+        shown = J / np.maximum(np.abs(J).max(), 1e-12)
+        ax.imshow(shown, cmap="PuOr_r", vmin=-1, vmax=1, aspect="auto")
+        ax.set_xticks(range(J.shape[1]), columns)
+        ax.set_yticks(range(6), rows)
+        ax.set_title(title)
+        ax.tick_params(length=0)
+        ax.grid(False)
+    depth = [1 / (l[5] + k * std) for k in (2, -1.5)]
     return fig, (
-        f"At the end {n} landmarks: {run.six[-1]} with 6 numbers, {run.three[-1]} with 3. The map has {run.states} "
-        f"states; with 6 numbers for each it would have {7 + 6 * n}."
+        f"Left, from above: robot and camera, the ray, and the prior: {depth[0]:.1f} m to {depth[1]:.1f} m. Red "
+        f"arrows look ahead. Right: the four Jacobians, each on its own scale, white is zero. The pixel moves pitch "
+        f"and yaw only, the prior moves ρ only; both frames move the anchor and the angles, and none of them moves ρ."
     )
 
 
@@ -137,7 +159,7 @@ def ray(u, mean, std, base):
 
 @explorable(
     d=Float(20.0, 2.0, 100.0, 1.0, "true depth", "m"),
-    base=Float(0.2, 0.05, 5.0, 0.05, "way of the camera to the side", "m"),
+    base=Float(0.05, 0.05, 5.0, 0.05, "way of the camera to the side", "m"),
     noise=Choice(0.1, {"0.02°": 0.02, "0.1°": 0.1, "0.5°": 0.5}, label="noise of an angle, sigma"),
     seed=Int(0, 0, 9, label="noise number"),
     ranges={"nees_depth": (0, 1e9), "nees_rho": (0, 60), "linearity": (0, 1e9)},
@@ -190,7 +212,7 @@ def anchors(count, moved):
     sigma = np.sqrt(np.diag(P))
     C = P / np.outer(sigma, sigma)
     fig, ax = plt.subplots(figsize=(8.6, 6.3), layout="constrained")
-    picture = ax.imshow(C, cmap="RdBu_r", vmin=-1, vmax=1)
+    picture = ax.imshow(C, cmap="PuOr_r", vmin=-1, vmax=1)
     fig.colorbar(picture, ax=ax, label="correlation (-)", shrink=0.85)
     edges = [0, 3, *(3 + 6 * (i + 1) for i in range(count))]
     for e in edges[1:-1]:

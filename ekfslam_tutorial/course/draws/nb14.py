@@ -99,7 +99,8 @@ def overview(now):
         ahead = F.R[:, 0]
         robot(ax, [*F.t[:2], np.arctan2(ahead[1], ahead[0])], size=0.45)
         text = f"Rob {rob.id}: Sen {', '.join(str(i) for i in rob.sensors)}"
-        ax.annotate(text, F.t[:2], (-10, -22), textcoords="offset points", fontsize=13, weight="bold", zorder=9)
+        ax.annotate(text, F.t[:2], (-10, -22), textcoords="offset points", fontsize=13, weight="bold", zorder=9,
+                    bbox={"facecolor": "w", "alpha": 0.75, "edgecolor": "none", "pad": 1})  # fmt: skip
     ax.set(xlim=(-8, 8), ylim=(-7.5, 7.5), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     _wagons(strip, now)

@@ -72,7 +72,7 @@ def one_landmark(step, same, std):
     ax.set_title(f"Step {step}: {STEPS[step]}", loc="left")
     ax.legend(loc="upper left", ncols=2, fontsize=11)
     C = P / np.sqrt(np.outer(np.diag(P), np.diag(P)))
-    im.imshow(C, cmap="RdBu_r", vmin=-1, vmax=1)
+    im.imshow(C, cmap="PuOr_r", vmin=-1, vmax=1)
     edges = [0, 3, 6, *range(8, len(x) + 1, 2)]
     for e in edges[1:-1]:
         im.axhline(e - 0.5, color=BLACK, linewidth=1)
@@ -162,7 +162,8 @@ def meet(stage, bearing_std, seed):
                 linestyle="none")  # fmt: skip
         q = x[at : at + 3] + [0, 0, -np.pi / 2]
         robot(ax, [*show(q[:2]), q[2]], size=0.5, facecolor=LOOKS[k]["color"])
-        ax.annotate(f"robot {k + 1}", tuple(show(q[:2])), (10, 6 - 22 * k), textcoords="offset points", fontsize=13,
+        beside = ((10, 6), (-26, 18))[k]
+        ax.annotate(f"robot {k + 1}", tuple(show(q[:2])), beside, textcoords="offset points", fontsize=13,
                     weight="bold")  # fmt: skip
         robot(ax, [*show(truth[at : at + 2]), truth[at + 2] - np.pi / 2], TRUTH, size=0.5)
     if stage:
@@ -188,7 +189,7 @@ def meet(stage, bearing_std, seed):
 
 
 @explorable(
-    turn=Float(0.9, 0.0, 3.0, 0.3, "turn of the robot in a frame", "deg"),
+    turn=Float(0.0, 0.0, 3.0, 0.3, "turn of the robot in a frame", "deg"),
     std=Float(2.0, 0.5, 4.0, 0.5, "mounting is off by, 1 sigma", "deg"),
     calibrate=Toggle(True, label="the mounting is in the map"),
     seed=Int(1, 1, 9, label="noise number"),

@@ -13,18 +13,16 @@ from .nb16_runs import (
     NEAR,
     RANGES,
     STD,
-    cloister,
+    Runs,
     correct_ring,
     entry_points,
-    many,
     passes,
     places,
-    scenario,
     start_ring,
     verdict,
 )
 
-__all__ = ["NEAR", "RANGES", "STD", "cloister", "entry_points", "many", "passes", "scenario", "verdict"]
+__all__ = ["NEAR", "RANGES", "STD", "Runs", "entry_points", "passes", "verdict"]
 
 COLUMNS = ("read user data", "simulate", "correct known", "start new")
 MEANING = {
@@ -117,7 +115,7 @@ def honesty_figure(runs):
 
 
 @explorable(
-    k=Int(6, 1, RANGES, label="ranges so far", play=250),
+    k=Int(RANGES, 1, RANGES, label="ranges so far", play=250),
     way=Choice("straight", ["straight", "curve"], label="way of the robot"),
     H=Choice(24, {"1": 1, "4": 4, "8": 8, "24": 24}, label="hypotheses"),
     number=Int(3, 0, 9, label="beacon number"),

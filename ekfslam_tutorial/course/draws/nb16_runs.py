@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...analysis import anees_band, md2, nees
+from ...analysis import anees_band
 from ...models.sensors import RangeBearing
 from ...toolbox import UserData, universal_slam
 from ..exercises.nb16_birth import hypothesis
@@ -74,7 +74,7 @@ def entry_points(filled, frames=3):
     return calls, None
 
 
-# ---- a beacon in the universal loop ---------------------------------------------------------------------------------
+# ---- a run in the universal loop -------------------------------------------------------------------------------------
 
 SCENARIO = {
     "name": "beacons",
@@ -89,12 +89,10 @@ NEAR = {"range_std": 0.1, "bearing_std_deg": 2.0, "max_range": 2.5, "fov_deg": 1
 
 @dataclass(frozen=True)
 class Runs:
-    """Ends of several runs: NEES and position error (m) of the robot, NEES and error of each landmark."""
+    """Ends of several runs: NEES and position error (m) of the robot."""
 
     nees: np.ndarray
     off: np.ndarray
-    lmk_nees: np.ndarray
-    lmk_off: np.ndarray
     dof: int
 
     @property
@@ -117,72 +115,6 @@ class Runs:
         verdict = "honest" if low <= self.anees <= high else "over-confident" if self.anees > high else "too cautious"
         n = f"{self.anees:.1f}" if self.anees < 1000 else f"{self.anees:.0e}"
         return f"robot off by {self.rms:.2f} m (RMS), ANEES {n}, band {low:.1f} to {high:.1f}: {verdict}"
-
-
-def many(data, seeds=range(1, 21)):
-    """Run a scenario with many seeds and look at the end of each run.
-
-    Parameters
-    ----------
-    data : UserData
-    seeds : iterable of int
-
-    Returns
-    -------
-    Runs
-    """
-    robots, landmarks = [], []
-    for seed in seeds:
-        *_, now = universal_slam(data, seed=seed, engine="plain")
-        rob = now.robs[0]
-        F, n = rob.frame(now.map), rob.motion.frame.size
-        truth = rob.motion.frame(now.truth[rob.id])
-        robots.append((nees(F, now.map.P[rob.r, rob.r][:n, :n], truth), np.linalg.norm(F.t - truth.t)))
-        true = dict(zip(now.sim_lmk.ids.tolist(), now.sim_lmk.points, strict=True))
-        for lmk in (lmk for lmk in now.lmks.values() if lmk.r is not None):
-            p, P = lmk.point(now.map)
-            landmarks.append((md2(p - true[lmk.id], P), np.linalg.norm(p - true[lmk.id])))
-    return Runs(*np.array(robots).T, *np.reshape(landmarks, (-1, 2)).T, dof=data.frame.dof)
-
-
-def scenario(sensors, models=(), known=False):
-    """User data: a robot on its round among 10 beacons, with these sensors.
-
-    Parameters
-    ----------
-    sensors : list of dict
-        As [[sensor]] in a scenario file.
-    models : sequence of classes
-    known : bool
-        The beacons are at known places, and the robot starts with 0.3 m and 10 degrees of uncertainty (1 sigma).
-    """
-    table = {**SCENARIO, "sensor": [{"id": i + 1, **sensor} for i, sensor in enumerate(sensors)]}
-    if known:
-        start = {"position_std": [0.3, 0.3], "orientation_std_deg": 10.0}
-        table |= {"landmark": {"in_map": False}, "robot": [{**SCENARIO["robot"][0], **start}]}
-    return UserData.from_dict(table, models=models)
-
-
-def cloister(models):
-    """User data in space: a robot in a small cloister with a camera that looks all round, of the student's class."""
-    table = {
-        "time": {"dt": 0.1, "last": 60},
-        "world": {"type": "cloister", "n": 5},
-        "robot": [
-            {
-                "motion": "odometry3",
-                "position": [0, -5, 0],
-                "dx": [0.16, 0, 0],
-                "da_deg": [0, 0, 1.8],
-                "dx_std": 0.01,
-                "da_std_deg": 0.1,
-            }
-        ],
-        "sensor": [{"type": "all_round", "position": [0, 0, 0.6]}],
-        "landmark": {"type": "ahm_pnt", "non_obs_mean": 0.2, "non_obs_std": 0.1},
-        "options": {"n_inits": [8, 1], "n_updates": 10, "md2_threshold": 13.8},
-    }
-    return UserData.from_dict(table, models=models)
 
 
 # ---- ranges alone ---------------------------------------------------------------------------------------------------

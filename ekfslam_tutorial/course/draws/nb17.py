@@ -1,32 +1,34 @@
 """Drawings of notebook 17: three ways to a NEES in space, the stored Monte Carlo, four anonymous landmark types."""
 
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.stats import chi2
 
-from ...analysis import anees_band, md2
-from ...analysis import nees as tangent_nees
-from ...geometry import Frame3, e2q, q2e, q2qc, q_prod, v2q, wrap
+from ... import __file__ as package_file
+from ...analysis import anees_band
+from ...graphics import MapFig, SenFig, grab, side_by_side
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
+from .. import figures
 from ..controls import Choice, Float, Toggle
 from ..widgets import explorable
-from .nb17_runs import FRAMES, KINDS, ODOMETRY, RUNS, final_nees, live, scenario, stored
-
-__all__ = [
-    "FRAMES",
-    "KINDS",
-    "ODOMETRY",
-    "RUNS",
-    "draws",
-    "euler_nees",
-    "final_nees",
-    "live",
-    "scenario",
-    "stored",
-    "subtracted_nees",
-]
 
 DOF = 6
+SIZE = 9.0, 6.6  # of map figure and sensor figure, inches
+FRAMES, RUNS = 100, 25  # of the stored series
+EVERY = 2  # frames that are stored: each second one
+KINDS = {
+    "euc_depth": "eucPnt, depth guessed",
+    "hmg": "hmgPnt",
+    "ahm": "ahmPnt",
+    "idp": "idpPnt",
+    "idp_euc": "idpPnt, later eucPnt",
+    "euc_camera": "eucPnt, depth camera",
+}
+ODOMETRY = {"good": "3 mm, 0.03° a step", "poor": "10 mm, 0.1° a step"}
 LOOK = {
     "euc_depth": (VERMILLION, "x"),
     "hmg": (ORANGE, "s"),
@@ -38,88 +40,127 @@ LOOK = {
 LETTERS = {"A": "idp", "B": "euc_depth", "C": "ahm", "D": "hmg"}
 
 
-# ---- errors of a pose -----------------------------------------------------------------------------------------------
+# ---- the stored series ----------------------------------------------------------------------------------------------
 
 
-def draws(n, sigma_deg=3.0, pitch_deg=0.0, flip=False, seed=17):
-    """Poses of which the filter is honest by construction: its covariance is that of the errors.
+@dataclass(frozen=True)
+class Series:
+    """Runs of one kind: NEES of the robot's pose (6 dof), position error (m), numbers in the map.
 
-    Parameters
-    ----------
-    n : int
-    sigma_deg : float
-        Standard deviation of the orientation, degrees on each axis; of the position: 0.1 m.
-    pitch_deg : float
-        Pitch of the estimate.
-    flip : bool
-        Half of the true quaternions are written with the other sign.
+    Each has the shape (runs, frames); `k` are the numbers of the frames.
+    """
+
+    k: np.ndarray
+    nees: np.ndarray
+    off: np.ndarray
+    states: np.ndarray
+
+    @property
+    def anees(self):
+        """Mean NEES over the runs, for each frame."""
+        return self.nees.mean(0)
+
+    @property
+    def rms(self):
+        """Root of the mean squared position error over the runs, m, for each frame."""
+        return np.sqrt((self.off**2).mean(0))
+
+
+def stored_path():
+    """The file of the stored series, in an installed package or in the repository."""
+    package = Path(package_file).resolve().parent
+    folders = package / "_share" / "data", package.parent / "data"
+    return next(folder for folder in folders if folder.is_dir()) / "consistency_3d.npz"
+
+
+@cache
+def stored(kind, odometry="good"):
+    """A series of 25 runs from the file that `tools/make_consistency_3d.py` writes.
 
     Returns
     -------
-    x : ndarray, shape (n, 7)
-        Estimates: all the same.
-    P : ndarray, shape (n, 7, 7)
-        Their covariance, of rank 6.
-    truth : ndarray, shape (n, 7)
+    Series
     """
-    rng = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(2)]
-    C = np.diag([0.1] * 3 + [np.radians(sigma_deg)] * 3) ** 2
-    q = e2q(np.array([0.2, np.radians(pitch_deg), 0.7]))[0]
-    T = np.zeros((7, 6))
-    T[:3, :3], T[3:, 3:] = np.eye(3), q_prod(q, np.eye(4)[0])[2][:, 1:] / 2
-    e = rng[0].standard_normal((n, 6)) @ np.sqrt(C)
-    true_q = q_prod(np.broadcast_to(q, (n, 4)), q2qc(v2q(e[:, 3:])[0])[0])[0]
-    if flip:
-        true_q = true_q * np.where(rng[1].random(n) < 0.5, -1.0, 1.0)[:, None]
-    x = np.tile(np.concatenate([np.zeros(3), q]), (n, 1))
-    return x, np.tile(T @ C @ T.T, (n, 1, 1)), np.concatenate([-e[:, :3], true_q], 1)
+    with np.load(stored_path(), allow_pickle=False) as file:
+        parts = [file[f"{kind}_{odometry}_{name}"].astype(float) for name in ("nees", "off", "states")]
+        return Series(file["k"].astype(int), *parts)
 
 
-def subtracted_nees(x, P, truth, added=1e-9):
-    """What comes out where quaternions are subtracted, and a little is added to P to make it invertible."""
-    e = x - truth
-    return (e * np.linalg.solve(P + added * np.eye(7), e[..., None])[..., 0]).sum(-1)
+# ---- errors of a pose -----------------------------------------------------------------------------------------------
 
-
-def euler_nees(x, P, truth):
-    """NEES of position and Euler angles, with the covariance brought along by their Jacobian."""
-    a, A_q = q2e(x[..., 3:])
-    J = np.zeros((*x.shape[:-1], 6, 7))
-    J[..., :3, :3], J[..., 3:, 3:] = np.eye(3), A_q
-    e = np.concatenate([x[..., :3] - truth[..., :3], wrap(a - q2e(truth[..., 3:])[0])], -1)
-    return md2(e, J @ P @ np.swapaxes(J, -1, -2))
+WAYS = {
+    "tangent space": (BLUE, "-"),
+    "Euler angles": (ORANGE, ":"),
+    "q - q, with a little added to P": (VERMILLION, "--"),
+}
 
 
 @explorable(
     sigma=Float(3.0, 0.5, 30.0, 0.5, "orientation, 1 sigma", "deg"),
-    pitch=Float(0.0, 0.0, 88.0, 2.0, "pitch of the robot", "deg"),
+    pitch=Float(88.0, 0.0, 88.0, 2.0, "pitch of the robot", "deg"),
     flip=Toggle(False, label="half of the true q with the other sign"),
     added=Choice(1e-9, {"1e-12": 1e-12, "1e-9": 1e-9, "1e-6": 1e-6, "1e-3": 1e-3}, label="added to P for q - q"),
     ranges={"tangent": (3, 12), "subtracted": (0, 1e14), "euler": (0, 1e9)},
 )
-def ways(sigma, pitch, flip, added):
+def ways(honest_poses, pose_nees, euler_nees, subtracted_nees, sigma, pitch, flip, added):
     """1000 honest poses, and their NEES computed in three ways: only one of them is chi-square."""
-    x, P, truth = draws(1000, sigma, pitch, flip)
-    cases = (
-        ("tangent space", tangent_nees(Frame3(x), P, Frame3(truth)), BLUE, "-"),
-        ("q - q, with a little added to P", subtracted_nees(x, P, truth, added), VERMILLION, "--"),
-        ("Euler angles", euler_nees(x, P, truth), ORANGE, ":"),
-    )
+    x, P, truth = honest_poses(1000, sigma, pitch, flip)
+    tangent, euler = pose_nees(x, P, truth), euler_nees(x, P, truth)
+    subtracted = subtracted_nees(x, P, truth, added)
+    values = dict(zip(WAYS, (tangent, euler, subtracted), strict=True))
+    fig, caption = _ways_figure(values)
+    return fig, {"tangent": tangent.mean(), "euler": euler.mean(), "subtracted": subtracted.mean(), "caption": caption}
+
+
+def _ways_figure(values):
+    """NEES of honest poses in several ways, {way: (n,)}, beside the chi-square distribution. Returns (fig, caption)."""
     fig, ax = plt.subplots(figsize=(10.5, 4.8), layout="constrained")
     u = np.geomspace(0.3, 1e8, 400)
-    ax.plot(u, 100 * chi2.cdf(u, DOF), color=BLACK, linewidth=7, alpha=0.25, label="chi-square, 6 dof: honest")
-    share = 100 * (np.arange(1000) + 0.5) / 1000
-    for name, n, color, dash in cases:
-        ax.plot(np.sort(np.clip(n, 1e-3, 1e9)), share, color=color, linestyle=dash, linewidth=2.6, label=name)
-    ax.set(xscale="log", xlim=(0.5, 1e7), ylim=(0, 100), xlabel="NEES (-)", ylabel="share of the poses below (%)")
+    ax.plot(u, 100 * chi2.sf(u, DOF), color=BLACK, linewidth=7, alpha=0.25, label="chi-square, 6 dof: honest")
+    words = []
+    for way, n in values.items():
+        color, dash = WAYS[way]
+        share = 100 * (1 - (np.arange(len(n)) + 0.5) / len(n))
+        ax.plot(np.sort(np.clip(n, 1e-3, 1e9)), share, color=color, linestyle=dash, linewidth=2.6, label=way)
+        words.append(f"{way} {_short(np.mean(n))}")
+    ax.set(xscale="log", yscale="log", xlim=(0.5, 1e7), ylim=(0.1, 110))
+    ax.set(xlabel="NEES (-)", ylabel="share of the poses above (%)")
+    ax.set_yticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
     ax.minorticks_off()
-    ax.legend(loc="lower right")
-    means = [float(np.mean(n)) for _, n, *_ in cases]
-    caption = (
-        f"1000 honest poses; the mean NEES should be 6. Tangent space: {means[0]:.1f}. q - q: {_short(means[1])}. "
-        f"Euler angles: {_short(means[2])}."
+    ax.legend(loc="upper right")
+    return fig, f"{len(n)} honest poses. Mean NEES, which should be 6: {'; '.join(words)}."
+
+
+# ---- a run, seen ----------------------------------------------------------------------------------------------------
+
+
+def two_figures(run, title=""):
+    """Map figure and sensor figure of a run, side by side, in its last frame. Returns (fig, caption)."""
+    figs, now = [], None
+    for now in run:
+        if not figs:
+            maps = MapFig(now, title=title, labels=False, figsize=SIZE)
+            figs = [maps, SenFig(now, labels=False, figsize=SIZE)]
+        for fig in figs:
+            fig.update(now)
+    assert now is not None  # a run has frames
+    for fig in figs:
+        fig.fig.set_dpi(figures.DPI)
+    image = side_by_side([grab(fig.fig) for fig in figs])
+    for fig in figs:
+        plt.close(fig.fig)
+    fig = plt.figure(figsize=(image.shape[1] / figures.DPI, image.shape[0] / figures.DPI))
+    ax = fig.add_axes((0, 0, 1, 1))
+    ax.imshow(image)
+    ax.set_axis_off()
+    rob = now.robs[0]
+    off = np.linalg.norm(now.map.x[rob.r][:3] - now.truth[rob.id][:3])
+    sigma = np.sqrt(np.trace(now.map.P[rob.r, rob.r][:3, :3]))
+    used = sum(o.updated for o in now.obs.values())
+    return fig, (
+        f"{title}, frame {now.k}: {len(now.lmks)} landmarks in the map, {used} pixels used in this frame. The robot is "
+        f"off by {100 * off:.1f} cm, and the filter claims {100 * sigma:.1f} cm (1 sigma)."
     )
-    return fig, {"tangent": means[0], "subtracted": means[1], "euler": means[2], "caption": caption}
 
 
 def _short(n):
@@ -158,9 +199,8 @@ def nees_figure():
             s = stored(kind, name)
             ends[name, kind] = s.anees[-1]
             _curve(ax, kind, s.anees, s.k)
-        step, angle = ODOMETRY[name]
         ax.set(yscale="log", xlabel="frame", ylim=(2, 6000), xlim=(0, FRAMES))
-        ax.set_title(f"{name} odometry: {1000 * step:.0f} mm, {angle:g}° a step", loc="left")
+        ax.set_title(f"{name} odometry: {ODOMETRY[name]}", loc="left")
     axes[0].set_ylabel(f"mean NEES of {RUNS} runs, 6 dof (-)")
     axes[0].fill_between([], [], [], color=GREEN, alpha=0.3, label=f"95 % band, {low:.1f} to {high:.1f}")
     handles, labels = axes[0].get_legend_handles_labels()

@@ -1,31 +1,29 @@
 """Drawings of notebook 18: five robots of MRCLAM that see each other, in one filter and in five."""
 
-from functools import cache
-
 import matplotlib.pyplot as plt
 import numpy as np
 
 from ...analysis import align
 from ...geometry import Frame2
-from ...graphics import ESTIMATE, MEASUREMENT, UPDATED, StateLog, line, plot_ellipse, points, sigma_label
+from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, UPDATED, StateLog, line, plot_ellipse, points, sigma_label
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, OKABE_ITO, ORANGE, PURPLE, SKY_BLUE, VERMILLION
-from ...toolbox import universal_slam
 from ..controls import Choice, Float, Toggle
+from ..logs.nb18 import ROBOTS, SECONDS, TWIN, frames, recording, survey
 from ..widgets import explorable
-from . import nb18_runs as runs
-from .nb18_runs import ROBOTS, TWIN, alone, gossip, here, joint, recording
 from .parts import robot, true_landmarks
+from .parts import say as say
 
 WAYS = ("alone", "five filters that\ntell each other", "one filter,\nlandmarks only", "one filter,\nrobots see robots")
 LOOKS = ((GREY, ".."), (ORANGE, "//"), (SKY_BLUE, "\\\\"), (BLUE, ""))
+POINTS = 150  # of a path that is drawn
 DASHES = ("-", (0, (6, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
 HUES = (OKABE_ITO[5], OKABE_ITO[6], OKABE_ITO[3], OKABE_ITO[7], OKABE_ITO[1])
 
 
 def sightings_figure(which):
     """Who sees whom: a table of counts, robots and landmarks. Returns (fig, caption)."""
-    rec, n = recording(which), runs.frames(which)
-    ids = [*ROBOTS, *(int(i) for i in runs.surveyed(which)[0])]
+    rec, n = recording(which), frames(which)
+    ids = [*ROBOTS, *survey(which)]
     count = np.zeros((len(ROBOTS), len(ids)), int)
     for a, r in enumerate(ROBOTS):
         for log in (rec.met[r], rec.raw[r]):
@@ -39,12 +37,12 @@ def sightings_figure(which):
     ax.axvline(len(ROBOTS) - 0.5, color=VERMILLION, linewidth=3)
     ax.set_xticks(range(len(ids)), [str(i) for i in ids])
     ax.set_yticks(range(len(ROBOTS)), [f"robot {r}" for r in ROBOTS])
-    ax.set(xlabel="seen: robots 1 to 5, then landmarks", title=f"{which}: sightings in {runs.SECONDS[which]:.0f} s")
+    ax.set(xlabel="seen: robots 1 to 5, then landmarks", title=f"{which}: sightings in {SECONDS[which]:.0f} s")
     ax.grid(False)
     fig.colorbar(image, label="sightings", pad=0.01)
     met = count[:, : len(ROBOTS)]
     return fig, (
-        f"{which.capitalize()} {rec.name}, the first {runs.SECONDS[which]:.0f} s: {count.sum()} sightings, "
+        f"{which.capitalize()} {rec.name}, the first {SECONDS[which]:.0f} s: {count.sum()} sightings, "
         f"{met.sum()} of them of robots. Of the {len(ROBOTS) * (len(ROBOTS) - 1)} pairs of robots (who, whom) "
         f"{(met > 0).sum()} occur."
     )
@@ -93,17 +91,25 @@ def effect_figure(which, s, x, P, k=3):
 # ---- four ways ------------------------------------------------------------------------------------------------------
 
 
-def _figures(which):
+def _figures(five, one):
     """ATE (4, 5), NEES (4, 5) and NIS (4, 5): ways by robots; NaN where the truth is not known."""
-    one = [joint(which, met).summary()["robots"] for met in (False, True)]
-    five = [{str(r): h.summary() for r, h in way.items()} for way in (alone(which), gossip(which))]
+    ways = [{str(r): h.summary() for r, h in way.items()} for way in five] + [h.summary()["robots"] for h in one]
     names = "ate_rmse_m", "nees_mean", "nis_mean"
-    return tuple(np.array([[way[str(r)][n] for r in ROBOTS] for way in (*five, *one)], float) for n in names)
+    return tuple(np.array([[way[str(r)][n] for r in ROBOTS] for way in ways], float) for n in names)
 
 
-def four_ways_figure(which):
-    """Error and honesty of each robot: alone, telling each other, one filter. Returns (fig, caption)."""
-    ate, nees, nis = _figures(which)
+def four_ways_figure(which, alone, telling, landmarks_only, one):
+    """Error and honesty of each robot in four ways. Returns (fig, caption).
+
+    Parameters
+    ----------
+    which : str
+    alone, telling : dict of int to History
+        Of five filters, by robot.
+    landmarks_only, one : History
+        Of one filter.
+    """
+    ate, nees, nis = _figures((alone, telling), (landmarks_only, one))
     fig, axes = plt.subplots(1, 2, figsize=(13, 5.6), layout="constrained")
     for ax, values, name in zip(axes, (ate, nees), ("ATE (m)", "mean NEES (honest: 3)"), strict=True):
         for i, (way, (color, hatch)) in enumerate(zip(WAYS, LOOKS, strict=True)):
@@ -115,7 +121,7 @@ def four_ways_figure(which):
     axes[1].set(yscale="log", ylim=(0.5, 100))
     axes[1].set_yticks([1, 3, 10, 30, 100], ["1", "3", "10", "30", "100"])
     axes[1].minorticks_off()
-    axes[0].set_title(f"{which}, {runs.SECONDS[which]:.0f} s")
+    axes[0].set_title(f"{which}, {SECONDS[which]:.0f} s")
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=12, frameon=False)
     with np.errstate(invalid="ignore"):
         m, n, i = (np.nanmedian(v, axis=1) for v in (ate, nees, nis))
@@ -128,87 +134,84 @@ def four_ways_figure(which):
 
 
 @explorable(
-    drop=Choice(3, {"nobody": 0, **{f"robot {r}": r for r in ROBOTS}}, label="leave out"),
+    leave=Choice(3, {"nobody": 0, **{f"robot {r}": r for r in ROBOTS}}, label="leave out"),
     met=Toggle(True, label="use the sightings of robots"),
     run=True,
     ranges={"ate": (0, 2)},
 )
-def drop_a_robot(drop, met):
+def leave_out(one_filter, which, leave, met):
     """One minute of the log in one filter, without one of the robots: what do the others lose?"""
-    which = here()
-    robots = tuple(r for r in ROBOTS if r != drop)
-    history = joint(which, met, robots, 60.0)
-    error = {int(r): f["ate_rmse_m"] or 0.0 for r, f in history.summary()["robots"].items()}
-    whole = {int(r): f["ate_rmse_m"] or 0.0 for r, f in joint(which, True, ROBOTS, 60.0).summary()["robots"].items()}
+    some = one_filter(which, met, tuple(r for r in ROBOTS if r != leave), 60.0)
+    whole = one_filter(which, True, ROBOTS, 60.0)
+    of = lambda h: {int(r): f["ate_rmse_m"] or 0.0 for r, f in h.summary()["robots"].items()}
+    error, all_five = of(some), of(whole)
     fig, (ax, bars) = plt.subplots(1, 2, figsize=(12.5, 5.6), width_ratios=[1.2, 1], layout="constrained")
-    _paths(ax, which, history)
-    for values, width, color, name in ((whole, 0.8, GREY, "all five, with sightings"), (error, 0.5, BLUE, "now")):
+    _paths(ax, which, some)
+    for values, width, color, name in ((all_five, 0.8, GREY, "all five, with sightings"), (error, 0.5, BLUE, "now")):
         hatch = ".." if name == "now" else ""
         bars.bar(list(values), list(values.values()), width, color=color, hatch=hatch, label=name)
-    bars.set(xticks=ROBOTS, xlabel="robot", ylabel="ATE (m)", ylim=(0, 1.3 * max(*whole.values(), *error.values())))
+    top = 1.3 * max(*all_five.values(), *error.values())
+    bars.set(xticks=ROBOTS, xlabel="robot", ylabel="ATE (m)", ylim=(0, top))
     bars.legend(loc="upper left", fontsize=12)
-    total = history.summary()["ate_rmse_m"] or 0.0
-    words = f"without robot {drop}" if drop else "all five"
+    names, ate = ", ".join(str(r) for r in error), some.summary()["ate_rmse_m"] or 0.0
     caption = (
-        f"{which.capitalize()}, 60 s, {words}, {'with' if met else 'without'} sightings of robots: ATE {total:.2f} m "
-        f"over {len(robots)} robots."
+        f"{which.capitalize()}, 60 s, robots {names} in one filter, {'with' if met else 'without'} sightings of "
+        f"robots: ATE {ate:.2f} m. All five, with sightings: {whole.summary()['ate_rmse_m'] or 0.0:.2f} m."
     )
-    return fig, {"ate": total, "caption": caption}
+    return fig, {"ate": ate, "caption": caption}
 
 
 # ---- the gauge ------------------------------------------------------------------------------------------------------
 
 
-def trajectories(which):
-    """Paths (n_i, 2) of the robots in the one filter, and the true ones at the same instants, where these are known."""
-    tracks = [joint(which).track(r) for r in ROBOTS]
-    tracks = [t for t in tracks if t.known.sum() > 1]
-    return [t.positions("x") for t in tracks], [t.positions("truth") for t in tracks]
-
-
-def alignment_figure(which, F, ates):
-    """Five paths under one alignment. Returns (fig, caption)."""
-    paths, truths = trajectories(which)
-    fig, axes = plt.subplots(1, 2, figsize=(13, 6.2), layout="constrained")
+def alignment_figure(which, paths, truths, F, ates):
+    """Five paths under one alignment, and under one each. Returns (fig, caption)."""
+    fig, axes = plt.subplots(1, 2, figsize=(11.6, 5.5), layout="constrained")
     own = [align(p, t) for p, t in zip(paths, truths, strict=True)]
-    for ax, frames, title in (
-        (axes[0], [Frame2(np.asarray(F, float))] * len(paths), "one alignment for all: 3 numbers"),
+    for ax, aligned, title in (
+        (axes[0], [Frame2(F)] * len(paths), "one alignment for all: 3 numbers"),
         (axes[1], own, f"one for each robot: {3 * len(paths)} numbers"),
     ):
-        for i, (p, t, G) in enumerate(zip(paths, truths, frames, strict=True)):
-            ax.plot(*G.from_frame(p)[0].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
-            ax.plot(*t.T, color=BLACK, linewidth=0.6, label="truth" if i == 0 else None)
+        for i, (p, t, G) in enumerate(zip(paths, truths, aligned, strict=True)):
+            some = slice(None, None, max(len(p) // POINTS, 1))
+            q = G.from_frame(p[some])[0]
+            ax.plot(*q.T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
+            ax.plot(*t[some].T, **line(TRUTH, linewidth=1.0), label="truth" if i == 0 else None)
         ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=title)
         ax.set_adjustable("datalim")
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", frameon=False)
     apart = [np.sqrt(((G.from_frame(p)[0] - t) ** 2).sum(1).mean()) for p, t, G in zip(paths, truths, own, strict=True)]
     return fig, (
         f"{which.capitalize()}: ATE of the robots with one alignment {', '.join(f'{a:.3f}' for a in ates)} m; each "
-        f"aligned on its own {', '.join(f'{a:.3f}' for a in apart)} m, which hides how they lie to each other."
+        f"aligned on its own {', '.join(f'{a:.3f}' for a in apart)} m, which hides how they lie relative to each other."
     )
 
 
 # ---- maps -----------------------------------------------------------------------------------------------------------
 
 
-def own_blocks(P):
-    """The covariance without what it says about pairs of landmarks: only the 2 x 2 blocks on the diagonal."""
-    n = len(P) // 2
-    return P * np.kron(np.eye(n), np.ones((2, 2)))
-
-
-def map_error(which, l):
-    """RMSE of a map (2 n,) after alignment with the survey, m."""
-    p, truth = np.reshape(l, (-1, 2)), runs.survey(which)
+def map_error(l, truth):
+    """RMSE of a map (2 n,) after alignment with the survey (n, 2), m."""
+    p = np.reshape(l, (-1, 2))
     return float(np.sqrt(((align(p, truth).from_frame(p)[0] - truth) ** 2).sum(1).mean()))
 
 
-def maps_figure(which, by_landmark, together):
-    """Maps averaged landmark by landmark, and with full covariances. Returns (fig, caption)."""
-    truth, fig = runs.survey(which), plt.figure(figsize=(13, 6.2), layout="constrained")
-    own = [map_error(which, l) for l, _ in runs.maps_in_one_frame(which)]
-    errors = [map_error(which, l) for l in (by_landmark, together)]
-    both = map_error(which, runs.landmarks(joint(which, False), runs.common(which))[0])
+def maps_figure(which, truth, maps, by_landmark, together, one):
+    """Maps averaged landmark by landmark, and with full covariances. Returns (fig, caption).
+
+    Parameters
+    ----------
+    which : str
+    truth : (n, 2)
+    maps : list of (2 n,)
+        Of each robot alone.
+    by_landmark, together, one : (2 n,)
+        Averaged; fused; that of one filter for all.
+    """
+    fig = plt.figure(figsize=(13, 6.2), layout="constrained")
+    own = [map_error(l, truth) for l in maps]
+    errors = [map_error(l, truth) for l in (by_landmark, together)]
+    both = map_error(one, truth)
     left, middle, bars = fig.subplots(1, 3, width_ratios=[1, 1, 1.7])
     for ax, l, title in (
         (left, by_landmark, "landmark\nby landmark"),
@@ -272,7 +275,7 @@ def one_sighting(rho, turn, way):
         )
     for i, color in ((0, BLACK), (3, BLUE), (6, PURPLE)):
         robot(ax, x[i : i + 3], facecolor=color, edgecolor=color, size=0.35)
-        ax.annotate(f"robot {i // 3 + 1}", tuple(x[i : i + 2]), (8, 10), textcoords="offset points", fontsize=13)
+        ax.annotate(f"robot {i // 3 + 1}", tuple(x[i : i + 2]), (-22, -28), textcoords="offset points", fontsize=13)
     ax.annotate("", tuple(x[3:5]), tuple(x[:2]), arrowprops=dict(arrowstyle="->", color=VERMILLION, linewidth=2))
     ax.set(xlim=(-2, 6.5), ylim=(-4.4, 3.4), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.legend(loc="upper left")
@@ -286,13 +289,10 @@ def one_sighting(rho, turn, way):
 # ---- player and paths -----------------------------------------------------------------------------------------------
 
 
-@cache
-def film(which, pictures=60):
-    """The one filter as a state log. The ground truth of a real log stays where it is: only estimates are kept."""
-    rec = recording(which)
-    period = max(runs.frames(which) // pictures, 1)
-    log = StateLog(f"five robots, {which}", period=period)
-    for now in universal_slam(runs.scenario(which), runs.part(rec)):
+def film(which, run, pictures=40):
+    """A run as a state log. The ground truth of a real log stays where it is: only estimates are kept."""
+    log = StateLog(f"five robots, {which}", period=max(len(run) // pictures, 1))
+    for now in run:
         if which != TWIN:
             now.truth, now.sim_lmk, now.obs = {}, None, {}
         log.add(now)
@@ -321,11 +321,17 @@ def film_strip(log, n=3):
 def _paths(ax, which, history):
     """Paths of all robots of a history after alignment, and the landmarks."""
     F = history.alignment()[0] or Frame2(np.zeros(3))
-    true_landmarks(ax, runs.surveyed(which)[1])
+    true_landmarks(ax, list(survey(which).values()))
     for r in history.robots:
         track = history.track(r).moved(F)
         i = r - 1
-        ax.plot(*track.x[:, :2].T, color=HUES[i], linestyle=DASHES[i], linewidth=1.5, label=f"robot {r}")
+        ax.plot(
+            *track.x[:: max(len(track.x) // POINTS, 1), :2].T,
+            color=HUES[i],
+            linestyle=DASHES[i],
+            linewidth=1.5,
+            label=f"robot {r}",
+        )
         robot(ax, track.x[-1], size=0.3, facecolor=HUES[i], edgecolor=HUES[i])
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.set_adjustable("datalim")

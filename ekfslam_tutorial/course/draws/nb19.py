@@ -1,25 +1,70 @@
 """Drawings of notebook 19: a truck in Victoria Park, trees that nobody tells apart, GPS beside the path."""
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 
 from ...graphics import DEAD_RECKONING, ESTIMATE, MEASUREMENT, REJECTED, UPDATED, line, plot_ellipse, points
-from ...graphics.artists import Labels
-from ...graphics.player import log_strip
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
-from ..controls import Choice, Int, Toggle
+from ..controls import Int, Toggle
+from ..logs.nb19 import recording
 from ..widgets import explorable
-from . import nb19_runs as runs
-from .nb19_runs import SHORT, here, park, recording, short
 from .parts import robot
+from .parts import say as say
 
 GATE, NEW = 9.21, 24.9  # squared distances: 99 % and 99.9996 % of chi-square with 2 degrees of freedom
-RATES = (5, 10, 15, 20, 30)
 SHARE = 0.95
-METHODS = {"nn": "nearest neighbour", "jcbb": "joint compatibility"}
+PICTURES = 50  # of the park
+POINTS = 600  # of a path that is drawn
 
 
-def beside_gps(which, d):
+class Kept:
+    """What the figures want of a run: `add` takes each frame.
+
+    Attributes
+    ----------
+    used, born : int
+        Detections that corrected; trees ever started.
+    seen : int
+        Detections there were.
+    views : list
+        Now and then: time, pose, trees.
+    """
+
+    def __init__(self, frames):
+        self.rows, self.views, self.used, self.seen, self.born = [], [], 0, 0, 0
+        self.last: Any = None
+        self.every = max(frames // PICTURES, 1)
+
+    def add(self, now):
+        """Keep a frame."""
+        r = now.robs[0].r
+        P, kinds = now.map.block(r), [e.kind for e in now.events]
+        self.rows.append([now.t, *now.map.state(r)[:2], np.sqrt(P[0, 0] + P[1, 1]), len(now.lmks)])
+        self.used, self.born = self.used + kinds.count("correction"), self.born + kinds.count("initialisation")
+        self.seen += len(now.raw[1].ids)
+        self.last = now
+        if now.k % self.every == 0:
+            self.views.append((now.t, now.map.state(r)[:3].copy(), self.trees))
+
+    @property
+    def trees(self):
+        """Where the trees are that are in the map at the end, m."""
+        return np.array([lmk.point(self.last.map)[0] for lmk in self.last.lmks.values()]).reshape(-1, 2)
+
+    @property
+    def finds(self):
+        """How often each of them was found."""
+        return np.array([lmk.n_match for lmk in self.last.lmks.values()])
+
+    t = property(lambda self: np.array(self.rows)[:, 0], doc="Times of the frames, s.")
+    path = property(lambda self: np.array(self.rows)[:, 1:3], doc="Where the laser was, m.")
+    std = property(lambda self: np.array(self.rows)[:, 3], doc="Standard deviation of the position, m.")
+    n_trees = property(lambda self: np.array(self.rows)[:, 4].astype(int), doc="Trees in the map.")
+
+
+def from_gps(which, d):
     """Distances of a run to the GPS fixes in its time, and their root mean square without the worst 5 %, m."""
     fixes = recording(which).fixes[1]
     fixes = fixes[(fixes[:, 0] >= d.t[0]) & (fixes[:, 0] <= d.t[-1])]
@@ -32,18 +77,18 @@ def beside_gps(which, d):
 # ---- the log --------------------------------------------------------------------------------------------------------
 
 
-def scan_figure(which):
-    """One scan as the truck sees it, and how many detections all scans have. Returns (fig, caption)."""
+def scan_figure(which, k):
+    """Scan k as the truck sees it, and how many detections all scans have. Returns (fig, caption)."""
     rec = recording(which)
-    raw, s = rec.raw[1], runs.scan(which)
+    raw = rec.raw[1]
     fig, (ax, bars) = plt.subplots(1, 2, figsize=(12, 5.6), width_ratios=[1.35, 1], layout="constrained")
-    r, b = s["y"].T
+    r, b = raw[k].y.T
     angle = np.radians(np.linspace(-90, 90, 90))
     for reach in (10, 20, 30, 40):
         ax.plot(-reach * np.sin(angle), reach * np.cos(angle), color=GREY, linewidth=0.6)
     ax.plot(-r * np.sin(b), r * np.cos(b), **points(MEASUREMENT, markersize=12), label="detection")
     robot(ax, [0, 0, np.pi / 2], size=2.5)
-    ax.set(xlabel="to the right (m)", ylabel="ahead (m)", aspect="equal", title=f"{which}: scan at {s['t']:.0f} s")
+    ax.set(xlabel="to the right (m)", ylabel="ahead (m)", aspect="equal", title=f"{which}: scan at {rec.t[k]:.0f} s")
     ax.legend(loc="upper right")
     n = np.diff(raw.offsets)
     bars.hist(n, np.arange(n.max() + 2) - 0.5, color=SKY_BLUE, edgecolor="w")
@@ -55,30 +100,19 @@ def scan_figure(which):
     )
 
 
-def dead_reckoning(which, drive, car):
-    """The path (F, 2) by the student's `drive(x, u, dt, car)` alone."""
-    rec = recording(which)
-    x = np.array([-68.3, -40.6, np.radians(36.6)])
-    path = [x[:2]]
-    for u, dt in zip(rec.robots[1].u[1:, :2], np.diff(rec.t), strict=True):
-        x = np.asarray(drive(x, u, dt, car)[0], float)
-        path.append(x[:2])
-    return np.array(path)
-
-
 def dead_reckoning_figure(which, paths):
     """Paths by the controls alone, {name: path}, the model first, and GPS. Returns (fig, caption)."""
     rec = recording(which)
     fig, ax = plt.subplots(figsize=(10, 6.6), layout="constrained")
-    ax.plot(*rec.fixes[1][:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
+    ax.plot(*rec.fixes[1][::3, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
     looks = (("-", BLUE), ("--", VERMILLION), (":", GREEN))
     words = []
     for (name, path), (dash, color) in zip(paths.items(), looks, strict=False):
-        ax.plot(*path.T, linestyle=dash, color=color, linewidth=1.6, label=name)
+        ax.plot(*path[:: max(len(path) // POINTS, 1)].T, linestyle=dash, color=color, linewidth=1.6, label=name)
         at = [np.column_stack([np.interp(rec.fixes[1][:, 0], rec.t, path[:, i]) for i in (0, 1)])]
         far = np.hypot(*(at[0] - rec.fixes[1][:, 1:]).T)
         words.append(f"{name} {np.median(far):.0f} m")
-    ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal", title=which)
+    ax.set(xlabel="x, east (m)", ylabel="y, north (m)", aspect="equal", title=which)
     ax.set_adjustable("datalim")
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     (first, model), *others = paths.items()
@@ -92,10 +126,18 @@ def dead_reckoning_figure(which, paths):
 # ---- association ----------------------------------------------------------------------------------------------------
 
 
-def gates_figure(which, sort_scan):
-    """One scan in the measurement space: expected trees with their gates, and what becomes of the detections."""
-    s = runs.scan(which)
-    j = np.asarray(sort_scan(s["D"], GATE, NEW)).astype(int)
+def gates_figure(which, s, j):
+    """One scan in the measurement space: expected trees with their gates, and what becomes of the detections.
+
+    Parameters
+    ----------
+    which : str
+    s : dict
+        y (k, 2): detections. e (n, 2), Z (n, 2, 2): expectations and covariances of the innovations. t: s; trees: how
+        many there are in the map.
+    j : (k,)
+        The tree of each detection; -1: a new one; -2: not used.
+    """
     fig, ax = plt.subplots(figsize=(11, 6.2), layout="constrained")
     turn = np.array([[0, np.degrees(1)], [1, 0]])  # bearing in degrees across, range up
     e = s["e"] @ turn.T
@@ -121,58 +163,45 @@ def gates_figure(which, sort_scan):
     )
 
 
-def rates_figure(which):
-    """The error over the rate of scans, for two ways to associate. Returns (fig, caption)."""
-    rec = recording(which)
-    dt = float(np.median(np.diff(rec.t)))
-    errors = {m: [beside_gps(which, short(which, m, every=k))[1] for k in RATES] for m in METHODS}
+def rates_figure(which, every, errors):
+    """The distance to GPS over the time between two scans, {rule: errors}. Returns (fig, caption)."""
+    dt = float(np.median(np.diff(recording(which).t)))
     fig, ax = plt.subplots(figsize=(9.6, 5.4), layout="constrained")
-    for (m, name), (color, mark, dash) in zip(METHODS.items(), ((ORANGE, "s", "--"), (BLUE, "o", "-")), strict=True):
-        ax.plot(np.array(RATES) * dt, errors[m], color=color, marker=mark, linestyle=dash, markersize=9, label=name)
-    ax.set(yscale="log", xlabel="time from scan to scan (s)", ylabel="error beside GPS (m)", title=which)
+    for (name, e), (color, mark, dash) in zip(errors.items(), ((ORANGE, "s", "--"), (BLUE, "o", "-")), strict=True):
+        ax.plot(np.array(every) * dt, e, color=color, marker=mark, linestyle=dash, markersize=9, label=name)
+    ax.set(yscale="log", xlabel="time from scan to scan (s)", ylabel="distance to GPS (m)", title=which)
     ax.set_yticks([1, 3, 10, 30], ["1", "3", "10", "30"])
     ax.minorticks_off()
     ax.legend()
-    words = [f"{name} {', '.join(f'{e:.1f}' for e in errors[m])} m" for m, name in METHODS.items()]
+    words = [f"{name} {', '.join(f'{e:.1f}' for e in row)} m" for name, row in errors.items()]
     return fig, (
-        f"{which.capitalize()}, {rec.t[SHORT[which] - 1]:.0f} s, one scan each "
-        f"{', '.join(f'{k * dt:.1f}' for k in RATES)} s: error beside GPS with {' and with '.join(words)}."
+        f"{which.capitalize()}, one scan each {', '.join(f'{k * dt:.1f}' for k in every)} s: distance to GPS (root "
+        f"mean square without the worst 5 %) with {' and with '.join(words)}."
     )
 
 
-@explorable(
-    every=Choice(20, list(RATES), label="use one scan in"),
-    name=Choice("nn", {text: key for key, text in METHODS.items()}, label="association"),
-    run=True,
-    ranges={"error": (0, 500), "trees": (1, 400)},
-)
-def fewer_scans(every, name):
-    """The same minutes with fewer scans: path, trees, GPS."""
-    which = here()
-    d = short(which, name, every=every)
-    far, error = beside_gps(which, d)
+def path_figure(which, d, name):
+    """Path, trees, GPS of a run. Returns (fig, caption)."""
+    _, error = from_gps(which, d)
     fig, ax = plt.subplots(figsize=(9.6, 6.4), layout="constrained")
     fixes = recording(which).fixes[1]
     ax.plot(*fixes[fixes[:, 0] <= d.t[-1], 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
-    ax.plot(*d.path.T, **line(ESTIMATE), label="EKF-SLAM")
+    ax.plot(*d.path[:: max(len(d.path) // POINTS, 1)].T, **line(ESTIMATE), label="EKF-SLAM")
     ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees")
-    ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal", title=f"{which}, {METHODS[name]}")
+    ax.set(xlabel="x, east (m)", ylabel="y, north (m)", aspect="equal", title=f"{which}, {name}")
     ax.set_adjustable("datalim")
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    return fig, {
-        "error": error,
-        "trees": len(d.trees),
-        "caption": f"{which.capitalize()}, {METHODS[name]}, one scan in {every}: {len(d.trees)} trees in the map, "
-        f"{100 * d.used / d.seen:.0f} % of the detections used, error beside GPS {error:.1f} m.",
-    }
+    return fig, (
+        f"{which.capitalize()}, {name}: {len(d.trees)} trees in the map, {100 * d.used / d.seen:.0f} % of the "
+        f"detections used, distance to GPS {error:.1f} m."
+    )
 
 
 # ---- upkeep ---------------------------------------------------------------------------------------------------------
 
 
-def upkeep_figure(which):
-    """How many trees the map has over time, with and without deletion. Returns (fig, caption)."""
-    kept, cleaned = short(which, min_match_ratio=0.0), short(which)
+def upkeep_figure(which, kept, cleaned):
+    """How many trees the map has over time, without and with deletion. Returns (fig, caption)."""
     fig, (ax, bars) = plt.subplots(1, 2, figsize=(12.5, 5.2), layout="constrained")
     ax.plot(kept.t, kept.n_trees, color=VERMILLION, linestyle="--", linewidth=2, label="nobody is deleted")
     ax.plot(cleaned.t, cleaned.n_trees, color=BLUE, linewidth=2, label="deleted if found in less than 20 %")
@@ -184,27 +213,27 @@ def upkeep_figure(which):
         bars.bar(np.arange(len(count)) + shift, count, 0.4, color=color, hatch=hatch, edgecolor="w")
     bars.set_xticks(range(6), ["1", "2-4", "5-9", "10-19", "20-49", "50 +"])
     bars.set(xlabel="detections of a tree (-)", ylabel="trees at the end (-)")
-    errors = [beside_gps(which, d)[1] for d in (kept, cleaned)]
+    errors = [from_gps(which, d)[1] for d in (kept, cleaned)]
     return fig, (
         f"{which.capitalize()}, {kept.t[-1]:.0f} s: without deletion {kept.n_trees[-1]} trees, "
         f"{np.sum(kept.finds < 5)} of them detected less than 5 times; with deletion {cleaned.n_trees[-1]} trees. "
-        f"Error beside GPS {errors[0]:.2f} m and {errors[1]:.2f} m."
+        f"Distance to GPS {errors[0]:.2f} m and {errors[1]:.2f} m."
     )
 
 
 # ---- the whole park -------------------------------------------------------------------------------------------------
 
 
-def park_figure(which, far, error):
+def park_figure(which, d, far, error):
     """Path, trees and GPS of the whole log, and how far the two are from each other. Returns (fig, caption)."""
-    d, fixes = park(which), recording(which).fixes[1]
+    fixes = recording(which).fixes[1]
     fig, (ax, low) = plt.subplots(1, 2, figsize=(12.4, 5.8), width_ratios=[1, 1.1], layout="constrained")
     ax.plot(*fixes[:, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
-    ax.plot(*d.path.T, **line(ESTIMATE), linewidth=1.4, label="EKF-SLAM")
+    ax.plot(*d.path[:: max(len(d.path) // POINTS, 1)].T, **line(ESTIMATE), linewidth=1.4, label="EKF-SLAM")
     ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees of the map")
     low_x, high_x = np.percentile(d.path, [0, 100], axis=0) + [[-45], [45]]
     ax.set(xlim=(low_x[0], high_x[0]), ylim=(low_x[1], high_x[1]))
-    ax.set(xlabel="east (m)", ylabel="north (m)", aspect="equal", title=f"{which}: {d.t[-1]:.0f} s")
+    ax.set(xlabel="x, east (m)", ylabel="y, north (m)", aspect="equal", title=f"{which}: {d.t[-1]:.0f} s")
     ax.legend(loc="lower right", fontsize=11)
     inside = fixes[(fixes[:, 0] >= d.t[0]) & (fixes[:, 0] <= d.t[-1]), 0]
     low.plot(inside, far, **points(MEASUREMENT, markersize=4), label="distance to GPS")
@@ -224,10 +253,8 @@ def park_figure(which, far, error):
     gps=Toggle(True, label="GPS"),
     ranges={"trees": (1, 600)},
 )
-def overlay(percent, gps):
+def overlay(which, d, percent, gps):
     """The park from the first scan to the last: path and trees, with GPS over them."""
-    which = here()
-    d = park(which)
     t, pose, trees = d.views[max(len(d.views) * percent // 100 - 1, 0)]
     k = int(np.searchsorted(d.t, t, side="right"))
     fig, ax = plt.subplots(figsize=(9.6, 6.6))
@@ -238,38 +265,26 @@ def overlay(percent, gps):
     ax.plot(*trees.T, **points(ESTIMATE, markersize=4), label="trees")
     robot(ax, pose, size=8, facecolor=BLACK, edgecolor=BLACK)
     edge = np.percentile(d.path, [0, 100], axis=0) + [[-45], [45]]
-    ax.set(xlim=edge[:, 0], ylim=edge[:, 1], aspect="equal", xlabel="east (m)", ylabel="north (m)")
+    ax.set(xlim=edge[:, 0], ylim=edge[:, 1], aspect="equal", xlabel="x, east (m)", ylabel="y, north (m)")
     ax.set_title(f"{which}, {t:.0f} s")
     ax.legend(loc="upper left", fontsize=12)
     return fig, {"trees": len(trees), "caption": f"{which.capitalize()} after {t:.0f} s: {len(trees)} trees."}
 
 
-def film_strip(log, n=3):
-    """Frames of the film side by side, without the numbers of the trees: there are too many."""
-    fig = log_strip(log, n)
-    for ax in fig.axes:
-        for names in [c for c in ax.collections if isinstance(c, Labels)]:
-            names.remove()
-        for dots in ax.lines:  # small ones, from the first trees on
-            dots.set_markersize(min(dots.get_markersize(), 2.5))
-    return fig
-
-
-def wrong_mount_figure(which, ahead):
+def wrong_mount_figure(which, right, wrong, ahead):
     """The same minutes with the laser in its place and elsewhere. Returns (fig, caption)."""
     fig, axes = plt.subplots(1, 2, figsize=(12.5, 5.6), layout="constrained", sharex=True, sharey=True)
     fixes, words = recording(which).fixes[1], []
-    for ax, a, name in (
-        (axes[0], None, "laser in its place"),
-        (axes[1], ahead, f"laser {ahead:g} m ahead of the axle"),
+    for ax, d, name in (
+        (axes[0], right, "laser in its place"),
+        (axes[1], wrong, f"laser {ahead:g} m ahead of the axle"),
     ):
-        d = short(which, ahead=a)
-        error = beside_gps(which, d)[1]
+        error = from_gps(which, d)[1]
         ax.plot(*fixes[fixes[:, 0] <= d.t[-1], 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
-        ax.plot(*d.path.T, **line(ESTIMATE), label="EKF-SLAM")
+        ax.plot(*d.path[:: max(len(d.path) // POINTS, 1)].T, **line(ESTIMATE), label="EKF-SLAM")
         ax.plot(*d.trees.T, **points(ESTIMATE, markersize=4), label="trees")
-        ax.set(xlabel="east (m)", aspect="equal", title=f"{name}: {error:.1f} m")
-        words.append(f"{name}: {d.n_trees[-1]} trees, error beside GPS {error:.1f} m")
-    axes[0].set_ylabel("north (m)")
+        ax.set(xlabel="x, east (m)", aspect="equal", title=f"{name}: {error:.1f} m")
+        words.append(f"{name}: {d.n_trees[-1]} trees, distance to GPS {error:.1f} m")
+    axes[0].set_ylabel("y, north (m)")
     axes[0].legend(loc="upper left", fontsize=11)
-    return fig, f"{which.capitalize()}, {short(which).t[-1]:.0f} s. {'; '.join(words)}."
+    return fig, f"{which.capitalize()}, {right.t[-1]:.0f} s. {'; '.join(words)}."

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -104,6 +106,25 @@ def _mean(a):
     return np.where(finite, a, 0).sum(-1) / np.where(finite.any(-1), finite.sum(-1), np.nan)
 
 
+def planted_figure(planted):
+    """NEES and NIS over time of filters of the notebook. Returns (fig, caption).
+
+    Parameters
+    ----------
+    planted : dict of str to tuple
+        By name: RMSE (m), NEES (frames, runs), NIS (sights, runs) and the frames of the sights.
+    """
+    fig, axes = plt.subplots(1, len(planted), figsize=(12.6, 4.2), sharey=True, layout="constrained")
+    says = []
+    for ax, (name, (_, nees, nis, frames)) in zip(axes, planted.items(), strict=True):
+        _over_time(ax, SimpleNamespace(nees=nees, nis=nis, nis_frame=frames))
+        ax.set(title=name, xlabel="time (s)", ylim=(0.1, 100))
+        says.append(f"{name} {_short(float(nees.mean()), 500)} and {_short(float(nis.mean()), 100)}")
+    axes[0].set_ylabel("relative to honest")
+    fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    return fig, f"Mean NEES (honest: 3) and mean NIS (honest: 2) of {nees.shape[1]} runs: {'; '.join(says)}."
+
+
 def guard_figure(guard):
     """The difference that a guard returns, for six wrong predictions. Returns (fig, caption)."""
     names = {e.filter.predict.__name__: e.name for e in museum.EXHIBITS}
@@ -111,8 +132,8 @@ def guard_figure(guard):
     says, image = [], None
     for ax, (name, title) in zip(axes.flat, ((n, t) for n, t in names.items() if n != "predict"), strict=False):
         x, P, u, U = mutant_case()
-        D = np.asarray(guard(getattr(museum, name), x, P, u, U), float)
-        image = ax.imshow(D, cmap="PuOr", vmin=-6, vmax=6)
+        D = guard(getattr(museum, name), x, P, u, U)
+        image = ax.imshow(D, cmap="PuOr_r", vmin=-6, vmax=6)
         wrong = np.abs(D) > 1e-5
         for i, j in np.argwhere(wrong):
             dark = np.abs(D[i, j]) > 3
@@ -169,7 +190,7 @@ def tests_figure():
 
 
 @explorable(
-    exhibit=Choice("right", {e.name: e.key for e in museum.BY_KEY.values()}, label="exhibit"),
+    exhibit=Choice("mapping", {e.name: e.key for e in museum.BY_KEY.values()}, label="exhibit"),
     case=Int(0, 0, len(HIDDEN), label="showcase without a name (0: none)"),
     ranges={"nis": (0, 1e7), "nees": (0, 1e8), "rmse_m": (0, 1e4)},
 )

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import textwrap
+from typing import Any
+
+import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -35,8 +39,14 @@ def landmarks(ax: Axes, x, P, ranges, k: float = 3, labels=(), style=ESTIMATE, n
     look = dict(color=style["color"], linestyle=style["linestyle"], linewidth=1.3, zorder=4)
     plot_ellipse(ax, l, B, k, **{**look, **changes}, label=sigma_label(k) if name else None)
     ax.plot(*l.T, **points(style, markersize=4), zorder=5, label=name or None)
-    for p, text in zip(l, labels, strict=False):
-        ax.annotate(text, p, (4, 4), textcoords="offset points", fontsize=11, color=BLACK, zorder=8)
+    for p, C, text in zip(l, B, labels, strict=False):
+        away = p - l.mean(0)
+        away = away / max(np.hypot(*away), 1e-9)  # outside of the ellipse, on the far side
+        edge = p + k * C @ away / max(np.sqrt(away @ C @ away), 1e-9)
+        place: dict[str, Any] = dict(
+            textcoords="offset points", ha="center", va="center", fontsize=11, color=BLACK, zorder=8
+        )
+        ax.annotate(text, edge, 11 * away, **place)
 
 
 def true_landmarks(ax: Axes, p) -> None:
@@ -61,3 +71,9 @@ def nees_gauge(ax: Axes, value: float, dof: int, runs: int, low: float = 0.8, hi
     words = "honest" if honest else ("too sure of itself" if value > band[1] else "too cautious")
     ax.set_title(f"NEES {value:.3g}: {words}", loc="left", weight="bold", color=BLACK if honest else VERMILLION)
     ax.set_xlabel(f"mean of {runs} runs; green: honest, {band[0]:.2g} to {band[1]:.2g}")
+
+
+def say(fig, caption: str) -> None:
+    """Print the caption of a figure that a notebook has shown already, for another log; the figure itself is closed."""
+    plt.close(fig)
+    print(textwrap.fill(" ".join(caption.split()), 100))

@@ -3,8 +3,7 @@
 import numpy as np
 
 from ...geometry import wrap
-from .. import expect
-from ..exercise import Exercise
+from ..table import table
 
 
 def innovation(y, e):
@@ -18,148 +17,76 @@ def innovation(y, e):
     return z
 
 
-def _one_seam(result):
-    """The result with -pi written as pi: the two are the same direction."""
+def one_seam(result):
+    """Return z with -pi written as pi: the two are the same direction."""
     z = np.array(result, float)
     z[..., 1] = np.where(np.abs(z[..., 1] + np.pi) < 1e-6, np.pi, z[..., 1])
     return z
 
 
-surprise = Exercise(
+def pairs(*found):
+    """Return a case of these measurements and expectations."""
+    return [(np.array(y, float), np.array(e, float)) for y, e in found]
+
+
+def whole_turns(rng):
+    """Return bearings that hold whole turns."""
+    shift = 2 * np.pi * np.array([1, -1, 2, -3])
+    return pairs(*(([3.0, 0.4 + a], [2.5, 0.6]) for a in shift), *(([3.0, -0.4], [2.5, -0.1 + a]) for a in shift))
+
+
+surprise = table(
     "01.3",
     "The innovation",
     innovation,
-    canonical=_one_seam,
     hints=(
         "Subtract first. Then ask: which of the two numbers is an angle?",
         "`wrap` of notebook 00 is imported. Apply it to the *difference* of the bearings, not to the range.",
         "The last axis holds [range, bearing]: z[..., 1] is the bearing, for one measurement and for many.",
     ),
+    returns="z",
+    canonical=one_seam,
+    cases={  # the bearings of 7 and 200 tell apart answers that are alike at the seam
+        "any": lambda rng: pairs(
+            ([3.0, 0.5], [2.8, 0.4]), ([9.0, -3.1], [3.0, 3.1]), ([3.0, 7.0], [3.0, -3.0]), ([3.0, 200.0], [3.0, -3.0])
+        ),
+        "small": lambda rng: pairs(
+            ([3.0, 0.5], [2.8, 0.4]), ([2.0, -0.3], [2.5, 0.1]), ([1.0, -1.0], [3.0, -0.5]), ([2.0, 0.4], [2.5, 0.4])
+        ),
+        "seam": lambda rng: pairs(
+            ([3.0, -3.1], [2.9, 3.1]), ([3.0, 3.12], [3.3, -3.10]), ([2.0, -2.0], [2.2, 2.5]), ([2.0, 1.6], [2.2, -1.6])
+        ),
+        "turns": whole_turns,
+        "far": lambda rng: pairs(*(([50 + far, 0.3], [50.0, 0.1]) for far in (4.0, -5.0, 7.0, 40.0))),
+        "many": lambda rng: [
+            tuple(np.stack([rng.uniform(1, 20, m), rng.uniform(-6, 6, m)], -1) for _ in "ye") for m in (4, 2, 1, 7)
+        ],
+    },
+    checks="""
+    measured minus expected | z | small | z = y - e: positive where more was measured than expected.
+    the seam                | z | seam  | At +-pi a small difference of bearings looks like a whole turn: wrap it.
+    whole turns             | z | turns | A bearing of 350 degrees and one of -10 degrees are the same direction.
+    the range is no angle   | z | far   | Only the bearing is wrapped: a range may be off by more than pi.
+    many at once            | z | many  | For shape (m, 2) each row is a measurement: z[..., 1] holds all bearings.
+    """,
+    wrong="""
+    not wrapped | wrap(z[..., 1]) -> z[..., 1] | 3.12 and -3.12 rad are nearly the same direction: wrap the difference of the bearings.
+    range wrapped, too | return z -> return wrap(z) | The range is a length, not an angle: wrap the bearing only.
+    range wrapped instead of the bearing | z[..., 1] = wrap(z[..., 1]) -> z[..., 0] = wrap(z[..., 0]) | The last axis is [range, bearing]: entry 0 is a length, entry 1 is the angle.
+    bearings wrapped, not their difference | wrap(z[..., 1]) -> wrap(y[..., 1]) - wrap(e[..., 1]) | The difference of two wrapped angles can still be nearly 2 pi: subtract first, then wrap.
+    wrapped to 0 ... 2 pi | wrap(z[..., 1]) -> z[..., 1] % (2 * np.pi) | A small negative difference must stay small and negative: wrap into -pi ... pi.
+    brackets forgotten | wrap(z[..., 1]) -> (z[..., 1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    bearing expected minus measured | wrap(z[..., 1]) -> wrap(-z[..., 1]) | The bearing has the wrong sign: measured minus expected.
+    range expected minus measured | return z -> z[..., 0] = -z[..., 0]; return z | The range has the wrong sign: measured minus expected.
+    absolute value | wrap(z[..., 1]) -> np.abs(wrap(z[..., 1])) | The sign is lost: the filter must know which way it is off.
+    absolute range | return z -> z[..., 0] = np.abs(z[..., 0]); return z | The sign of the range is lost: the filter must know which way it is off.
+    degrees | wrap(z[..., 1]) -> np.degrees(wrap(z[..., 1])) | Angles are in radians everywhere.
+    wrapped as degrees | wrap(z[..., 1]) -> (z[..., 1] + 180) % 360 - 180 | Angles are in radians: a whole turn is 2 pi, not 360.
+    half turns removed | wrap(z[..., 1]) -> np.arctan(np.tan(z[..., 1])) | A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.
+    one turn only | wrap(z[..., 1]) -> z[..., 1] - 2 * np.pi * (z[..., 1] > np.pi) + 2 * np.pi * (z[..., 1] <= -np.pi) | Your function removes one turn at most. Bearings may hold several: use wrap.
+    expected minus measured | np.subtract(y, e, dtype=float) -> np.subtract(e, y, dtype=float) | The innovation is measurement minus expectation, z = y - e.
+    the measurement itself | z = np.subtract(y, e, dtype=float) -> return np.array(y) | z is the surprise: measured minus expected.
+    the sum | np.subtract -> np.add | z = y *minus* e.
+    one measurement only | z[..., 1] = wrap(z[..., 1]) -> z[1] = wrap(z[1]) | For one measurement it is right. For shape (m, 2), z[1] is the second *row*: write z[..., 1] for the bearings.
+    """,
 )
-
-
-def _test(f, y, e, at=""):
-    y, e = np.asarray(y, float), np.asarray(e, float)
-    z = expect.array(f(y, e), y.shape, "z")
-    expect.close(_one_seam(z), _one_seam(innovation(y, e)), "z", at=at or f"y = {y}, e = {e}")
-
-
-@surprise.link("measured minus expected", "z = y - e: positive where more was measured than expected.")
-def _(f, rng):
-    for y, e in (([3.0, 0.5], [2.8, 0.4]), ([2.0, -0.3], [2.5, 0.1]), ([1.0, -1.0], [3.0, -0.5])):
-        _test(f, y, e)
-
-
-@surprise.link("the seam", "At +-pi a small difference of bearings looks like a whole turn: wrap it.")
-def _(f, rng):
-    for bearing in (7.0, 200.0):  # not judged here: they tell apart answers that are alike at the seam
-        expect.array(f(np.array([3.0, bearing]), np.array([3.0, -3.0])), 2, "z")
-    for y, e in (([3.0, -3.1], [2.9, 3.1]), ([3.0, 3.12], [3.3, -3.10]), ([2.0, -2.0], [2.2, 2.5])):
-        _test(f, y, e)
-
-
-@surprise.link("whole turns", "A bearing of 350 degrees and one of -10 degrees are the same direction.")
-def _(f, rng):
-    for turns in (1, -1, 2, -3):
-        _test(f, [3.0, 0.4 + 2 * np.pi * turns], [2.5, 0.6])
-        _test(f, [3.0, -0.4], [2.5, -0.1 + 2 * np.pi * turns])
-
-
-@surprise.link("the range is no angle", "Only the bearing is wrapped: a range may be off by more than pi.")
-def _(f, rng):
-    for far in (4.0, -5.0, 7.0, 40.0):
-        _test(f, [50 + far, 0.3], [50.0, 0.1])
-
-
-@surprise.link("many at once", "For shape (m, 2) each row is a measurement: z[..., 1] holds all bearings.")
-def _(f, rng):
-    for m in (4, 2, 1, 7):
-        y, e = (np.stack([rng.uniform(1, 20, m), rng.uniform(-6, 6, m)], -1) for _ in "ye")
-        _test(f, y, e, at=f"{m} measurements at once")
-
-
-# ---- wrong and right answers -----------------------------------------------------------------------------------------
-
-
-def _wrong(name, hint, bearing=None, range=None):
-    """A misconception in the bearing or in the range; each is a function of (y, e)."""
-
-    @surprise.wrong(name, hint)
-    def _(y, e):
-        y, e, z = np.asarray(y, float), np.asarray(e, float), innovation(y, e)
-        if bearing:
-            z[..., 1] = bearing(y[..., 1], e[..., 1])
-        if range:
-            z[..., 0] = range(y[..., 0], e[..., 0])
-        return z
-
-
-# fmt: off
-_wrong("not wrapped", "3.12 and -3.12 rad are nearly the same direction: wrap the difference of the bearings.",
-       lambda b, a: b - a)
-_wrong("range wrapped, too", "The range is a length, not an angle: wrap the bearing only.",
-       range=lambda b, a: wrap(b - a))
-_wrong("bearings wrapped, not their difference", "The difference of two wrapped angles can still be nearly 2 pi: "
-       "subtract first, then wrap.", lambda b, a: wrap(b) - wrap(a))
-_wrong("wrapped to 0 ... 2 pi", "A small negative difference must stay small and negative: wrap into -pi ... pi.",
-       lambda b, a: (b - a) % (2 * np.pi))
-_wrong("bearing expected minus measured", "The bearing has the wrong sign: measured minus expected.",
-       lambda b, a: wrap(a - b))
-_wrong("absolute value", "The sign is lost: the filter must know which way it is off.",
-       lambda b, a: np.abs(wrap(b - a)))
-_wrong("absolute range", "The sign of the range is lost: the filter must know which way it is off.",
-       range=lambda b, a: np.abs(b - a))
-_wrong("degrees", "Angles are in radians everywhere.", lambda b, a: np.degrees(wrap(b - a)))
-_wrong("wrapped as degrees", "Angles are in radians: a whole turn is 2 pi, not 360.",
-       lambda b, a: (b - a + 180) % 360 - 180)
-_wrong("half turns removed", "A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.",
-       lambda b, a: np.arctan(np.tan(b - a)))
-_wrong("one turn only", "Your function removes one turn at most. Bearings may hold several: use wrap.",
-       lambda b, a: b - a - 2 * np.pi * (b - a > np.pi) + 2 * np.pi * (b - a <= -np.pi))
-# fmt: on
-
-
-@surprise.wrong("expected minus measured", "The innovation is measurement minus expectation, z = y - e.")
-def _(y, e):
-    return innovation(e, y)
-
-
-@surprise.wrong("the measurement itself", "z is the surprise: measured minus expected.")
-def _(y, e):
-    return np.array(y, float)
-
-
-@surprise.wrong("the sum", "z = y *minus* e.")
-def _(y, e):
-    z = np.add(y, e)
-    z[..., 1] = wrap(z[..., 1])
-    return z
-
-
-@surprise.wrong(
-    "one measurement only",
-    "For one measurement it is right. For shape (m, 2), z[1] is the second *row*: write z[..., 1] for the bearings.",
-)
-def _(y, e):
-    z = np.subtract(y, e, dtype=float)
-    z[1] = wrap(z[1])
-    return z
-
-
-@surprise.variant("arctan2 of sine and cosine")
-def _(y, e):
-    d = np.asarray(y) - np.asarray(e)
-    return np.stack([d[..., 0], np.arctan2(np.sin(d[..., 1]), np.cos(d[..., 1]))], -1)
-
-
-@surprise.variant("bearings wrapped before, too; lists")
-def _(y, e):
-    y, e = np.array(y, float), np.array(e, float)
-    b = (wrap(y[..., 1]) - wrap(e[..., 1]) + np.pi) % (2 * np.pi) - np.pi
-    return np.stack([y[..., 0] - e[..., 0], b], -1).tolist()
-
-
-@surprise.variant("nearest whole turn removed")
-def _(y, e):
-    z = np.asarray(y, float) - e
-    return z - 2 * np.pi * np.round(z / (2 * np.pi)) * [0, 1]

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from ...geometry import wrap
-from ...models.motion import Unicycle
-from .. import expect
-from ..exercise import Exercise
+from ...models.motion import Unicycle  # noqa: F401  # one of the wrong answers
+from ..table import table
 
 
 def move(x, u, dt):
@@ -22,194 +20,84 @@ def move(x, u, dt):
     return x2, F_x, F_u
 
 
-def _heading_wrapped(result):
-    x2, F_x, F_u = result
-    x2 = np.array(x2, float)
-    x2[2] = wrap(x2[2])
-    return x2, F_x, F_u
+def some(rng, signs=((1, 1), (1, -1), (1, 1), (-1, -1), (1, -1), (-1, 1))):
+    """Return steps of some poses, controls and durations; the control has these signs."""
+    return [
+        (
+            np.array([*rng.uniform(-5, 5, 2), rng.uniform(-3, 3)]),
+            rng.uniform([0.3, 0.4], [2, 1.5]) * sign,
+            rng.uniform(0.2, 2),
+        )
+        for sign in signs
+    ]
 
 
-motion = Exercise(
+def special(rng):
+    """Return steps of a robot that stands still, turns on the spot, drives back, or turns fast."""
+    controls = ([0.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 30.0])
+    return [(some(rng)[0][0], np.array(u), dt) for u in controls for dt in (1.0, 0.05)]
+
+
+motion = table(
     "01.2",
     "The motion and its Jacobians",
     move,
-    canonical=_heading_wrapped,
     hints=(
         "Write the three lines of x2 on paper first. Then differentiate each line by x, y, theta, and by v, w.",
         "x2 = [x + v dt cos(theta), y + v dt sin(theta), theta + w dt], with the theta *before* the step. The third "
         "column of F_x holds the derivatives by theta.",
         "F_x = [[1, 0, -d s], [0, 1, d c], [0, 0, 1]] with d = v dt; F_u = [[dt c, 0], [dt s, 0], [0, dt]].",
     ),
+    returns="x2, F_x, F_u",
+    angles={"x2": 2},
+    jacobians={"F_x": "x2", "F_u": "x2"},
+    entries={"x2": "x, y, theta", "x": "x, y, theta", "u": "v, w"},
+    cases={
+        "any": some,
+        "along": lambda rng: [
+            (np.array([1.0, 2.0, 0.0]), np.array([v, 0.0]), dt) for v, dt in ((1.0, 1.0), (2.0, 0.5), (1.5, 0.1))
+        ],
+        "special": special,
+    },
+    checks="""
+    the new heading      | x2[2]     | any     | theta + w dt: where w is positive, the robot turns to the left.
+    straight along x     | x2        | along   | With theta = 0 and w = 0 the robot goes v dt along x, and nothing else.
+    the new pose         | x2        | any     | The robot drives the way it looks: cos(theta) goes with x, sin(theta) with y.
+    F_x                  | d F_x / x | any     | Differentiate each line of x2 by x, by y, and by theta.
+    F_u                  | d F_u / u | any     | Differentiate each line of x2 by v and by w.
+    special cases        | x2, F_x, F_u | special | No division by v, w or dt is needed: the robot may also stand still, or drive back.
+    """,
+    wrong="""
+    sine and cosine swapped | x[0] + d * c, x[1] + d * s -> x[0] + d * s, x[1] + d * c | x goes with the cosine, y with the sine.
+    turned first | x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(x[2] + dt * u[1]), x[1] + d * np.sin(x[2] + dt * u[1]) | The robot drives first, the way it looks *before* the step, and then turns.
+    half the turn first: The robot drives the way it looks *before* the step, not in the middle of the turn.
+        x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(x[2] + dt * u[1] / 2), x[1] + d * np.sin(x[2] + dt * u[1] / 2)
+    arc: Yours is the exact arc. Here the robot drives v dt straight ahead first, and then it turns.
+        x2 = np.array([x[0] + d * c, x[1] + d * s, x[2] + u[1] * dt]) -> x2 = Unicycle().move(x, u, dt)[0]
+    turned to the other side | x[2] + u[1] * dt -> x[2] - u[1] * dt | A positive w turns to the left: theta *plus* w dt.
+    dt forgotten | x[0] + d * c, x[1] + d * s, x[2] + u[1] * dt -> x[0] + u[0] * c, x[1] + u[0] * s, x[2] + u[1] | v and w are per second: multiply both by dt.
+    dt forgotten in the drive | x[0] + d * c, x[1] + d * s -> x[0] + u[0] * c, x[1] + u[0] * s | v is in m per second: the robot goes v dt.
+    heading not used | x[0] + d * c, x[1] + d * s -> x[0] + d, x[1] | The robot drives the way it looks: v dt along x is right for theta = 0 only.
+    dt forgotten in the turn | x[2] + u[1] * dt -> x[2] + u[1] | w is in rad per second: the heading grows by w dt.
+    not turned | x[2] + u[1] * dt -> x[2] | After the step the robot looks another way: theta + w dt.
+    degrees | x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(np.radians(x[2])), x[1] + d * np.sin(np.radians(x[2])) | The heading is in radians already: no conversion.
+    turn in degrees | x[2] + u[1] * dt -> x[2] + np.radians(u[1] * dt) | The turn is in radians, like the heading: no conversion.
+    driven backwards | x[0] + d * c, x[1] + d * s -> x[0] - d * c, x[1] - d * s | A positive v drives ahead: x *plus* v dt cos(theta).
+    F_x after the move: You used the heading *after* the step in F_x. Differentiate at the pose before it.
+        [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, -d * np.sin(x2[2])], [0, 1, d * np.cos(x2[2])], [0, 0, 1]]
+    F_x transposed | return x2, F_x, F_u -> return x2, F_x.T, F_u | Rows are outputs, columns are inputs: yours is the transpose.
+    F_x is the identity | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, 0], [0, 1, 0], [0, 0, 1]] | A small error of the heading moves the robot sideways by v dt: F_x has a third column.
+    sign of the sine | [1, 0, -d * s] -> [1, 0, d * s] | The derivative of the cosine is *minus* the sine.
+    derivative of the sine with a minus | [0, 1, d * c] -> [0, 1, -d * c] | The derivative of the sine is the cosine, with a plus.
+    sine and cosine not differentiated | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, d * s] | The third column of F_x is the derivative by theta: cos becomes -sin, sin becomes cos.
+    diagonal of F_x forgotten | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[0, 0, -d * s], [0, 0, d * c], [0, 0, 0]] | x2 = x + ...: the derivative of x2 by x is 1. The diagonal of F_x is 1, 1, 1.
+    dt forgotten in F_x | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, -u[0] * s], [0, 1, u[0] * c] | The third column of F_x is the derivative by theta: v dt, not v, times -sin and cos.
+    F_u after the move | [[dt * c, 0], [dt * s, 0] -> [[dt * np.cos(x2[2]), 0], [dt * np.sin(x2[2]), 0] | You used the heading *after* the step in F_u. Differentiate at the pose before it.
+    dt forgotten in F_u | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[c, 0], [s, 0], [0, 1]] | x2 holds v dt and w dt: their derivatives by v and w have the factor dt.
+    columns of F_u swapped | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[0, dt * c], [0, dt * s], [dt, 0]] | u = [v, w]: the first column is the derivative by v.
+    v in F_u | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[d * c, 0], [d * s, 0], [0, u[1] * dt]] | The derivative of v dt cos(theta) by v is dt cos(theta): v itself is gone.
+    sine and cosine swapped in F_u | [[dt * c, 0], [dt * s, 0] -> [[dt * s, 0], [dt * c, 0] | By v, the line of x becomes dt cos(theta), the line of y dt sin(theta).
+    F_u transposed | return x2, F_x, F_u -> return x2, F_x, F_u.T | Rows are outputs, columns are inputs: F_u has shape (3, 2).
+    column instead of vector | return x2, F_x, F_u -> return x2[:, None], F_x, F_u | Vectors have one axis here: x2 has shape (3,), no columns.
+    """,
 )
-
-POSE, CONTROL = ("x", "y", "theta"), ("v", "w")
-
-
-def _case(rng):
-    return (
-        np.array([*rng.uniform(-5, 5, 2), rng.uniform(-3, 3)]),
-        rng.uniform([0.3, 0.4], [2, 1.5]),
-        rng.uniform(0.2, 2),
-    )
-
-
-def _parts(f, x, u, dt):
-    x2, F_x, F_u = expect.results(f(x, u, dt), "x2", "F_x", "F_u")
-    return expect.array(x2, 3, "x2"), expect.array(F_x, (3, 3), "F_x"), expect.array(F_u, (3, 2), "F_u")
-
-
-def _f(x, u, dt):
-    """The motion alone."""
-    return np.array([x[0] + u[0] * dt * np.cos(x[2]), x[1] + u[0] * dt * np.sin(x[2]), x[2] + u[1] * dt])
-
-
-@motion.link("three results", "The function must end with `return x2, F_x, F_u`.")
-def _(f, rng):
-    _parts(f, *_case(rng))
-
-
-def _pose(f, x, u, dt, at=""):
-    x2, want = _parts(f, x, u, dt)[0], _f(x, u, dt)
-    expect.close(x2[:2], want[:2], "the new position", at=at)
-    expect.angle(x2[2], want[2], "the new heading", at=at)
-
-
-@motion.link("the new heading", "theta + w dt: where w is positive, the robot turns to the left.", part=0)
-def _(f, rng):
-    for k in range(4):
-        x, u, dt = _case(rng)
-        expect.angle(_parts(f, x, u if k < 2 else -u, dt)[0][2], _f(x, u if k < 2 else -u, dt)[2], "the new heading")
-
-
-@motion.link("straight along x", "With theta = 0 and w = 0 the robot goes v dt along x, and nothing else.", part=0)
-def _(f, rng):
-    for v, dt in ((1.0, 1.0), (2.0, 0.5), (1.5, 0.1)):
-        _pose(f, np.array([1.0, 2.0, 0.0]), np.array([v, 0.0]), dt, f"theta = 0, v = {v}, w = 0, dt = {dt}")
-
-
-@motion.link("the new pose", "The robot drives the way it looks: cos(theta) goes with x, sin(theta) with y.", part=0)
-def _(f, rng):
-    for k in range(6):
-        x, u, dt = _case(rng)
-        _pose(f, x, u if k < 3 else -u, dt)
-
-
-@motion.link("F_x", "Differentiate each line of x2 by x, by y, and by theta.", part=1)
-def _(f, rng):
-    for k in range(6):
-        x, u, dt = _case(rng)
-        u = u * [1, -1] if k % 2 else u
-        F_x = _parts(f, x, u, dt)[1]
-        expect.jacobian(F_x, lambda x, u=u, dt=dt: _f(x, u, dt), x, "F_x", POSE, POSE)
-
-
-@motion.link("F_u", "Differentiate each line of x2 by v and by w.", part=2)
-def _(f, rng):
-    for k in range(6):
-        x, u, dt = _case(rng)
-        u = u * [1, -1] if k % 2 else u
-        F_u = _parts(f, x, u, dt)[2]
-        expect.jacobian(F_u, lambda u, x=x, dt=dt: _f(x, u, dt), u, "F_u", POSE, CONTROL)
-
-
-@motion.link("special cases", "No division by v, w or dt is needed: the robot may also stand still, or drive back.")
-def _(f, rng):
-    for u in ([0.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 30.0]):
-        for dt in (1.0, 0.05):
-            x, u = _case(rng)[0], np.array(u)
-            _pose(f, x, u, dt, f"u = {u}, dt = {dt}")
-            for got, want, name in zip(_parts(f, x, u, dt)[1:], move(x, u, dt)[1:], ("F_x", "F_u"), strict=True):
-                expect.close(got, want, name, at=f"u = {u}, dt = {dt}")
-
-
-# ---- wrong and right answers -----------------------------------------------------------------------------------------
-
-
-def _wrong(name, hint, x2=None, F_x=None, F_u=None):
-    """A misconception in one result; each is a function of (x, u, dt)."""
-
-    @motion.wrong(name, hint)
-    def _(x, u, dt):
-        right = move(x, u, dt)
-        return tuple(np.array(g(x, u, dt)) if g else r for g, r in zip((x2, F_x, F_u), right, strict=True))
-
-
-def _after(x, u, dt):
-    """The pose with the heading after the turn."""
-    return np.array([x[0], x[1], x[2] + u[1] * dt])
-
-
-# fmt: off
-_wrong("sine and cosine swapped", "x goes with the cosine, y with the sine.",
-       x2=lambda x, u, dt: [x[0] + u[0] * dt * np.sin(x[2]), x[1] + u[0] * dt * np.cos(x[2]), x[2] + u[1] * dt])
-_wrong("turned first", "The robot drives first, the way it looks *before* the step, and then turns.",
-       x2=lambda x, u, dt: [*_f(_after(x, u, dt), u, dt)[:2], x[2] + u[1] * dt])
-_wrong("half the turn first", "The robot drives the way it looks *before* the step, not in the middle of the turn.",
-       x2=lambda x, u, dt: [*_f([x[0], x[1], x[2] + u[1] * dt / 2], u, dt)[:2], x[2] + u[1] * dt])
-_wrong("arc", "Yours is the exact arc. Here the robot drives v dt straight ahead first, and then it turns.",
-       x2=lambda x, u, dt: Unicycle().move(x, u, dt)[0])
-_wrong("turned to the other side", "A positive w turns to the left: theta *plus* w dt.",
-       x2=lambda x, u, dt: [*_f(x, u, dt)[:2], x[2] - u[1] * dt])
-_wrong("dt forgotten", "v and w are per second: multiply both by dt.",
-       x2=lambda x, u, dt: _f(x, u, 1.0))
-_wrong("heading not used", "The robot drives the way it looks: v dt along x is right for theta = 0 only.",
-       x2=lambda x, u, dt: [x[0] + u[0] * dt, x[1], x[2] + u[1] * dt])
-_wrong("dt forgotten in the turn", "w is in rad per second: the heading grows by w dt.",
-       x2=lambda x, u, dt: [*_f(x, u, dt)[:2], x[2] + u[1]])
-_wrong("degrees", "The heading is in radians already: no conversion.",
-       x2=lambda x, u, dt: _f([x[0], x[1], np.radians(x[2])], u, dt) * [1, 1, 0] + [0, 0, x[2] + u[1] * dt])
-_wrong("F_x after the move", "You used the heading *after* the step in F_x. Differentiate at the pose before it.",
-       F_x=lambda x, u, dt: move(_after(x, u, dt), u, dt)[1])
-_wrong("F_x transposed", "Rows are outputs, columns are inputs: yours is the transpose.",
-       F_x=lambda x, u, dt: move(x, u, dt)[1].T)
-_wrong("F_x is the identity", "A small error of the heading moves the robot sideways by v dt: F_x has a third column.",
-       F_x=lambda x, u, dt: np.eye(3))
-_wrong("sign of the sine", "The derivative of the cosine is *minus* the sine.",
-       F_x=lambda x, u, dt: move(x, u, dt)[1] * [[1, 1, -1], [1, 1, 1], [1, 1, 1]])
-_wrong("derivative of the sine with a minus", "The derivative of the sine is the cosine, with a plus.",
-       F_x=lambda x, u, dt: move(x, u, dt)[1] * [[1, 1, 1], [1, 1, -1], [1, 1, 1]])
-_wrong("sine and cosine not differentiated", "The third column of F_x is the derivative by theta: cos becomes -sin, "
-       "sin becomes cos.", F_x=lambda x, u, dt: [[1, 0, u[0] * dt * np.cos(x[2])], [0, 1, u[0] * dt * np.sin(x[2])],
-                                             [0, 0, 1]])
-_wrong("diagonal of F_x forgotten", "x2 = x + ...: the derivative of x2 by x is 1. The diagonal of F_x is 1, 1, 1.",
-       F_x=lambda x, u, dt: move(x, u, dt)[1] - np.eye(3))
-_wrong("dt forgotten in F_x", "The third column of F_x is the derivative by theta: v dt, not v, times -sin and cos.",
-       F_x=lambda x, u, dt: move(x, u, 1.0)[1])
-_wrong("F_u after the move", "You used the heading *after* the step in F_u. Differentiate at the pose before it.",
-       F_u=lambda x, u, dt: move(_after(x, u, dt), u, dt)[2])
-_wrong("dt forgotten in F_u", "x2 holds v dt and w dt: their derivatives by v and w have the factor dt.",
-       F_u=lambda x, u, dt: move(x, u, 1.0)[2])
-_wrong("columns of F_u swapped", "u = [v, w]: the first column is the derivative by v.",
-       F_u=lambda x, u, dt: move(x, u, dt)[2][:, ::-1])
-_wrong("v in F_u", "The derivative of v dt cos(theta) by v is dt cos(theta): v itself is gone.",
-       F_u=lambda x, u, dt: move(x, u, dt)[2] * [u[0], u[1]])
-_wrong("sine and cosine swapped in F_u", "By v, the line of x becomes dt cos(theta), the line of y dt sin(theta).",
-       F_u=lambda x, u, dt: [[dt * np.sin(x[2]), 0], [dt * np.cos(x[2]), 0], [0, dt]])
-_wrong("F_u transposed", "Rows are outputs, columns are inputs: F_u has shape (3, 2).",
-       F_u=lambda x, u, dt: move(x, u, dt)[2].T)
-_wrong("column instead of vector", "Vectors have one axis here: x2 has shape (3,), no columns.",
-       x2=lambda x, u, dt: _f(x, u, dt)[:, None])
-# fmt: on
-
-
-@motion.variant("lists, heading with a turn more")
-def _(x, u, dt):
-    x2, F_x, F_u = move(x, u, dt)
-    return [x2[0], x2[1], x2[2] + 2 * np.pi], F_x.tolist(), F_u.tolist()
-
-
-@motion.variant("heading wrapped, Jacobians filled entry by entry")
-def _(x, u, dt):
-    v, w = u
-    F_x, F_u = np.eye(3), np.zeros((3, 2))
-    F_x[0, 2], F_x[1, 2] = -v * dt * np.sin(x[2]), v * dt * np.cos(x[2])
-    F_u[0, 0], F_u[1, 0], F_u[2, 1] = dt * np.cos(x[2]), dt * np.sin(x[2]), dt
-    x2 = x + F_u @ u
-    return np.array([x2[0], x2[1], np.arctan2(np.sin(x2[2]), np.cos(x2[2]))]), F_x, F_u
-
-
-@motion.variant("finite differences")
-def _(x, u, dt):
-    from ...geometry import numerical_jacobian
-
-    return _f(x, u, dt), numerical_jacobian(lambda a: _f(a, u, dt), x), numerical_jacobian(lambda a: _f(x, a, dt), u)

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...geometry import wrap
 from .. import expect
-from ..exercise import Exercise
+from ..table import table
 
 
 def h(x, i, x_r):
@@ -22,125 +22,110 @@ def h(x, i, x_r):
     return e, H
 
 
-def _wrapped(result):
-    """The result with its bearing in (-pi, pi], to compare answers that differ by whole turns."""
-    e, H = result
-    return np.array([e[0], wrap(e[1])], float), H
+def unwrapped(x, i, x_r):
+    """Return the measurement with its bearing as it comes, for derivatives."""
+    dx, dy = x[2 * i : 2 * i + 2] - x_r[:2]
+    return np.array([np.hypot(dx, dy), np.arctan2(dy, dx) - x_r[2]])
 
 
-expected = Exercise(
+def some(rng, n=3, i=0):
+    """Return landmark i of n, no landmark nearer than 1 m, and a pose."""
+    x_r = np.array([*rng.uniform(-2, 2, 2), rng.uniform(-3, 3)])
+    a, r = rng.uniform(-np.pi, np.pi, n), rng.uniform(1, 6, n)
+    return (x_r[:2] + np.stack([r * np.cos(a), r * np.sin(a)], -1)).ravel(), i, x_r
+
+
+def looking(rng, theta):
+    """Return a landmark, and a robot with this heading."""
+    x, i, x_r = some(rng)
+    return x, i, np.array([*x_r[:2], theta])
+
+
+def along(angle):
+    """Return a landmark in this direction of a robot that looks along the x axis."""
+    return np.array([1 + 2 * np.cos(angle), -2 + 2 * np.sin(angle), 5.0, 5.0]), 0, np.array([1.0, -2.0, 0.0])
+
+
+expected = table(
     "02.2",
     "The measurement function h and its Jacobian",
     h,
-    canonical=_wrapped,
     hints=(
         "Start with dx = x_l - x_r and dy = y_l - y_r: from the robot to the landmark. All else is made of them.",
         "Bearing: the direction arctan2(dy, dx), seen from a robot that is turned by theta. Only two columns of H "
         "are not zero: 2i and 2i + 1.",
         "With r2 = dx^2 + dy^2 and r = sqrt(r2), the two columns are [[dx/r, dy/r], [-dy/r2, dx/r2]].",
     ),
+    returns="e, H",
+    angles={"e": 1},
+    jacobians={"H": unwrapped},
+    entries={"H": "range, bearing", "x": ", ".join(f"{c} of landmark {i}" for i in range(5) for c in "xy")},
+    cases={
+        "any": lambda rng: [some(rng) for _ in range(3)],
+        "along x": lambda rng: [along(angle) for angle in (0.3, 1.2, 2.8, 3.13, -0.4, -2.0, -3.13)],
+        "turned": lambda rng: [looking(rng, theta) for theta in (0.5, -1.0, 2.5)],
+        "others": lambda rng: [some(rng, 4, i) for i in (3, 1, 2)],
+        "sizes": lambda rng: [some(rng, n, n - 1) for n in (3, 1, 5)],
+        "all": lambda rng: [some(rng, n, int(rng.integers(n))) for n in (3, 1, 5, 2, 3, 3)],
+    },
+    checks="""
+    range                     | e[0]       | any     | The range is the distance from the robot to the landmark.
+    bearing                   | e[1]       | along x | Look along the x axis of the robot: an angle to the left is positive.
+    heading                   | e[1]       | turned  | The bearing is measured from where the robot looks: what does theta do to it?
+    landmark i                | e          | others  | Landmark i sits at x[2*i] and x[2*i + 1]; counting starts at 0.
+    shape of H                | H[:0]      | sizes   | H has one row per measured number and one column per number in the map.
+    derivative of the range   | d H[0] / x | all     | Differentiate r = sqrt(dx^2 + dy^2) by x_l and by y_l.
+    derivative of the bearing | d H[1] / x | all     | d arctan2(dy, dx): [-dy, dx] over what? Does theta matter here?
+    """,
+    wrong="""
+    heading forgotten | np.arctan2(dy, dx) - x_r[2] -> np.arctan2(dy, dx) | That is the direction in the map frame. The robot measures from its own x axis: subtract theta.
+    heading added | np.arctan2(dy, dx) - x_r[2] -> np.arctan2(dy, dx) + x_r[2] | Turn the robot to the left: the landmark moves to the right in its view. Subtract theta, do not add it.
+    from the landmark to the robot | np.arctan2(dy, dx) -> np.arctan2(-dy, -dx) | Your differences point from the landmark to the robot. Use landmark minus robot in arctan2.
+    arctan2 swapped | np.arctan2(dy, dx) -> np.arctan2(dx, dy) | arctan2 takes y first: arctan2(dy, dx).
+    arctan of the quotient | np.arctan2(dy, dx) -> np.arctan(dy / dx) | arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).
+    bearing to the right | np.arctan2(dy, dx) - x_r[2] -> x_r[2] - np.arctan2(dy, dx) | Your bearing has the wrong sign: angles count to the left (counter-clockwise).
+    bearing in degrees | wrap(np.arctan2(dy, dx) - x_r[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x_r[2])) | Angles are in radians everywhere.
+    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+        wrap(np.arctan2(dy, dx) - x_r[2]) -> (np.arctan2(dy, dx) - x_r[2] + np.pi) % 2 * np.pi - np.pi
+    sign of the bearing lost | wrap(np.arctan2(dy, dx) - x_r[2]) -> np.abs(wrap(np.arctan2(dy, dx) - x_r[2])) | Left and right are different directions: a bearing to the right is negative.
+    range squared | e = np.array([r, -> e = np.array([r2, | Take the square root: the range is in metres, dx^2 + dy^2 in square metres.
+    distances added | e = np.array([r, -> e = np.array([abs(dx) + abs(dy), | The range is the straight distance: the root of dx^2 + dy^2, not the sum of both ways.
+    bearing first | return e, H -> return e[::-1], H | The order is range, then bearing.
+    robot at the origin | x[2 * i : 2 * i + 2] - x_r[:2] -> x[2 * i : 2 * i + 2] | The differences begin at the robot: subtract its position, x_r[:2].
+    counts from one | dx, dy = x -> i = (i - 1) % (len(x) // 2); dx, dy = x | Python counts from 0: landmark i has the entries 2*i and 2*i + 1.
+    index i instead of 2i | x[2 * i : 2 * i + 2] -> x[i : i + 2] | Each landmark takes two places in x: landmark i starts at 2*i.
+        H[:, 2 * i : 2 * i + 2] -> H[:, i : i + 2]
+    all x first | x[2 * i : 2 * i + 2] -> x[[i, len(x) // 2 + i]] | The map is stored landmark by landmark: x_0, y_0, x_1, y_1, ...
+        H[:, 2 * i : 2 * i + 2] -> H[:, [i, len(x) // 2 + i]]
+    right block, wrong columns | H[:, 2 * i : 2 * i + 2] -> H[:, i : i + 2] | H has the block of landmark i in the columns 2*i and 2*i + 1.
+    only the 2 x 2 block | H = np.zeros((2, len(x))) -> H = np.zeros((2, 2)) | Put the 2 x 2 block into a matrix of zeros with one column per number in the map.
+        H[:, 2 * i : 2 * i + 2] -> H[:, :]
+    H transposed | return e, H -> return e, H.T | Rows are outputs (range, bearing), columns are inputs (the map): H is 2 x 2n.
+    columns instead of vectors | return e, H -> return e[:, None], H | Vectors have one axis here: np.array([r, beta]), no columns, no extra brackets.
+    derivative by the robot: That is the derivative by the robot's position. By the landmark's it has the other sign: dr/dx_l = +dx/r.
+        [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dx / r, -dy / r], [dy / r2, -dx / r2]]
+    sign of the range row | [[dx / r, dy / r], -> [[-dx / r, -dy / r], | The range grows when the landmark moves away: dr/dx_l = +dx/r, dr/dy_l = +dy/r.
+    r for r^2 | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, dy / r], [-dy / r, dx / r]] | The bearing row is divided by r^2, not by r: a landmark twice as far away turns half as fast.
+    r^2 for r | [[dx / r, dy / r], -> [[dx / r2, dy / r2], | The range row is divided by r, not by r^2: it is a unit vector.
+    sign of the bearing row | [-dy / r2, dx / r2] -> [dy / r2, -dx / r2] | d bearing / d x_l = -dy/r^2 and d bearing / d y_l = +dx/r^2. Check with a landmark straight ahead.
+    minus sign forgotten | [-dy / r2, dx / r2] -> [dy / r2, dx / r2] | d bearing / d x_l = -dy/r^2: a landmark on the left that moves forward (x_l grows) gets a smaller bearing.
+    dx and dy swapped | [-dy / r2, dx / r2] -> [-dx / r2, dy / r2] | In the bearing row dy stands in the x column and dx in the y column: [-dy, dx] / r^2.
+    block transposed: The 2 x 2 block is transposed: the first row is the derivative of the range, by x_l and by y_l.
+        [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, -dy / r2], [dy / r, dx / r2]]
+    turned by theta: x is in the map frame, and so are the columns of H. theta only shifts the bearing: it is not in H.
+        H = np.zeros -> c, s = np.cos(x_r[2]), np.sin(x_r[2]); dx, dy = c * dx + s * dy, c * dy - s * dx; H = np.zeros
+    in degrees | [-dy / r2, dx / r2] -> [np.degrees(-dy / r2), np.degrees(dx / r2)] | The bearing row is in degrees per metre: keep to radians.
+    rows swapped | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dy / r2, dx / r2], [dx / r, dy / r]] | The first row of H is the derivative of the range, the second that of the bearing.
+    """,
 )
 
-ROWS = ("range", "bearing")
 
-
-def _case(rng, n=3):
-    """A map of n landmarks and a pose, no landmark nearer than 1 m."""
-    x_r = np.array([*rng.uniform(-2, 2, 2), rng.uniform(-3, 3)])
-    a, r = rng.uniform(-np.pi, np.pi, n), rng.uniform(1, 6, n)
-    return (x_r[:2] + np.stack([r * np.cos(a), r * np.sin(a)], -1)).ravel(), x_r
-
-
-def _columns(n):
-    return [f"{c} of landmark {i}" for i in range(n) for c in "xy"]
-
-
-def _e(result):
-    return expect.array(expect.results(result, "e", "H")[0], 2, "e")
-
-
-def _H(result, n):
-    return expect.array(expect.results(result, "e", "H")[1], (2, 2 * n), "H")
-
-
-@expected.link("two results", "The function must end with `return e, H`.")
+@expected.link(
+    "zero columns", "The measurement of landmark i says nothing about the others.", 1, "derivative of the range"
+)
 def _(f, rng):
-    x, x_r = _case(rng)
-    e, H = expect.results(f(x, 0, x_r), "e", "H")
-    expect.array(e, 2, "e")
-    expect.true(H is not None, "H is None: return the Jacobian as the second result")
-
-
-@expected.link("range", "The range is the distance from the robot to the landmark.", part=0)
-def _(f, rng):
-    for _ in range(3):
-        x, x_r = _case(rng)
-        expect.close(_e(f(x, 0, x_r))[0], np.hypot(*(x[:2] - x_r[:2])), "the range")
-
-
-@expected.link("bearing", "Look along the x axis of the robot: an angle to the left is positive.", part=0)
-def _(f, rng):
-    for angle in (0.3, 1.2, 2.8, 3.13, -0.4, -2.0, -3.13):
-        x_r = np.array([1.0, -2.0, 0.0])
-        x = np.array([1 + 2 * np.cos(angle), -2 + 2 * np.sin(angle), 5.0, 5.0])
-        expect.angle(_e(f(x, 0, x_r))[1], angle, "the bearing", at="a robot that looks along the x axis (theta = 0)")
-
-
-@expected.link("heading", "The bearing is measured from where the robot looks: what does theta do to it?", part=0)
-def _(f, rng):
-    for theta in (0.5, -1.0, 2.5):
-        x, x_r = _case(rng)
-        x_r[2] = theta
-        want = np.arctan2(x[1] - x_r[1], x[0] - x_r[0]) - theta
-        expect.angle(_e(f(x, 0, x_r))[1], want, "the bearing", at=f"theta = {theta}")
-
-
-@expected.link("landmark i", "Landmark i sits at x[2*i] and x[2*i + 1]; counting starts at 0.", part=0)
-def _(f, rng):
-    x, x_r = _case(rng, 4)
-    for i in (3, 1, 2):
-        e = _e(f(x, i, x_r))
-        want = h(x, i, x_r)[0]
-        expect.close(e[0], want[0], f"the range to landmark {i}")
-        expect.angle(e[1], want[1], f"the bearing to landmark {i}")
-
-
-@expected.link("shape of H", "H has one row per measured number and one column per number in the map.", part=1)
-def _(f, rng):
-    for n in (3, 1, 5):
-        x, x_r = _case(rng, n)
-        _H(f(x, n - 1, x_r), n)
-
-
-@expected.link("zero columns", "The measurement of landmark i says nothing about the others.", part=1)
-def _(f, rng):
-    x, x_r = _case(rng, 4)
     for i in (2, 0, 3):
-        others = np.delete(_H(f(x, i, x_r), 4), [2 * i, 2 * i + 1], axis=1)
+        x, i, x_r = some(rng, 4, i)
+        H = expect.array(expect.results(f(x, i, x_r), "e", "H")[1], (2, 8), "H")
+        others = np.delete(H, [2 * i, 2 * i + 1], axis=1)
         expect.true(not others.any(), f"H for landmark {i} is not zero in the columns of other landmarks")
-
-
-def _unrolled(x, i, x_r, direction):
-    """[range, bearing] without a seam: the angle is counted from the given direction."""
-    dx, dy = x[2 * i : 2 * i + 2] - x_r[:2]
-    c, s = np.cos(direction), np.sin(direction)
-    return np.array([np.hypot(dx, dy), np.arctan2(c * dy - s * dx, c * dx + s * dy)])
-
-
-def _row_is_derivative(f, rng, row):
-    for n in (3, 1, 5, 2, 3, 3):
-        x, x_r = _case(rng, n)
-        i = int(rng.integers(n))
-        direction = np.arctan2(*(x[2 * i : 2 * i + 2] - x_r[:2])[::-1])
-        smooth = lambda x, i=i, x_r=x_r, direction=direction: _unrolled(x, i, x_r, direction)
-        expect.jacobian(_H(f(x, i, x_r), n), smooth, x, "H", ROWS, _columns(n), row=row)
-
-
-@expected.link("derivative of the range", "Differentiate r = sqrt(dx^2 + dy^2) by x_l and by y_l.", part=1)
-def _(f, rng):
-    _row_is_derivative(f, rng, 0)
-
-
-@expected.link("derivative of the bearing", "d arctan2(dy, dx): [-dy, dx] over what? Does theta matter here?", part=1)
-def _(f, rng):
-    _row_is_derivative(f, rng, 1)

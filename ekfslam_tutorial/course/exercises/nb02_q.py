@@ -68,38 +68,22 @@ born = table(
         l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(y[1] - x_r[2]), np.sin(y[1] - x_r[2])])
     bearing forgotten: The landmark is not straight ahead: its direction in the map is theta + beta.
         l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(x_r[2]), np.sin(x_r[2])])
-    robot position forgotten: That is the landmark as seen from the robot. Add the robot's own position.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s]
-    robot position subtracted: Walk from the map's origin to the robot, then to the landmark: the two vectors add up.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [r * c - x_r[0], r * s - x_r[1]]
-    behind the robot: The landmark lies in the direction theta + beta *from the robot*: x_r plus, not minus.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s]
-    sine and cosine swapped: x goes with the cosine, y with the sine.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * s, x_r[1] + r * c]
-    y mirrored: The sign of the sine is wrong: bearings count to the left.
-        x_r[1] + r * s] -> x_r[1] - r * s]
-    degrees converted: All angles are in radians already: no conversion.
-        y[1] + x_r[2] -> np.radians(y[1] + x_r[2])
-    range and bearing swapped: y = [range, bearing]: the range comes first.
-        r, a = y[0], y[1] + x_r[2] -> r, a = y[1], y[0] + x_r[2]
-    column: Vectors have one axis here: np.array([x, y]), no columns.
-        return l, L_y -> return l[:, None], L_y
-    transposed: Rows are outputs (x_l, y_l), columns are inputs (range, bearing): yours is the transpose.
-        [[c, -r * s], [s, r * c]] -> [[c, s], [-r * s, r * c]]
-    r forgotten in the bearing column: An error of the bearing moves the landmark by r times that angle: the second column has the factor r.
-        [[c, -r * s], [s, r * c]] -> [[c, -s], [s, c]]
-    minus sign forgotten: The derivative of the cosine is *minus* the sine.
-        [[c, -r * s] -> [[c, r * s]
-    heading forgotten in L_y: The angle in L_y is the same as in l: theta + beta.
-        L_y = np -> c, s = np.cos(y[1]), np.sin(y[1]); L_y = np
-    columns swapped: The first column is the derivative by the range, the second by the bearing.
-        [[c, -r * s], [s, r * c]] -> [[-r * s, c], [r * c, s]]
-    the inverse, H instead of L_y: That is the derivative of the measurement by the landmark, H. Here it is the other way round: dl/dy.
-        [[c, -r * s], [s, r * c]] -> [[c, s], [-s / r, c / r]]
-    diagonal: Both x_l and y_l depend on both range and bearing: no entry is zero in general.
-        [[c, -r * s], [s, r * c]] -> [[c, 0.0], [0.0, r * c]]
-    derivative by the pose: That is dl/dx_r (2 x 3): the pose is known here, the noise is in y. Differentiate by y.
-        [[c, -r * s], [s, r * c]] -> [[1, 0, -r * s], [0, 1, r * c]]
+    robot position forgotten | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s] | That is the landmark as seen from the robot. Add the robot's own position.
+    robot position subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c - x_r[0], r * s - x_r[1]] | Walk from the map's origin to the robot, then to the landmark: the two vectors add up.
+    behind the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark lies in the direction theta + beta *from the robot*: x_r plus, not minus.
+    sine and cosine swapped | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * s, x_r[1] + r * c] | x goes with the cosine, y with the sine.
+    y mirrored | x_r[1] + r * s] -> x_r[1] - r * s] | The sign of the sine is wrong: bearings count to the left.
+    degrees converted | y[1] + x_r[2] -> np.radians(y[1] + x_r[2]) | All angles are in radians already: no conversion.
+    range and bearing swapped | r, a = y[0], y[1] + x_r[2] -> r, a = y[1], y[0] + x_r[2] | y = [range, bearing]: the range comes first.
+    column | return l, L_y -> return l[:, None], L_y | Vectors have one axis here: np.array([x, y]), no columns.
+    transposed | [[c, -r * s], [s, r * c]] -> [[c, s], [-r * s, r * c]] | Rows are outputs (x_l, y_l), columns are inputs (range, bearing): yours is the transpose.
+    r forgotten in the bearing column | [[c, -r * s], [s, r * c]] -> [[c, -s], [s, c]] | An error of the bearing moves the landmark by r times that angle: the second column has the factor r.
+    minus sign forgotten | [[c, -r * s] -> [[c, r * s] | The derivative of the cosine is *minus* the sine.
+    heading forgotten in L_y | L_y = np -> c, s = np.cos(y[1]), np.sin(y[1]); L_y = np | The angle in L_y is the same as in l: theta + beta.
+    columns swapped | [[c, -r * s], [s, r * c]] -> [[-r * s, c], [r * c, s]] | The first column is the derivative by the range, the second by the bearing.
+    the inverse, H instead of L_y | [[c, -r * s], [s, r * c]] -> [[c, s], [-s / r, c / r]] | That is the derivative of the measurement by the landmark, H. Here it is the other way round: dl/dy.
+    diagonal | [[c, -r * s], [s, r * c]] -> [[c, 0.0], [0.0, r * c]] | Both x_l and y_l depend on both range and bearing: no entry is zero in general.
+    derivative by the pose | [[c, -r * s], [s, r * c]] -> [[1, 0, -r * s], [0, 1, r * c]] | That is dl/dx_r (2 x 3): the pose is known here, the noise is in y. Differentiate by y.
     """,
 )
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from .. import expect
-from ..exercise import Exercise
+from ..table import table
 
 
 def inverse_observation(x_r, y):
@@ -20,7 +19,18 @@ def inverse_observation(x_r, y):
     return l, L_r, L_y
 
 
-inverse = Exercise(
+def pose_and_measurement(rng):
+    """Return a pose and a measurement at random."""
+    return np.array([*rng.uniform(-3, 3, 2), rng.uniform(-3, 3)]), np.array([rng.uniform(1, 8), rng.uniform(-3, 3)])
+
+
+def along_x(rng):
+    """Return a pose that looks along the x axis, and a measurement."""
+    x_r, y = pose_and_measurement(rng)
+    return np.array([x_r[0], x_r[1], 0.0]), y
+
+
+inverse = table(
     "04.1",
     "A new landmark and its two Jacobians",
     inverse_observation,
@@ -31,159 +41,53 @@ inverse = Exercise(
         "along a circle of radius r. The same happens when the bearing changes.",
         "L_r = [[1, 0, -r sin(a)], [0, 1, r cos(a)]]. The last column of L_y is the last column of L_r.",
     ),
+    returns="l, L_r, L_y",
+    jacobians={"L_r": "l", "L_y": "l"},
+    entries={"l": "x_l, y_l", "x_r": "x_r, y_r, theta", "y": "range, bearing"},
+    cases={
+        "any": lambda rng: [pose_and_measurement(rng) for _ in range(5)],
+        "along x": lambda rng: [along_x(rng) for _ in range(3)],
+    },
+    checks="""
+    the landmark, theta = 0 | l           | along x | A robot that looks along the x axis: l = x_r + r [cos(beta), sin(beta)].
+    the landmark            | l           | any     | What does the heading of the robot do to the direction of the beam?
+    L_r                     | d L_r / x_r | any     | Differentiate l by the pose: three columns, by x, by y and by theta.
+    L_y                     | d L_y / y   | any     | Differentiate l by the measurement: two columns, by the range and by the bearing.
+    """,
+    wrong="""
+    heading forgotten: Without theta this is right only for a robot that looks along the x axis: the beam points in the direction theta + beta.
+        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(y[1]), x_r[1] + r * np.sin(y[1])]
+    bearing subtracted: Angles count counter-clockwise: a bearing to the left is added to the heading.
+        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2] - y[1]), x_r[1] + r * np.sin(x_r[2] - y[1])]
+    bearing forgotten: The landmark is not straight ahead: the beam points in the direction theta + beta.
+        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2]), x_r[1] + r * np.sin(x_r[2])]
+    sine and cosine swapped | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * s, x_r[1] + r * c] | cos belongs to x and sin to y.
+    seen from the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s] | That is the landmark in a frame at the robot: add the robot's position.
+    range subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark is in front of the sensor: add r in the direction of the beam.
+    angles taken as degrees | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(np.radians(a)), x_r[1] + r * np.sin(np.radians(a))] | Angles are in radians already: no np.radians here.
+    columns instead of vectors | return l, -> return l[:, None], | Vectors have one axis here: l = np.array([x, y]), no columns.
+    the pose is known: L_r = 0 says: the landmark does not depend on the pose. That was notebook 02; now the pose is uncertain and its error goes into the landmark.
+        [[1, 0, -r * s], [0, 1, r * c]] -> [[0, 0, 0], [0, 0, 0]]
+    turning does not matter: Turn the robot by a small angle: the landmark swings along a circle of radius r. The last column of L_r is not zero.
+        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, 0], [0, 1, 0]]
+    only theta in the last column: In the last column of L_r, sin and cos are taken of the whole direction theta + beta.
+        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(x_r[2])], [0, 1, r * np.cos(x_r[2])]]
+    only beta in the last column: In the last column of L_r, sin and cos are taken of the whole direction theta + beta.
+        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(y[1])], [0, 1, r * np.cos(y[1])]]
+    range forgotten in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -s], [0, 1, c]] | A landmark twice as far away swings twice as much: the last column of L_r has a factor r.
+    sine and cosine swapped in the last column: d cos(a) = -sin(a) da: the sine stands in the row of x_l, the cosine in the row of y_l.
+        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * c], [0, 1, r * s]]
+    sign of the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, r * s], [0, 1, -r * c]] | d cos(a) = -sin(a) da and d sin(a) = +cos(a) da: check the signs in the last column of L_r.
+    minus sign forgotten in L_r | [1, 0, -r * s] -> [1, 0, r * s] | d cos(a) = -sin(a) da: the upper right entry of L_r has a minus sign.
+    position block negative | [[1, 0, -r * s], [0, 1, r * c]] -> [[-1, 0, -r * s], [0, -1, r * c]] | Move the robot by 1 m: the new landmark moves with it, not against it.
+    position block turned: The robot's position is given in the map frame, and so is l: the first two columns of L_r are the identity.
+        L_r = np.array([[1, 0, -r * s], [0, 1, r * c]]) -> u, v = np.cos(x_r[2]), np.sin(x_r[2]); L_r = np.array([[u, -v, -r * s], [v, u, r * c]])
+    L_r transposed | return l, L_r, L_y -> return l, L_r.T, L_y | Rows are outputs (x_l, y_l), columns are inputs (x, y, theta): L_r is 2 x 3.
+    heading column in degrees | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, np.radians(-r * s)], [0, 1, np.radians(r * c)]] | The last column of L_r is in metres per degree: keep to radians.
+    L_y transposed | L_r, L_y -> L_r, L_y.T | Rows are outputs (x_l, y_l), columns are inputs (range, bearing): L_y is transposed.
+    range forgotten in L_y | [[c, -r * s], [s, r * c]] -> [[c, -s], [s, c]] | A landmark twice as far away moves twice as much when the bearing changes: the last column of L_y has a factor r.
+    heading forgotten in L_y | L_y = np -> c, s = np.cos(y[1]), np.sin(y[1]); L_y = np | In L_y, too, sin and cos are taken of the whole direction theta + beta.
+    sign in L_y | [[c, -r * s] -> [[c, r * s] | d cos(a) = -sin(a) da: the upper right entry of L_y has a minus sign.
+    columns of L_y swapped | [[c, -r * s], [s, r * c]] -> [[-r * s, c], [r * c, s]] | The order is range, then bearing, in y and in the columns of L_y.
+    """,
 )
-
-LMK = ("x_l", "y_l")
-POSE = ("x_r", "y_r", "theta")
-MEASURED = ("range", "bearing")
-
-
-def pose_and_measurement(rng):
-    """Return a pose and a measurement at random."""
-    return np.array([*rng.uniform(-3, 3, 2), rng.uniform(-3, 3)]), np.array([rng.uniform(1, 8), rng.uniform(-3, 3)])
-
-
-def _three(result):
-    return expect.results(result, "l", "L_r", "L_y")
-
-
-@inverse.link("three results", "The function must end with `return l, L_r, L_y`.")
-def _(f, rng):
-    l, L_r, L_y = _three(f(*pose_and_measurement(rng)))
-    expect.array(l, 2, "l")
-    expect.true(L_r is not None and L_y is not None, "L_r or L_y is None: return three results")
-
-
-@inverse.link(
-    "the landmark, theta = 0", "A robot that looks along the x axis: l = x_r + r [cos(beta), sin(beta)].", part=0
-)
-def _(f, rng):
-    for _ in range(3):
-        x_r, y = pose_and_measurement(rng)
-        x_r[2] = 0
-        want = x_r[:2] + y[0] * np.array([np.cos(y[1]), np.sin(y[1])])
-        expect.close(expect.array(_three(f(x_r, y))[0], 2, "l"), want, "l", at="a robot with theta = 0")
-
-
-@inverse.link("the landmark", "What does the heading of the robot do to the direction of the beam?", part=0)
-def _(f, rng):
-    for _ in range(4):
-        x_r, y = pose_and_measurement(rng)
-        a = x_r[2] + y[1]
-        want = x_r[:2] + y[0] * np.array([np.cos(a), np.sin(a)])
-        expect.close(expect.array(_three(f(x_r, y))[0], 2, "l"), want, "l")
-
-
-def _value(x_r, y):
-    a = x_r[2] + y[1]
-    return np.array([x_r[0] + y[0] * np.cos(a), x_r[1] + y[0] * np.sin(a)])
-
-
-@inverse.link("L_r", "Differentiate l by the pose: three columns, by x, by y and by theta.", part=1)
-def _(f, rng):
-    for _ in range(5):
-        x_r, y = pose_and_measurement(rng)
-        L_r = expect.array(_three(f(x_r, y))[1], (2, 3), "L_r")
-        expect.jacobian(L_r, lambda x, y=y: _value(x, y), x_r, "L_r", LMK, POSE)
-
-
-@inverse.link("L_y", "Differentiate l by the measurement: two columns, by the range and by the bearing.", part=2)
-def _(f, rng):
-    for _ in range(5):
-        x_r, y = pose_and_measurement(rng)
-        L_y = expect.array(_three(f(x_r, y))[2], (2, 2), "L_y")
-        expect.jacobian(L_y, lambda y, x_r=x_r: _value(x_r, y), y, "L_y", LMK, MEASURED)
-
-
-def _inverse_wrong(name, hint, l=None, L_r=None, L_y=None):
-    """A misconception in one of the three results, as a function of r, beta, theta and the true result."""
-
-    @inverse.wrong(name, hint)
-    def _(x_r, y):
-        right = inverse_observation(x_r, y)
-        changed = [g and np.asarray(g(*y, x_r, right[i])) for i, g in enumerate((l, L_r, L_y))]
-        return tuple(right[i] if changed[i] is None else changed[i] for i in range(3))
-
-
-def _at(x_r, r, a):
-    return [x_r[0] + r * np.cos(a), x_r[1] + r * np.sin(a)]
-
-
-# fmt: off
-_inverse_wrong("heading forgotten", "Without theta this is right only for a robot that looks along the x axis: the "
-               "beam points in the direction theta + beta.", l=lambda r, b, x, _: _at(x, r, b))
-_inverse_wrong("bearing subtracted", "Angles count counter-clockwise: a bearing to the left is added to the heading.",
-               l=lambda r, b, x, _: _at(x, r, x[2] - b))
-_inverse_wrong("sine and cosine swapped", "cos belongs to x and sin to y.",
-               l=lambda r, b, x, _: [x[0] + r * np.sin(x[2] + b), x[1] + r * np.cos(x[2] + b)])
-_inverse_wrong("seen from the robot", "That is the landmark in a frame at the robot: add the robot's position.",
-               l=lambda r, b, x, _: _at([0, 0], r, x[2] + b))
-_inverse_wrong("range subtracted", "The landmark is in front of the sensor: add r in the direction of the beam.",
-               l=lambda r, b, x, _: _at(x, -r, x[2] + b))
-_inverse_wrong("angles taken as degrees", "Angles are in radians already: no np.radians here.",
-               l=lambda r, b, x, _: _at(x, r, np.radians(x[2] + b)))
-_inverse_wrong("columns instead of vectors", "Vectors have one axis here: l = np.array([x, y]), no columns.",
-               l=lambda r, b, x, l: l[:, None])
-_inverse_wrong("the pose is known", "L_r = 0 says: the landmark does not depend on the pose. That was notebook 02; now "
-               "the pose is uncertain and its error goes into the landmark.", L_r=lambda r, b, x, _: np.zeros((2, 3)))
-_inverse_wrong("turning does not matter", "Turn the robot by a small angle: the landmark swings along a circle of "
-               "radius r. The last column of L_r is not zero.", L_r=lambda r, b, x, J: J * [1, 1, 0])
-_inverse_wrong("only theta in the last column", "In the last column of L_r, sin and cos are taken of the whole "
-               "direction theta + beta.", L_r=lambda r, b, x, J: [[1, 0, -r * np.sin(x[2])], [0, 1, r * np.cos(x[2])]])
-_inverse_wrong("only beta in the last column", "In the last column of L_r, sin and cos are taken of the whole "
-               "direction theta + beta.", L_r=lambda r, b, x, J: [[1, 0, -r * np.sin(b)], [0, 1, r * np.cos(b)]])
-_inverse_wrong("range forgotten in the last column", "A landmark twice as far away swings twice as much: the last "
-               "column of L_r has a factor r.", L_r=lambda r, b, x, J: J / [1, 1, r])
-_inverse_wrong("sign of the last column", "d cos(a) = -sin(a) da and d sin(a) = +cos(a) da: check the signs in the "
-               "last column of L_r.", L_r=lambda r, b, x, J: J * [1, 1, -1])
-_inverse_wrong("minus sign forgotten in L_r", "d cos(a) = -sin(a) da: the upper right entry of L_r has a minus sign.",
-               L_r=lambda r, b, x, J: J * [[1, 1, -1], [1, 1, 1]])
-_inverse_wrong("position block negative", "Move the robot by 1 m: the new landmark moves with it, not against it.",
-               L_r=lambda r, b, x, J: J * [-1, -1, 1])
-_inverse_wrong("position block turned", "The robot's position is given in the map frame, and so is l: the first two "
-               "columns of L_r are the identity.", L_r=lambda r, b, x, J: np.column_stack([_turn(x[2]), J[:, 2]]))
-_inverse_wrong("L_r transposed", "Rows are outputs (x_l, y_l), columns are inputs (x, y, theta): L_r is 2 x 3.",
-               L_r=lambda r, b, x, J: J.T)
-_inverse_wrong("heading column in degrees", "The last column of L_r is in metres per degree: keep to radians.",
-               L_r=lambda r, b, x, J: J * [1, 1, np.pi / 180])
-_inverse_wrong("L_y transposed", "Rows are outputs (x_l, y_l), columns are inputs (range, bearing): L_y is transposed.",
-               L_y=lambda r, b, x, J: J.T)
-_inverse_wrong("range forgotten in L_y", "A landmark twice as far away moves twice as much when the bearing changes: "
-               "the last column of L_y has a factor r.", L_y=lambda r, b, x, J: J / [1, r])
-_inverse_wrong("heading forgotten in L_y", "In L_y, too, sin and cos are taken of the whole direction theta + beta.",
-               L_y=lambda r, b, x, J: [[np.cos(b), -r * np.sin(b)], [np.sin(b), r * np.cos(b)]])
-_inverse_wrong("sign in L_y", "d cos(a) = -sin(a) da: the upper right entry of L_y has a minus sign.",
-               L_y=lambda r, b, x, J: J * [[1, -1], [1, 1]])
-_inverse_wrong("columns of L_y swapped", "The order is range, then bearing, in y and in the columns of L_y.",
-               L_y=lambda r, b, x, J: J[:, ::-1])
-# fmt: on
-
-
-def _turn(a):
-    return np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
-
-
-@inverse.variant("by the chain rule, with a rotation matrix")
-def _(x_r, y):
-    R = _turn(x_r[2])
-    in_robot = y[0] * np.array([np.cos(y[1]), np.sin(y[1])])
-    swing = np.array([[0, -1], [1, 0]])
-    L_y = R @ np.column_stack([in_robot / y[0], swing @ in_robot])
-    return np.asarray(x_r)[:2] + R @ in_robot, np.hstack([np.eye(2), (R @ swing @ in_robot)[:, None]]), L_y
-
-
-@inverse.variant("complex numbers, lists")
-def _(x_r, y):
-    beam = y[0] * np.exp(1j * (x_r[2] + y[1] - 4 * np.pi))
-    unit, swing = beam / y[0], 1j * beam
-    l = complex(x_r[0], x_r[1]) + beam
-    L_y = [[unit.real, swing.real], [unit.imag, swing.imag]]
-    return [l.real, l.imag], [[1, 0, swing.real], [0, 1, swing.imag]], L_y
-
-
-@inverse.variant("finite differences")
-def _(x_r, y):
-    h = 1e-6
-    L_r = [(_value(x_r + d, y) - _value(x_r - d, y)) / (2 * h) for d in h * np.eye(3)]
-    L_y = [(_value(x_r, y + d) - _value(x_r, y - d)) / (2 * h) for d in h * np.eye(2)]
-    return _value(x_r, y), np.transpose(L_r), np.transpose(L_y)

@@ -5,7 +5,7 @@ import numpy as np
 from ...analysis import anees_band
 from ...geometry import wrap
 from .. import expect
-from ..exercise import Exercise
+from ..table import table
 from .nb05_augment import augment
 from .nb05_correct import correct
 from .nb05_observe import observe
@@ -15,6 +15,8 @@ from .nb05_predict import predict
 def slam_frame(x, P, ids, u, U, seen, ys, R):
     """One frame of EKF-SLAM: move, correct with the known landmarks, start the new ones.
 
+    The move comes first. Then each measurement is used once, in any order: to correct, if its landmark is in ids, or
+    else to start it; a landmark that a measurement has started is not corrected with it.
     x, P: joint state, the robot's pose first, and its covariance. ids: the ids of the landmarks in the state, in its
     order: landmark ids[k] has the range 3 + 2 k to 5 + 2 k.
     u, U: measured step of the robot and its covariance. seen: ids of the landmarks in view. ys, shape (m, 2): the
@@ -34,20 +36,6 @@ def slam_frame(x, P, ids, u, U, seen, ys, R):
         x, P = augment(x, P, y, R)
     return x, P, ids + [id for id, _ in new]
 
-
-frame = Exercise(
-    "05.5",
-    "The whole loop",
-    slam_frame,
-    hints=(
-        "Three steps in this order: predict once; for each known landmark observe and correct; for each new one "
-        "augment.",
-        "A measurement is used once: to correct a landmark that is in ids, or to start one that is not. Work on a new "
-        "list of ids: ids = list(ids).",
-        "k = 3 + 2 * ids.index(id); e, H = observe(x, slice(k, k + 2)); x, P = correct(x, P, y, R, e, H). After "
-        "augment: ids = ids + [id].",
-    ),
-)
 
 R0 = np.array([[0.01, 0.0002], [0.0002, 0.0004]])  # 0.1 m and 1.1 degrees, a bit correlated
 U0 = np.array([[4e-4, 1e-5, 0], [1e-5, 1e-4, 2e-5], [0, 2e-5, 1e-4]])  # 2 cm ahead, 1 cm sideways, 0.6 degrees
@@ -79,7 +67,18 @@ def start(rng, ids: tuple[int, ...] = (7, 3, 12)):
     return x, P, list(ids), truth
 
 
-def _out(result, n):
+EMPTY = np.zeros((0, 2))
+
+
+def sees(rng, *seen, ids: tuple[int, ...] = (7, 3, 12)):
+    """Return the arguments of a frame in which these landmarks are in view."""
+    x, P, known, truth = start(rng, ids)
+    truth = predict(truth, P[:3, :3], STEP, U0)[0]
+    return x, P, known, STEP, U0, list(seen), scan(rng, truth, seen), R0
+
+
+def out(result, n):
+    """Return the results as arrays of the right size, and a list."""
     x, P, ids = expect.results(result, "x", "P", "ids")
     size = 3 + 2 * n
     x, P = expect.array(x, size, "x"), expect.array(P, (size, size), "P")
@@ -89,58 +88,56 @@ def _out(result, n):
         raise expect.Failed(f"ids must be the list of landmark ids, got {ids!r:.60}") from None
 
 
-EMPTY = np.zeros((0, 2))
-
-
-def _same(got, want, what, rtol=1e-3):
-    """x and P must agree up to rounding, the heading up to whole turns."""
-    (x, P), (x_want, P_want) = got, want
-    shift = np.zeros(len(x))
-    shift[2] = wrap(x[2] - x_want[2]) - (x[2] - x_want[2])
-    expect.close(x + shift, x_want, f"x {what}", rtol * 1e-2, 1e-6)
-    expect.close(P, P_want, f"P {what}", rtol)
-
-
-@frame.link("three results", "The function must end with `return x, P, ids`.")
-def _(f, rng):
-    x, P, ids, _ = start(rng)
-    expect.results(f(x, P, ids, STEP, U0, [], EMPTY, R0), "x", "P", "ids")
-
-
-@frame.link("nothing in view", "Without measurements the frame is a prediction, and nothing else.")
-def _(f, rng):
-    for some in ((7, 3, 12), ()):
-        x, P, ids, _ = start(rng, some)
-        x2, P2, ids2 = _out(f(x, P, ids, STEP, U0, [], EMPTY, R0), len(some))
-        expect.true(ids2 == ids, f"without measurements ids must stay {ids}, got {ids2}")
-        _same((x2, P2), predict(x, P, STEP, U0), "after a frame without measurements")
-
-
-@frame.link("first sight", "A new landmark: predict, then augment with its measurement, and that is all.")
-def _(f, rng):
-    for some in ((), (7, 3)):
-        x, P, ids, truth = start(rng, some)
-        truth = predict(truth, P[:3, :3], STEP, U0)[0]
-        y = scan(rng, truth, [12])
-        x2, P2, ids2 = _out(f(x, P, ids, STEP, U0, [12], y, R0), len(some) + 1)
-        expect.true(ids2 == [*ids, 12], f"after the first sight of landmark 12 ids must be {[*ids, 12]}, got {ids2}")
-        moved = predict(x, P, STEP, U0)
-        n = len(x)
-        _same((x2[:n], P2[:n, :n]), moved, "of robot and old landmarks, after the first sight of a new one")
-        _same((x2, P2), augment(*moved, y[0], R0), "after the first sight of landmark 12")
-
-
-@frame.link("a known landmark", "Predict, then observe and correct. Is the right range taken from ids?")
-def _(f, rng):
-    for id in (3, 12, 7):
-        x, P, ids, truth = start(rng)
-        truth = predict(truth, P[:3, :3], STEP, U0)[0]
-        y = scan(rng, truth, [id])
-        x2, P2, ids2 = _out(f(x, P, ids, STEP, U0, [id], y, R0), 3)
-        expect.true(ids2 == ids, f"ids must stay {ids}, got {ids2}")
-        moved, k = predict(x, P, STEP, U0), 3 + 2 * ids.index(id)
-        want = correct(*moved, y[0], R0, *observe(moved[0], slice(k, k + 2)))
-        _same((x2, P2), want, f"after a measurement of landmark {id}, the {ids.index(id) + 1}. in the state")
+frame = table(
+    "05.5",
+    "The whole loop",
+    slam_frame,
+    hints=(
+        "Predict once, before all else; for each known landmark observe and correct; for each new one augment.",
+        "A measurement is used once: to correct a landmark that is in ids, or to start one that is not. Work on a new "
+        "list of ids: ids = list(ids).",
+        "k = 3 + 2 * ids.index(id); e, H = observe(x, slice(k, k + 2)); x, P = correct(x, P, y, R, e, H). After "
+        "augment: ids = ids + [id].",
+    ),
+    returns="x, P, ids",
+    angles={"x": 2},
+    rtol={"P": 1e-3},
+    cases={
+        "any": lambda rng: [sees(rng), sees(rng, ids=())],
+        "new": lambda rng: [sees(rng, 12, ids=()), sees(rng, 12, ids=(7, 3))],
+        "known": lambda rng: [sees(rng, id) for id in (3, 12, 7)],
+    },
+    checks="""
+    nothing in view  | ids, x, P | any   | Without measurements the frame is a prediction, and nothing else.
+    first sight      | ids, x, P | new   | A new landmark: predict, then augment with its measurement, and that is all.
+    a known landmark | ids, x, P | known | Predict, then observe and correct. Is the right range taken from ids?
+    """,
+    wrong="""
+    double counting: The measurement that starts a landmark is used up. Your loop corrects with it once more, and P_ll is too small: use `else`.
+        x, P = augment(x, P, y, R) -> x, P = augment(x, P, y, R); x, P = correct(x, P, y, R, *observe(x, slice(len(x) - 2, len(x))))
+    prediction forgotten | x, P = predict(x, P, u, U) -> pass | The robot has moved: begin with predict(x, P, u, U).
+    mean moved, covariance not | x, P = predict( -> x, _ = predict( | predict returns both x and P: take both.
+    covariance moved, mean not | x, P = predict( -> _, P = predict( | predict returns both x and P: take both.
+    mean corrected, covariance not | x, P = correct( -> x, _ = correct( | correct returns both x and P: take both.
+    known landmarks not used | x, P = correct(x, P, y, R, e, H) -> pass | A landmark that is in ids corrects the whole state: observe, then correct.
+    new landmarks not started | new.append((id, y)) -> pass | A landmark that is not in ids comes into the state: augment, and remember its id.
+    every sight is a new landmark | if id in ids: -> if False: | A landmark that is in ids is known: do not start it again, correct with it.
+    id not remembered | ids + [id for id, _ in new] -> ids | Put the id of a new landmark at the end of ids, as augment puts the landmark at the end of x.
+    id put in front | ids + [id for id, _ in new] -> [id for id, _ in new][::-1] + ids | augment puts the new landmark at the end of x: put its id at the end of ids, too.
+    robot forgotten in the range | k = 3 + 2 * ids.index(id) -> k = 2 * ids.index(id) | The robot has the first three numbers: landmark k begins at 3 + 2 k.
+    one number for a landmark | k = 3 + 2 * ids.index(id) -> k = 3 + ids.index(id) | Each landmark has two numbers: landmark k begins at 3 + 2 k.
+    counted from one | k = 3 + 2 * ids.index(id) -> k = min(5 + 2 * ids.index(id), len(x) - 2) | Python counts from 0: the first landmark in ids has the range 3:5.
+    R squared | x, P = predict -> R = R**2; x, P = predict | R is a covariance already: hand it on as it is.
+    ids as the order of sight | k = 3 + 2 * ids.index(id) -> k = min(3 + 2 * seen.index(id), len(x) - 2) | Where a landmark is in the state is said by ids, not by its place in `seen`.
+    only the first landmark in view | zip(seen, ys, -> zip(seen[:1], ys[:1], | Use all measurements: is `return` inside the loop?
+    only the last landmark in view | zip(seen, ys, -> zip(seen[-1:], ys[-1:], | Use all measurements: does each correction start from the x and P of the one before?
+    the robot moves last | x, P = predict(x, P, u, U) -> pass | The measurements were taken after the step: predict comes first.
+        return x, P, -> x, P = predict(x, P, u, U); return x, P,
+    all observed before the first correction: A correction moves robot and landmarks: observe the next landmark from the new x. With the old e the same error is corrected twice.
+        x, P = predict(x, P, u, U) -> x, P = predict(x, P, u, U); old = x
+        observe(x, slice -> observe(old, slice
+    """,
+)
 
 
 @frame.link("two known landmarks", "After the first correction x is new: observe the second landmark from there.")
@@ -151,7 +148,7 @@ def _(f, rng):
         rows = [observe(moved[0], slice(k, k + 2)) for k in (3 + 2 * ids.index(id) for id in seen)]
         z = 1e-3 * rng.normal(size=(2, 2))  # so small that it does not matter where H is taken
         ys = np.array([e for e, _ in rows]) + z
-        x2, P2, _ = _out(f(x, P, ids, STEP, U0, seen, ys, R0), 3)
+        x2, P2, _ = out(f(x, P, ids, STEP, U0, seen, ys, R0), 3)
         H = np.vstack([H for _, H in rows])
         K = np.linalg.solve(H @ moved[1] @ H.T + np.kron(np.eye(2), R0), H @ moved[1]).T
         shift = x2 - moved[0]
@@ -167,13 +164,17 @@ def _(f, rng):
         moved = predict(x, P, STEP, U0)
         e, H = observe(moved[0], slice(5, 7))
         ys = np.array([e if id == 3 else measured(moved[0][:3], id) for id in seen])  # no surprise
-        x2, P2, ids2 = _out(f(x, P, ids, STEP, U0, seen, ys, R0), 5)
+        x2, P2, ids2 = out(f(x, P, ids, STEP, U0, seen, ys, R0), 5)
         expect.true(sorted(ids2) == [3, 4, 7, 12, 21], f"ids must be 7, 3, 12 and the new 4 and 21, got {ids2}")
         expect.true(ids2[:3] == ids, f"the old landmarks keep their places: ids must begin with {ids}, got {ids2}")
         want = correct(*moved, e, R0, e, H)
         for id in ids2[3:]:
             want = augment(*want, ys[seen.index(id)], R0)
-        _same((x2, P2), want, f"after a frame with the landmarks {seen}, of which 3 is known")
+        shift = np.zeros(len(x2))
+        shift[2] = wrap(x2[2] - want[0][2]) - (x2[2] - want[0][2])
+        told = f"after a frame with the landmarks {seen}, of which 3 is known"
+        expect.close(x2 + shift, want[0], f"x {told}", 1e-5, 1e-6)
+        expect.close(P2, want[1], f"P {told}", 1e-3)
 
 
 def small_run(f, seed, frames=16):
@@ -184,7 +185,7 @@ def small_run(f, seed, frames=16):
         truth = predict(truth, np.zeros((3, 3)), STEP, U0)[0]
         seen = [id for id in WORLD if measured(truth, id)[0] < 4.5]
         u = STEP + S @ rng.normal(size=3)
-        x, P, ids = _out(f(x, P, ids, u, U0, seen, scan(rng, truth, seen), R0), len(set(ids) | set(seen)))
+        x, P, ids = out(f(x, P, ids, u, U0, seen, scan(rng, truth, seen), R0), len(set(ids) | set(seen)))
     return x, P, np.concatenate([truth, *(WORLD.get(id, (0, 0)) for id in ids)])
 
 
@@ -204,3 +205,29 @@ def _(f, rng):
         f"the mean NEES of {runs} runs is {total / runs:.1f}; for {n} states the 99.9 % band is {low:.1f} to {high:.1f}"
     )
     expect.true(low < total / runs < high, text)
+
+
+@frame.wrong("the robot moves for each landmark", "The robot moves once in a frame: predict stands before the loop.")
+def _(x, P, ids, u, U, seen, ys, R):
+    for i in range(max(len(seen), 1)):
+        x, P, ids = slam_frame(x, P, ids, u, U, seen[i : i + 1], ys[i : i + 1], R)
+    return x, P, ids
+
+
+@frame.wrong(
+    "known landmarks started anew",
+    "A known landmark is corrected, with all that is known of it: do not replace it.",
+)
+def _(x, P, ids, u, U, seen, ys, R):
+    x, P = predict(x, P, u, U)
+    ids = list(ids)
+    for id, y in zip(seen, ys, strict=True):
+        if id not in ids:
+            x, P, ids = *augment(x, P, y, R), [*ids, id]
+            continue
+        k = 3 + 2 * ids.index(id)
+        kept = np.delete(np.arange(len(x)), [k, k + 1])
+        x, P = augment(x[kept], P[np.ix_(kept, kept)], y, R)
+        order = np.insert(np.arange(len(x) - 2), k, [len(x) - 2, len(x) - 1])
+        x, P = x[order], P[np.ix_(order, order)]
+    return x, P, ids

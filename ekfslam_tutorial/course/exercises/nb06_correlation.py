@@ -3,7 +3,7 @@
 import numpy as np
 
 from .. import expect
-from ..exercise import Exercise
+from ..table import table
 from .nb04_blocks import random_covariance
 
 
@@ -17,7 +17,17 @@ def correlation(P):
     return P / np.outer(s, s)
 
 
-corr = Exercise(
+def two(s, t, c):
+    """Return the covariance of two numbers with these sigmas and this correlation."""
+    return (np.array([[s * s, c * s * t], [c * s * t, t * t]]),)
+
+
+def scaled(rng, *units):
+    """Return a covariance in other units."""
+    return (random_covariance(rng, len(units)) * np.outer(units, units),)
+
+
+corr = table(
     "06.1",
     "Correlation coefficients",
     correlation,
@@ -26,84 +36,36 @@ corr = Exercise(
         "C[i, j] = P[i, j] / (s[i] * s[j]), where s holds the standard deviations: the roots of the diagonal of P.",
         "s = np.sqrt(np.diag(P)), and np.outer(s, s) is the table of all products s[i] * s[j].",
     ),
+    returns="C",
+    cases={
+        "any": lambda rng: [(random_covariance(rng, n),) for n in (2, 5, 1)],
+        "two": lambda rng: [two(2.0, 0.5, 0.8), two(0.1, 3.0, -0.6), two(1.0, 1.0, 0.0)],
+        "many": lambda rng: [(random_covariance(rng, n),) for n in (3, 7)],
+        "units": lambda rng: [scaled(rng, 100.0, 1.0, 57.3, 1e-3, 1e4)],
+    },
+    checks="""
+    shape        | C[:0] | any   | C has one entry for each entry of P.
+    two numbers  | C     | two   | Divide the covariance by the two standard deviations: one each.
+    many numbers | C     | many  | C[i, j] = P[i, j] / (s[i] s[j]), for every pair.
+    other units  | C     | units | A correlation has no unit: in centimetres it is the same as in metres.
+    """,
+    wrong="""
+    divided by the variances | np.sqrt(np.diag(P)) -> np.diag(P) | The diagonal of P holds variances. A correlation is in units of the standard deviations: take the roots.
+    divided by one of them | np.outer(s, s) -> s | Two numbers, two standard deviations: divide by s[i] *and* s[j].
+    divided by one of the rows | np.outer(s, s) -> s[:, None] | Two numbers, two standard deviations: divide by s[i] *and* s[j].
+    divided by one variance | np.outer(s, s) -> s**2 | Divide by s[i] s[j], not by the variance of one of the two.
+    divided by the rows' variance | np.outer(s, s) -> np.diag(P)[:, None] | Divide by s[i] s[j], not by the variance of one of the two.
+    the covariance itself | P / np.outer(s, s) -> 1 * P | These are covariances, with units. Divide by the standard deviations.
+    always positive | P / np.outer(s, s) -> np.abs(P / np.outer(s, s)) | Keep the sign: two errors may go in opposite directions.
+    squared | P / np.outer(s, s) -> (P / np.outer(s, s)) ** 2 | That is the square of the correlation: the sign is lost.
+    scaled by the largest | np.outer(s, s) -> P.max() | One scale for all does not make the diagonal 1: each number has its own sigma.
+    multiplied | P / np.outer(s, s) -> P * np.outer(s, s) | Divide by the standard deviations, do not multiply.
+    np.corrcoef of P | P / np.outer(s, s) -> np.reshape(np.corrcoef(P), P.shape) if len(P) > 1 else np.ones((1, 1)) | np.corrcoef wants samples, not a covariance matrix.
+    """,
 )
 
 
-@corr.link("shape", "C has one entry for each entry of P.")
+@corr.link("the diagonal", "Every number is fully correlated with itself: C[i, i] = 1.", before="two numbers")
 def _(f, rng):
-    for n in (2, 5, 1):
-        expect.array(f(random_covariance(rng, n)), (n, n), "C")
-
-
-@corr.link("the diagonal", "Every number is fully correlated with itself: C[i, i] = 1.")
-def _(f, rng):
-    P = random_covariance(rng, 4) * np.outer([1, 20, 0.1, 3], [1, 20, 0.1, 3])
-    expect.close(np.diag(expect.array(f(P), (4, 4), "C")), np.ones(4), "the diagonal of C")
-
-
-@corr.link("two numbers", "Divide the covariance by the two standard deviations: one each.")
-def _(f, rng):
-    for s, t, c in ((2.0, 0.5, 0.8), (0.1, 3.0, -0.6), (1.0, 1.0, 0.0)):
-        P = np.array([[s * s, c * s * t], [c * s * t, t * t]])
-        expect.close(expect.array(f(P), (2, 2), "C"), [[1, c], [c, 1]], "C", at=f"sigmas {s} and {t}")
-
-
-@corr.link("many numbers", "C[i, j] = P[i, j] / (s[i] s[j]), for every pair.")
-def _(f, rng):
-    for n in (3, 7):
-        P = random_covariance(rng, n)
-        want = [[P[i, j] / np.sqrt(P[i, i] * P[j, j]) for j in range(n)] for i in range(n)]
-        expect.close(expect.array(f(P), (n, n), "C"), want, "C")
-
-
-@corr.link("other units", "A correlation has no unit: in centimetres it is the same as in metres.")
-def _(f, rng):
-    P, u = random_covariance(rng, 5), np.array([100.0, 1.0, 57.3, 1e-3, 1e4])
-    C = expect.array(f(P), (5, 5), "C")
-    expect.close(expect.array(f(P * np.outer(u, u)), (5, 5), "C"), C, "C in other units")
-
-
-def _wrong(name, hint, answer):
-    corr.wrong(name, hint)(answer)
-
-
-# fmt: off
-_wrong("divided by the variances", "The diagonal of P holds variances. A correlation is in units of the standard "
-       "deviations: take the roots.", lambda P: P / np.outer(np.diag(P), np.diag(P)))
-_wrong("divided by one of them", "Two numbers, two standard deviations: divide by s[i] *and* s[j].",
-       lambda P: P / np.sqrt(np.diag(P)))
-_wrong("divided by one variance", "Divide by s[i] s[j], not by the variance of one of the two.",
-       lambda P: P / np.diag(P))
-_wrong("divided by the rows' variance", "Divide by s[i] s[j], not by the variance of one of the two.",
-       lambda P: P / np.diag(P)[:, None])
-_wrong("the covariance itself", "These are covariances, with units. Divide by the standard deviations.",
-       lambda P: 1 * P)
-_wrong("always positive", "Keep the sign: two errors may go in opposite directions.",
-       lambda P: np.abs(P) / np.sqrt(np.outer(np.diag(P), np.diag(P))))
-_wrong("squared", "That is the square of the correlation: the sign is lost.",
-       lambda P: P**2 / np.outer(np.diag(P), np.diag(P)))
-_wrong("scaled by the largest", "One scale for all does not make the diagonal 1: each number has its own sigma.",
-       lambda P: P / P.max())
-_wrong("multiplied", "Divide by the standard deviations, do not multiply.",
-       lambda P: P * np.outer(np.sqrt(np.diag(P)), np.sqrt(np.diag(P))))
-_wrong("np.corrcoef of P", "np.corrcoef wants samples, not a covariance matrix.",
-       lambda P: np.corrcoef(P) if len(P) > 1 else np.ones((1, 1)))
-# fmt: on
-
-
-@corr.variant("scaled from both sides")
-def _(P):
-    D = np.diag(1 / np.sqrt(np.diag(P)))
-    return D @ P @ D
-
-
-@corr.variant("two loops, lists")
-def _(P):
-    n = len(P)
-    return [[P[i][j] / (P[i][i] * P[j][j]) ** 0.5 for j in range(n)] for i in range(n)]
-
-
-@corr.variant("rows, then columns")
-def _(P):
-    s = np.diag(P) ** 0.5
-    return P / s / s[:, None]
+    C = expect.array(f(*scaled(rng, 1, 20, 0.1, 3)), (4, 4), "C")
+    expect.close(np.diag(C), np.ones(4), "the diagonal of C")

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from .. import expect
-from ..exercise import Exercise
+from ..table import table
 
 
 def landmarks_seen(rows, table, robots):
@@ -21,7 +20,24 @@ def landmarks_seen(rows, table, robots):
     return rows[keep, 0], subjects[keep], rows[keep, 2:]
 
 
-barcodes = Exercise(
+def case(rng, m, s, n_robots, spurious=0.1):
+    """Return rows, table and robots; some barcodes are also numbers of subjects."""
+    codes = rng.choice(np.arange(1, 3 * s + 3), s + 2, replace=False)
+    listed = np.column_stack([np.arange(1, s + 1), codes[:s]])
+    seen = np.where(rng.random(m) < spurious, rng.choice(codes[s:], m), rng.choice(codes[:s], m))
+    rows = np.column_stack([np.cumsum(rng.random(m)), seen, rng.uniform(0.5, 5, m), rng.uniform(-1, 1, m)])
+    robots = rng.choice(np.arange(1, s + 1), n_robots, replace=False)
+    return rows, listed[rng.permutation(s)], [int(r) for r in robots]
+
+
+def nothing(rng, robots=False):
+    """Return rows that all show robots, or a barcode that nobody wears."""
+    rows, listed, found = case(rng, 6, 5, 2)
+    rows[:, 1] = listed[listed[:, 0] == found[0], 1] if robots else 99
+    return rows, listed, found
+
+
+barcodes = table(
     "09.2",
     "From barcodes to landmarks",
     landmarks_seen,
@@ -30,134 +46,53 @@ barcodes = Exercise(
         "Make a dictionary from barcode to subject. A barcode that is not in it was misread.",
         "subject_of.get(barcode, -1) for each row; keep the rows where it is not -1 and not one of the robots.",
     ),
+    returns="times, subjects, measurements",
+    cases={
+        "any": lambda rng: [
+            case(rng, *sizes)
+            for sizes in (
+                (60, 8, 0, 0.0),
+                (60, 20, 5),
+                (40, 6, 2, 0.3),
+                (25, 4, 1, 0.2),
+                (50, 9, 3, 0.2),
+                (2, 4, 0, 0.0),
+            )
+        ],
+        "nothing": lambda rng: [nothing(rng), nothing(rng, robots=True)],
+    },
+    checks="""
+    which rows stay | times        | any     | Drop the barcodes that are not in the table, and the robots. Keep all others.
+    subjects        | subjects     | any     | Look the barcode up in column 1 of the table; the subject is in column 0.
+    measurements    | measurements | any     | Columns 2 and 3 of the rows that stay: range and bearing.
+    nothing left    | measurements | nothing | With no row that stays, return empty arrays, do not fail: np.zeros((0, 2)) for the measurements.
+    """,
+    wrong="""
+    barcode taken for the subject: The number in the log is the barcode. Translate it with the table.
+        subject_of.get(barcode, -1) -> barcode
+    only listed, not translated: Return the subject that wears the barcode, not the barcode.
+        subject_of.get(barcode, -1) -> barcode if barcode in subject_of else -1
+    columns swapped: Column 1 of the table holds the barcodes, column 0 the subjects.
+        {barcode: subject for -> {subject: barcode for
+    row number for the subject: The table may be in any order: take the subject from column 0, not the row.
+        {barcode: subject for subject, barcode in table} -> {barcode: row + 1 for row, (_, barcode) in enumerate(table)}
+    nearest barcode: A barcode that is not in the table was misread. The nearest number is not a better guess.
+        subject_of.get(barcode, -1) -> table[np.argmin(abs(table[:, 1] - barcode)), 0]
+    misread rows kept: A misread sighting has no subject: drop the row. A wrong landmark would bend the map.
+        (subjects != -1) & ~np -> ~np
+    robots kept: Robots move; a landmark must stand still. Drop the rows that show a robot.
+        & ~np.isin(subjects, robots) -> & True
+    only the robots: The other way round: keep the landmarks, drop the robots.
+        (subjects != -1) & ~np -> np
+    subjects above 5: Which subjects are robots is the third argument; 1 to 5 is one case only.
+        (subjects != -1) & ~np.isin(subjects, robots) -> subjects > 5
+    bearing first: The order is [range, bearing], as in the rows.
+        rows[keep, 2:] -> rows[keep, 3:1:-1]
+    robots taken for barcodes: The list holds subjects, not barcodes: translate first, then drop them.
+        np.isin(subjects, robots) -> np.isin(rows[:, 1], robots)
+    all rows measured: The measurements belong to the rows that stay, too: rows[keep, 2:].
+        rows[keep, 2:] -> rows[:, 2:]
+    one axis lost: With no row that stays the measurements still have two columns: shape (0, 2), not (0,).
+        rows[keep, 2:] -> np.array([row[2:] for row in rows[keep]])
+    """,
 )
-
-
-def case(rng, m, s, n_robots, spurious=0.1):
-    """Return rows, table and robots; some barcodes are also numbers of subjects."""
-    codes = rng.choice(np.arange(1, 3 * s + 3), s + 2, replace=False)
-    table = np.column_stack([np.arange(1, s + 1), codes[:s]])
-    seen = rng.choice(codes[:s], m)
-    bad = rng.random(m) < spurious
-    seen = np.where(bad, rng.choice(codes[s:], m), seen)
-    rows = np.column_stack([np.cumsum(rng.random(m)), seen, rng.uniform(0.5, 5, m), rng.uniform(-1, 1, m)])
-    robots = rng.choice(np.arange(1, s + 1), n_robots, replace=False)
-    return rows, table[rng.permutation(s)], [int(r) for r in robots]
-
-
-def _three(result, k=None):
-    t, ids, y = expect.results(result, "times", "subjects", "measurements")
-    n = np.shape(t)[0] if k is None and np.ndim(t) else k
-    ids, t = expect.array(ids, (n,), "subjects"), expect.array(t, (n,), "times")
-    if n == 0 and np.size(y) == 0:
-        return t, ids, np.zeros((0, 2))
-    return t, ids, expect.array(y, (n, 2), "measurements")
-
-
-@barcodes.link("three results", "The function must end with `return times, subjects, measurements`.")
-def _(f, rng):
-    for m, s, n in ((30, 8, 2), (5, 3, 1)):
-        t, ids, y = expect.results(f(*case(rng, m, s, n)), "times", "subjects", "measurements")
-        expect.true(np.ndim(t) == 1 and np.ndim(ids) == 1, "times and subjects must have one axis each")
-        expect.true(
-            len(t) == len(ids) == len(y), f"there are {len(t)} times, {len(ids)} subjects, {len(y)} measurements"
-        )
-
-
-@barcodes.link(
-    "which rows stay", "Drop the barcodes that are not in the table, and the robots. Keep all others.", part=0
-)
-def _(f, rng):
-    for m, s, n, share in ((60, 8, 0, 0.0), (60, 20, 5, 0.1), (40, 6, 2, 0.3), (25, 4, 1, 0.2), (50, 9, 3, 0.2)):
-        rows, table, robots = case(rng, m, s, n, share)
-        want = landmarks_seen(rows, table, robots)[0]
-        got = np.asarray(expect.results(f(rows, table, robots), "times", "subjects", "measurements")[0], float)
-        expect.true(got.shape == want.shape, f"{got.size} of {m} sightings stay, {want.size} should")
-        expect.close(got, want, "times")
-
-
-@barcodes.link("subjects", "Look the barcode up in column 1 of the table; the subject is in column 0.", part=1)
-def _(f, rng):
-    for m, s, n in ((60, 20, 5), (30, 6, 1), (40, 5, 0)):
-        rows, table, robots = case(rng, m, s, n)
-        want = landmarks_seen(rows, table, robots)[1]
-        expect.close(_three(f(rows, table, robots), len(want))[1], want, "subjects")
-
-
-@barcodes.link("measurements", "Columns 2 and 3 of the rows that stay: range and bearing.", part=2)
-def _(f, rng):
-    for m, s, n, share in ((40, 20, 5, 0.1), (30, 6, 1, 0.1), (2, 4, 0, 0.0), (5, 3, 1, 0.1)):
-        rows, table, robots = case(rng, m, s, n, share)
-        want = landmarks_seen(rows, table, robots)[2]
-        expect.close(_three(f(rows, table, robots), len(want))[2], want, "measurements")
-
-
-@barcodes.link("nothing left", "With no row that stays, return empty arrays, do not fail.")
-def _(f, rng):
-    rows, table, robots = case(rng, 6, 5, 2)
-    rows[:, 1] = 99
-    _three(f(rows, table, robots), 0)
-
-
-def _wrong(name, hint, number, stays=lambda ids, robots: (ids != -1) & ~np.isin(ids, robots), columns=slice(2, 4)):
-    """A misconception in the number that stands for a barcode, or in which rows stay."""
-
-    @barcodes.wrong(name, hint)
-    def _(rows, table, robots):
-        ids = np.array([number(code, table) for code in rows[:, 1]], int).reshape(-1)
-        keep = stays(ids, robots)
-        return rows[keep, 0], ids[keep], rows[keep, columns]
-
-
-def _right(code, table):
-    at = np.flatnonzero(table[:, 1] == code)
-    return table[at[0], 0] if len(at) else -1
-
-
-# fmt: off
-_wrong("barcode taken for the subject", "The number in the log is the barcode. Translate it with the table.",
-       lambda c, table: c)
-_wrong("only listed, not translated", "Return the subject that wears the barcode, not the barcode.",
-       lambda c, table: c if c in table[:, 1] else -1)
-_wrong("columns swapped", "Column 1 of the table holds the barcodes, column 0 the subjects.",
-       lambda c, table: next((b for s, b in table if s == c), -1))
-_wrong("row number for the subject", "The table may be in any order: take the subject from column 0, not the row.",
-       lambda c, table: next((i + 1 for i, b in enumerate(table[:, 1]) if b == c), -1))
-_wrong("nearest barcode", "A barcode that is not in the table was misread. The nearest number is not a better guess.",
-       lambda c, table: table[np.argmin(abs(table[:, 1] - c)), 0])
-_wrong("misread rows kept", "A misread sighting has no subject: drop the row. A wrong landmark would bend the map.",
-       _right, lambda ids, robots: ~np.isin(ids, robots))
-_wrong("robots kept", "Robots move; a landmark must stand still. Drop the rows that show a robot.",
-       _right, lambda ids, robots: ids != -1)
-_wrong("only the robots", "The other way round: keep the landmarks, drop the robots.",
-       _right, lambda ids, robots: np.isin(ids, robots))
-_wrong("subjects above 5", "Which subjects are robots is the third argument; 1 to 5 is one case only.",
-       _right, lambda ids, robots: ids > 5)
-_wrong("bearing first", "The order is [range, bearing], as in the rows.", _right, columns=slice(3, 1, -1))
-# fmt: on
-
-
-@barcodes.wrong("robots taken for barcodes", "The list holds subjects, not barcodes: translate first, then drop them.")
-def _(rows, table, robots):
-    ids = np.array([_right(c, table) for c in rows[:, 1]], int).reshape(-1)
-    keep = (ids != -1) & ~np.isin(rows[:, 1], robots)
-    return rows[keep, 0], ids[keep], rows[keep, 2:]
-
-
-@barcodes.variant("a loop, lists")
-def _(rows, table, robots):
-    t, ids, y = [], [], []
-    for time, code, r, b in rows:
-        for subject, barcode in table:
-            if barcode == code and subject not in list(robots):
-                t.append(time)
-                ids.append(int(subject))
-                y.append([r, b])
-    return t, ids, y
-
-
-@barcodes.variant("comparison of all with all")
-def _(rows, table, robots):
-    landmarks = table[~np.isin(table[:, 0], robots)]
-    row, entry = np.nonzero(rows[:, 1][:, None] == landmarks[:, 1])
-    return rows[row, 0], landmarks[entry, 0], rows[row][:, [2, 3]]

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from .. import expect
-from ..exercise import Exercise
+from ..table import table
 from .nb04_blocks import random_covariance
 
 
@@ -24,19 +24,8 @@ def covariance_intersection(xa, Pa, xb, Pb):
     Ps = np.linalg.inv(ws[:, None, None] * Ia + (1 - ws[:, None, None]) * Ib)
     i = np.argmin(np.trace(Ps, axis1=1, axis2=2))
     w, P = ws[i], Ps[i]
-    return P @ (w * Ia @ xa + (1 - w) * Ib @ xb), P
-
-
-exercise = Exercise(
-    "15.2",
-    "Covariance intersection",
-    covariance_intersection,
-    hints=(
-        "Try many w from 0 to 1 and keep the one whose P has the smallest trace. Then take x with the same w.",
-        "For w in np.linspace(0, 1, 1001): P = inv(w inv(Pa) + (1 - w) inv(Pb)). np.trace(P) is the number to compare.",
-        "Ia, Ib = inv(Pa), inv(Pb); the best w and its P; x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb).",
-    ),
-)
+    x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb)
+    return x, P
 
 
 def case(rng, n=2, ratio=4.0):
@@ -46,15 +35,54 @@ def case(rng, n=2, ratio=4.0):
     return rng.normal(size=n), D @ Pa @ D, rng.normal(size=n), D[::-1, ::-1] @ Pb @ D[::-1, ::-1]
 
 
+exercise = table(
+    "15.2",
+    "Covariance intersection",
+    covariance_intersection,
+    hints=(
+        "Try many w from 0 to 1 and keep the one whose P has the smallest trace. Then take x with the same w.",
+        "For w in np.linspace(0, 1, 1001): P = inv(w inv(Pa) + (1 - w) inv(Pb)). np.trace(P) is the number to compare.",
+        "Ia, Ib = inv(Pa), inv(Pb); the best w and its P; x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb).",
+    ),
+    returns="x, P",
+    cases={"any": lambda rng: [case(rng, n) for n in (2, 3, 1)]},
+    checks="",
+    wrong="""
+    informations added: Adding the informations is right for *independent* estimates. Here nobody knows that: each gets its weight, w and 1 - w.
+        x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> P = np.linalg.inv(Ia + Ib); x = P @ (Ia @ xa + Ib @ xb)
+    average, as if independent: (Pa + Pb) / 4 is the covariance of the mean of *independent* estimates. And the mean leaves open which one is better.
+        return x, P -> return (xa + xb) / 2, (Pa + Pb) / 4
+    average of both: Informations are averaged, not covariances, with a w that fits the two.
+        return x, P -> return (xa + xb) / 2, (Pa + Pb) / 2
+    covariances mixed: The weights belong to the informations, inv(Pa) and inv(Pb), not to Pa and Pb.
+        return x, P -> return w * xa + (1 - w) * xb, w * Pa + (1 - w) * Pb
+    P not inverted: w inv(Pa) + (1 - w) inv(Pb) is the information: its inverse is P.
+        return x, P -> return x, np.linalg.inv(P)
+    the better one alone: Each may be better in another direction: mix them, with w between 0 and 1.
+        return x, P -> return (xa, Pa) if np.trace(Pa) < np.trace(Pb) else (xb, Pb)
+    always one half: w = 1/2 is allowed, but not the best: search for the smallest trace.
+        ws[i], Ps[i] -> ws[500], Ps[500]
+    the largest trace: The trace of P must be smallest: min, not max.
+        argmin -> argmax
+    determinant: That is another rule, and a usual one. Here the *trace* of P is to be smallest.
+        np.trace(Ps, axis1=1, axis2=2) -> np.linalg.det(Ps)
+    weights of the traces: w from the two traces is a rule of thumb. Search for the smallest trace.
+        w, P = ws[i], Ps[i] -> w = np.trace(Pb) / np.trace(Pa + Pb); P = np.linalg.inv(w * Ia + (1 - w) * Ib)
+    w exchanged in the mean: The same w in both: w goes with a, 1 - w with b.
+        w * Ia @ xa + (1 - w) * Ib @ xb -> (1 - w) * Ia @ xa + w * Ib @ xb
+    mean without the covariances: The mean is weighted with the informations, in each direction anew.
+        P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> w * xa + (1 - w) * xb
+    mean of both: The mean must lean to the better one: use the formula for x.
+        P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> (xa + xb) / 2
+    mean not multiplied by P: w inv(Pa) xa + (1 - w) inv(Pb) xb is the information vector: x is P times it.
+        P @ (w * Ia -> (w * Ia
+    """,
+)
+
+
 def _out(result, n):
     x, P = expect.results(result, "x", "P")
     return expect.array(x, n, "x"), expect.array(P, (n, n), "P")
-
-
-@exercise.link("two results", "The function must end with `return x, P`.")
-def _(f, rng):
-    for n in (2, 3, 1):
-        _out(f(*case(rng, n)), n)
 
 
 @exercise.link("the same estimate twice", "Hearing the same thing twice teaches nothing: x and P must stay.")
@@ -89,10 +117,10 @@ def _(f, rng):
 @exercise.link("one is better in all directions", "Then the other one can be left out: w = 0 or w = 1.")
 def _(f, rng):
     xa, Pa, xb, _ = case(rng, 2)
-    for one, other in (((xa, Pa), (xb, 9 * Pa)), ((xa, 9 * Pa), (xb, Pa))):
-        x, P = _out(f(*one, *other), 2)
+    for args in ((xa, Pa, xb, 9 * Pa), (xb, 9 * Pa, xa, Pa)):
+        x, P = _out(f(*args), 2)
         expect.close(P, Pa, "P", rtol=2e-3, at="P and 9 P")
-        expect.close(x, one[0] if one[1] is Pa else other[0], "x", rtol=5e-3, atol=5e-3, at="P and 9 P")
+        expect.close(x, xa, "x", rtol=5e-3, atol=5e-3, at="P and 9 P")
 
 
 @exercise.link("the mean", "x = P (w inv(Pa) xa + (1 - w) inv(Pb) xb), with the w of P.")
@@ -121,122 +149,5 @@ def best_weight(Pa, Pb):
     Ia, Ib = np.linalg.inv(Pa), np.linalg.inv(Pb)
     fused = lambda w: np.linalg.inv(w * Ia + (1 - w) * Ib)
     found: Any = minimize_scalar(lambda w: np.trace(fused(w)), bounds=(0, 1), method="bounded", options={"xatol": 1e-9})
-    w = found.x
-    w = min((0.0, float(w), 1.0), key=lambda w: np.trace(fused(w)))
+    w = min((0.0, float(found.x), 1.0), key=lambda w: np.trace(fused(w)))
     return fused(w), w
-
-
-def _with(w_of, xa, Pa, xb, Pb):
-    """Covariance intersection with another choice of w."""
-    Ia, Ib = np.linalg.inv(Pa), np.linalg.inv(Pb)
-    w = w_of(Ia, Ib)
-    P = np.linalg.inv(w * Ia + (1 - w) * Ib)
-    return P @ (w * Ia @ xa + (1 - w) * Ib @ xb), P
-
-
-def _grid(costs):
-    """The w of least cost on the grid of the solution; `costs` maps all P at once."""
-
-    def w_of(Ia, Ib):
-        ws = np.linspace(0, 1, 1001)
-        return ws[np.argmin(costs(np.linalg.inv(ws[:, None, None] * Ia + (1 - ws[:, None, None]) * Ib)))]
-
-    return w_of
-
-
-def _traces(P):
-    return np.trace(P, axis1=-2, axis2=-1)
-
-
-# fmt: off
-@exercise.wrong("informations added", "Adding the informations is right for *independent* estimates. Here nobody knows "
-                "that: each gets its weight, w and 1 - w.")
-def _(xa, Pa, xb, Pb):
-    Ia, Ib = np.linalg.inv(Pa), np.linalg.inv(Pb)
-    P = np.linalg.inv(Ia + Ib)
-    return P @ (Ia @ xa + Ib @ xb), P
-
-
-@exercise.wrong("average, as if independent", "(Pa + Pb) / 4 is the covariance of the mean of *independent* "
-                "estimates. And the mean leaves open which one is better.")
-def _(xa, Pa, xb, Pb):
-    return (xa + xb) / 2, (Pa + Pb) / 4
-
-
-@exercise.wrong("average of both", "Informations are averaged, not covariances, with a w that fits the two.")
-def _(xa, Pa, xb, Pb):
-    return (xa + xb) / 2, (Pa + Pb) / 2
-
-
-@exercise.wrong("covariances mixed", "The weights belong to the informations, inv(Pa) and inv(Pb), not to Pa and Pb.")
-def _(xa, Pa, xb, Pb):
-    w = best_weight(Pa, Pb)[1]
-    return w * xa + (1 - w) * xb, w * Pa + (1 - w) * Pb
-
-
-@exercise.wrong("P not inverted", "w inv(Pa) + (1 - w) inv(Pb) is the information: its inverse is P.")
-def _(xa, Pa, xb, Pb):
-    x, P = covariance_intersection(xa, Pa, xb, Pb)
-    return x, np.linalg.inv(P)
-
-
-@exercise.wrong("the better one alone", "Each may be better in another direction: mix them, with w between 0 and 1.")
-def _(xa, Pa, xb, Pb):
-    return (xa, Pa) if np.trace(Pa) < np.trace(Pb) else (xb, Pb)
-
-
-@exercise.wrong("always one half", "w = 1/2 is allowed, but not the best: search for the smallest trace.")
-def _(xa, Pa, xb, Pb):
-    return _with(lambda Ia, Ib: 0.5, xa, Pa, xb, Pb)
-
-
-@exercise.wrong("the largest trace", "The trace of P must be smallest: min, not max.")
-def _(xa, Pa, xb, Pb):
-    return _with(_grid(lambda P: -_traces(P)), xa, Pa, xb, Pb)
-
-
-@exercise.wrong("determinant", "That is another rule, and a usual one. Here the *trace* of P is to be smallest.")
-def _(xa, Pa, xb, Pb):
-    return _with(_grid(np.linalg.det), xa, Pa, xb, Pb)
-
-
-@exercise.wrong("weights of the traces", "w from the two traces is a rule of thumb. Search for the smallest trace.")
-def _(xa, Pa, xb, Pb):
-    return _with(lambda Ia, Ib: np.trace(Pb) / (np.trace(Pa) + np.trace(Pb)), xa, Pa, xb, Pb)
-
-
-@exercise.wrong("w exchanged in the mean", "The same w in both: w goes with a, 1 - w with b.")
-def _(xa, Pa, xb, Pb):
-    P, Ia, Ib = covariance_intersection(xa, Pa, xb, Pb)[1], np.linalg.inv(Pa), np.linalg.inv(Pb)
-    w = _grid(_traces)(Ia, Ib)
-    return P @ ((1 - w) * Ia @ xa + w * Ib @ xb), P
-
-
-@exercise.wrong("mean without the covariances", "The mean is weighted with the informations, in each direction anew.")
-def _(xa, Pa, xb, Pb):
-    P, Ia, Ib = covariance_intersection(xa, Pa, xb, Pb)[1], np.linalg.inv(Pa), np.linalg.inv(Pb)
-    w = _grid(_traces)(Ia, Ib)
-    return w * xa + (1 - w) * xb, P
-
-
-@exercise.wrong("mean of both", "The mean must lean to the better one: use the formula for x.")
-def _(xa, Pa, xb, Pb):
-    return (xa + xb) / 2, covariance_intersection(xa, Pa, xb, Pb)[1]
-# fmt: on
-
-
-@exercise.variant("scipy's search")
-def _(xa, Pa, xb, Pb):
-    P, w = best_weight(Pa, Pb)
-    return P @ (w * np.linalg.solve(Pa, xa) + (1 - w) * np.linalg.solve(Pb, xb)), P
-
-
-@exercise.variant("golden section, lists")
-def _(xa, Pa, xb, Pb):
-    cost = lambda w: np.trace(np.linalg.inv(w * np.linalg.inv(Pa) + (1 - w) * np.linalg.inv(Pb)))
-    low, high, g = 0.0, 1.0, (np.sqrt(5) - 1) / 2
-    for _ in range(40):
-        a, b = high - g * (high - low), low + g * (high - low)
-        low, high = (low, b) if cost(a) < cost(b) else (a, high)
-    x, P = _with(lambda Ia, Ib: (low + high) / 2, xa, Pa, xb, Pb)
-    return x.tolist(), P.tolist()

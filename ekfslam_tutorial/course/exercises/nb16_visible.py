@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from .. import expect
-from ..exercise import Exercise
+from ..table import table
 
 
 def beacon_visible(y, p, max_range, fov):
@@ -18,7 +17,33 @@ def beacon_visible(y, p, max_range, fov):
     return (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2)
 
 
-seen = Exercise(
+def polar(r, bearing_deg):
+    """Ranges and points, y and p, from ranges and bearings in degrees."""
+    r, a = np.broadcast_arrays(np.asarray(r, float), np.radians(np.asarray(bearing_deg, float)))
+    return r[..., None].copy(), r[..., None] * np.stack([np.cos(a), np.sin(a)], -1)
+
+
+def one_by_one(r, bearings_deg, max_range, fov_deg):
+    """One call for each point, so that a message can show it; and one for all of them."""
+    r = np.broadcast_to(r, len(bearings_deg))
+    view = float(max_range), float(np.radians(fov_deg))
+    return [
+        *((*polar(a, b), *view) for a, b in zip(r, bearings_deg, strict=True)),
+        (*polar(r, bearings_deg), *view),
+    ]
+
+
+def stack(rng, lead):
+    """Points in a stack of any shape."""
+    y, p = polar(rng.uniform(1, 8, lead), rng.uniform(-180, 180, lead))
+    return y, p, rng.uniform(3, 6), rng.uniform(1, 5)
+
+
+def _exactly(p, max_range, fov):
+    return np.array([np.hypot(*p)]), np.array(p, float), max_range, fov
+
+
+seen = table(
     "16.2",
     "What the sensor can see",
     beacon_visible,
@@ -27,108 +52,67 @@ seen = Exercise(
         "The bearing is arctan2(py, px). fov is the whole width, half of it on each side: |bearing| <= fov / 2.",
         "For arrays `and` does not work: (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2).",
     ),
+    returns="seen",
+    cases={
+        "any": lambda rng: [(*polar(2.0, 10.0), 5.0, np.pi), (*polar(9.0, 10.0), 5.0, np.pi)],
+        "range": lambda rng: [
+            case
+            for max_range in (5, 15)
+            for case in one_by_one(
+                [1.0, 4.9, 5.1, 20.0, 3, 3, 3, 3, 3, 3], [0, 5, -5, 0, 40, -40, 60, -60, 130, -130], max_range, 100
+            )
+        ],
+        "sides": lambda rng: [
+            case
+            for fov in (60, 200)
+            for case in one_by_one(3.0, [25, 35, -25, -35, 55, -55, 95, -95, 110, -110], 5, fov)
+        ],
+        "behind": lambda rng: [
+            *one_by_one(3.0, [180, 170, -170, 95, -95, 20], 5, 90),
+            *one_by_one(3.0, [179, -179, 100, -100, 20], 5, 360),
+        ],
+        "limits": lambda rng: [
+            _exactly([3, 4], 5.0, 3.0),
+            _exactly([4, -3], 5.0, 3.0),
+            _exactly([5, 0], 5.0, 0.0),
+            _exactly([-2, 0], 5.0, 2 * np.pi),
+        ],
+        "many": lambda rng: [stack(rng, lead) for lead in ((40,), (6, 7), (2,), (1,), ())],
+    },
+    checks="""
+    one point  | seen | any    | One point gives one truth value, an array or a number without axes.
+    range      | seen | range  | Not further away than max_range, and not too far to the side.
+    both sides | seen | sides  | fov / 2 to the left, fov / 2 to the right, in radians.
+    behind it  | seen | behind | arctan(py / px) cannot tell ahead from behind: take arctan2(py, px).
+    limits     | seen | limits | "Not further away than" and "not more than": a point on the limit itself is seen, <=.
+    any number of points | seen | many | p[..., 0] and y[..., 0] work for one point, for a list, and for a table of points.
+    """,
+    wrong="""
+    the whole fov on each side: fov is the *whole* width: only half of it lies on each side.
+        fov / 2 -> fov
+    sign of the bearing: A point to the right has a negative bearing, and would always be seen: take |bearing|.
+        np.abs(bearing) -> bearing
+    only to the left: The view goes to the right, too: -fov / 2 <= bearing <= fov / 2.
+        (np.abs(bearing) <= fov / 2) -> (bearing >= 0) & (bearing <= fov / 2)
+    from zero to fov: The x axis is the *middle* of the view: -fov / 2 to fov / 2.
+        (np.abs(bearing) <= fov / 2) -> (bearing >= 0) & (bearing <= fov)
+    degrees: Everything is in radians, fov too.
+        np.abs(bearing) -> np.abs(np.degrees(bearing))
+    one of the two: Both must hold: `&`, not `|`.
+        max_range) & (np -> max_range) | (np
+    range forgotten: A point beyond max_range is not seen.
+        (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> np.abs(bearing) <= fov / 2
+    view forgotten: A point outside the field of view is not seen.
+        (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> y[..., 0] <= max_range
+    arctan: arctan(py / px) takes a point behind for one ahead. Take arctan2(py, px).
+        np.arctan2(p[..., 1], p[..., 0]) -> np.arctan(p[..., 1] / p[..., 0])
+    px and py swapped: arctan2 takes y first: arctan2(py, px).
+        np.arctan2(p[..., 1], p[..., 0]) -> np.arctan2(p[..., 0], p[..., 1])
+    the other way round: That is True where the sensor is blind.
+        return (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> return (y[..., 0] > max_range) | (np.abs(bearing) > fov / 2)
+    a point at max_range: "Not further away than max_range": a point just there is seen, <=.
+        y[..., 0] <= max_range -> y[..., 0] < max_range
+    a point on the edge of the view: "Not more than fov / 2": a point just there is seen, <=.
+        <= fov / 2 -> < fov / 2
+    """,
 )
-
-
-def _flags(result, lead):
-    flags = expect.array(result, lead, "the result")
-    expect.true(np.isin(flags, (0, 1)).all(), "the result must be True or False for each point")
-    return flags
-
-
-def polar(r, bearing_deg):
-    """Ranges and points, y and p, from ranges and bearings in degrees."""
-    r, a = np.broadcast_arrays(np.asarray(r, float), np.radians(np.asarray(bearing_deg, float)))
-    return r[..., None].copy(), r[..., None] * np.stack([np.cos(a), np.sin(a)], -1)
-
-
-def _compare(f, args, at):
-    want = beacon_visible(*args)
-    got = _flags(f(*args), want.shape)
-    if not np.array_equal(got, want):
-        i = int(np.argmax(np.ravel(got != want)))
-        p, said = np.reshape(args[1], (-1, 2))[i], bool(np.ravel(got)[i])
-        raise expect.Failed(
-            f"the point at {np.hypot(*p):.1f} m, {np.degrees(np.arctan2(p[1], p[0])):.0f} deg, {at}: you say {said}"
-        )
-
-
-@seen.link("one point", "One point gives one truth value, an array or a number without axes.")
-def _(f, rng):
-    _flags(f(*polar(2.0, 10.0), 5.0, np.pi), ())
-    _flags(f(*polar(9.0, 10.0), 5.0, np.pi), ())
-
-
-@seen.link("range", "Not further away than max_range, and not too far to the side.")
-def _(f, rng):
-    y, p = polar([1.0, 4.9, 5.1, 20.0, 3, 3, 3, 3, 3, 3], [0, 5, -5, 0, 40, -40, 60, -60, 130, -130])
-    for max_range in (5.0, 15.0):
-        _compare(f, (y, p, max_range, np.radians(100)), f"max_range {max_range:.0f} m, fov 100 deg")
-
-
-@seen.link("field of view", "fov / 2 to the left, fov / 2 to the right, in radians.")
-def _(f, rng):
-    for fov in (60.0, 120.0):
-        angles = [0, fov / 2 - 1, -fov / 2 + 1, fov / 2 + 1, -fov / 2 - 1, fov - 1, 1 - fov]
-        _compare(f, (*polar(3.0, angles), 5.0, np.radians(fov)), f"max_range 5 m, fov {fov:.0f} deg")
-
-
-@seen.link("behind it", "arctan(py / px) cannot tell ahead from behind: take arctan2(py, px).")
-def _(f, rng):
-    _compare(f, (*polar(3.0, [180, 170, -170, 95, -95, 20]), 5.0, np.pi / 2), "max_range 5 m, fov 90 deg")
-    _compare(f, (*polar(3.0, [179, -179, 100, -100, 20]), 5.0, 2 * np.pi), "max_range 5 m, fov 360 deg")
-
-
-@seen.link("any number of points", "p[..., 0] and y[..., 0] work for one point, for a list, and for a table of points.")
-def _(f, rng):
-    for lead in ((40,), (6, 7), (1,), ()):
-        y, p = polar(rng.uniform(1, 8, lead), rng.uniform(-180, 180, lead))
-        _compare(f, (y, p, rng.uniform(3, 6), rng.uniform(1, 5)), f"in a stack of shape {lead}")
-
-
-def _wrong(name, hint, flags):
-    """A misconception: flags(r, bearing, max_range, fov, p)."""
-
-    @seen.wrong(name, hint)
-    def _(y, p, max_range, fov):
-        with np.errstate(all="ignore"):
-            return flags(y[..., 0], np.arctan2(p[..., 1], p[..., 0]), max_range, fov, p)
-
-
-# fmt: off
-_wrong("the whole fov on each side", "fov is the *whole* width: only half of it lies on each side.",
-       lambda r, b, m, fov, p: (r <= m) & (np.abs(b) <= fov))
-_wrong("sign of the bearing", "A point to the right has a negative bearing, and would always be seen: take |bearing|.",
-       lambda r, b, m, fov, p: (r <= m) & (b <= fov / 2))
-_wrong("only to the left", "The view goes to the right, too: -fov / 2 <= bearing <= fov / 2.",
-       lambda r, b, m, fov, p: (r <= m) & (b >= 0) & (b <= fov / 2))
-_wrong("from zero to fov", "The x axis is the *middle* of the view: -fov / 2 to fov / 2.",
-       lambda r, b, m, fov, p: (r <= m) & (b >= 0) & (b <= fov))
-_wrong("degrees", "Everything is in radians, fov too.",
-       lambda r, b, m, fov, p: (r <= m) & (np.abs(np.degrees(b)) <= fov / 2))
-_wrong("one of the two", "Both must hold: `&`, not `|`.", lambda r, b, m, fov, p: (r <= m) | (np.abs(b) <= fov / 2))
-_wrong("range forgotten", "A point beyond max_range is not seen.", lambda r, b, m, fov, p: np.abs(b) <= fov / 2)
-_wrong("view forgotten", "A point outside the field of view is not seen.", lambda r, b, m, fov, p: r <= m)
-_wrong("arctan", "arctan(py / px) takes a point behind for one ahead. Take arctan2(py, px).",
-       lambda r, b, m, fov, p: (r <= m) & (np.abs(np.arctan(p[..., 1] / p[..., 0])) <= fov / 2))
-_wrong("px and py swapped", "arctan2 takes y first: arctan2(py, px).",
-       lambda r, b, m, fov, p: (r <= m) & (np.abs(np.arctan2(p[..., 0], p[..., 1])) <= fov / 2))
-_wrong("the other way round", "That is True where the sensor is blind.",
-       lambda r, b, m, fov, p: ~((r <= m) & (np.abs(b) <= fov / 2)))
-# fmt: on
-
-
-@seen.variant("by the cosine")
-def _(y, p, max_range, fov):
-    p = np.asarray(p)
-    wide = fov >= 2 * np.pi - 1e-9
-    return np.logical_and(y[..., 0] <= max_range, wide | (p[..., 0] >= np.cos(fov / 2) * np.linalg.norm(p, axis=-1)))
-
-
-@seen.variant("one by one")
-def _(y, p, max_range, fov):
-    flat = [
-        r <= max_range and -fov / 2 <= np.arctan2(b, a) <= fov / 2
-        for r, (a, b) in zip(np.ravel(y), np.reshape(p, (-1, 2)), strict=True)
-    ]
-    return np.array(flat).reshape(np.shape(p)[:-1])

@@ -19,6 +19,7 @@ from nbconvert.filters import Highlight2HTML, ansi2html, markdown2html_mistune
 from pygments.formatters import HtmlFormatter
 
 from ..build import source
+from ..figures import stored
 from ..lecture import tagged
 
 HERE = Path(__file__).parent
@@ -26,6 +27,7 @@ FEW_WORDS = 25  # as many stand above or below a picture
 ANSWER = re.compile(r"\*\*\(?\w\)?\*\*|The (answer|truth) ")  # to the poll before the picture
 WIDGET = re.compile(r"\(Run this cell")  # stands for the controls in a stored notebook
 HEADING = re.compile(r"\n+(?=#+ )")  # each starts a slide
+FOLD = re.compile(r"</?details>|<summary>.*?</summary>")  # on slides an answer comes with the next key
 MINUTES = re.compile(r" *\(\d+ min\)")  # those of a student
 MATHJAX = "sphinx-mathjax-offline", "sphinx-mathjax-offline/static/mathjax/tex-svg.js"
 
@@ -59,7 +61,7 @@ def slides(notebook: dict) -> list[Slide]:
     lead = ""
     for cell, following in itertools.pairwise([*cells[1:], {}]):
         if cell["cell_type"] == "markdown":
-            *before, last = HEADING.split(MINUTES.sub("", source(cell)))
+            *before, last = HEADING.split(MINUTES.sub("", FOLD.sub("", source(cell)).strip()))
             for text in filter(None, before):
                 add_text(found, text, None)
             lead = add_text(found, last, following.get("outputs"))
@@ -104,14 +106,14 @@ def add_code(found: list[Slide], cell: dict, lead: str):
     code = _colour(text)
     made, printed = [], []
     for output in cell.get("outputs", []):
+        picture = stored(output)
         data = {kind: "".join(value) for kind, value in output.get("data", {}).items()}
         if output["output_type"] == "stream":
             printed.append(f"<pre class='printed'>{ansi2html(''.join(output['text']))}</pre>")
-        elif "image/png" in data:
-            alt = html.escape(output["metadata"].get("image/png", {}).get("alt", ""))
-            made.append(
-                Slide("picture", section, [f'<img alt="{alt}" src="data:image/png;base64,{data["image/png"]}">'])
-            )
+        elif picture:
+            kind, base64, alt = picture
+            shown = f'<img alt="{html.escape(alt)}" src="data:{kind};base64,{base64}">'
+            made.append(Slide("picture", section, [shown]))
         elif "text/html" in data:
             made.append(Slide("page", section, [f'<div class="page">{data["text/html"]}</div>']))
         elif (

@@ -55,11 +55,30 @@ def read_toml(path):
     if not path.is_file():
         raise FileNotFoundError(f"no scenario file {path}")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"this is not TOML: {error}") from error
+        return parse_toml(path.read_text(encoding="utf-8"))
     except UnicodeDecodeError as error:
         raise ValueError(f"this is not a text in UTF-8: {error}") from error
+
+
+def parse_toml(text):
+    """Read the nested tables of a text in TOML.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    ValueError
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"this is not TOML: {error}") from error
     except RecursionError:
         raise ValueError(DEEP) from None
 

@@ -11,7 +11,7 @@ from ...models.landmarks import EucPnt
 from ..user_input import check_id, check_kind, errors_at
 from .agreement import check_agreement
 from .keys import construct
-from .reading import read_table, read_toml
+from .reading import parse_toml, read_table, read_toml
 from .robots import Robot, Sensor
 from .sections import Data, FigureOptions, Landmark, Options, Time, World
 
@@ -89,6 +89,24 @@ class UserData:
         path = Path(path)
         with errors_at(path.name):
             return cls.from_dict({"name": path.stem} | read_toml(path), overrides, models)
+
+    @classmethod
+    def from_text(cls, text, overrides=None, models=()):
+        """Read the text of a scenario file.
+
+        Parameters
+        ----------
+        text : str
+            What would stand in the file.
+        overrides, models
+            As in `from_toml`.
+
+        Raises
+        ------
+        ValueError, TypeError
+            One sentence: entry, key, what was got and what was possible.
+        """
+        return cls.from_dict(parse_toml(text), overrides, models)
 
     @classmethod
     def from_dict(cls, table, overrides=None, models=()):

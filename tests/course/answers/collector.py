@@ -8,12 +8,15 @@ import pytest
 from ekfslam_tutorial.course import registry
 
 FOUND = defaultdict(list)  # by the module that they stand in
+RIGHT = defaultdict(list)  # the right ones, by the id of the exercise
 
 
 def answer_to(id, right=False, hint=""):
     """Decorator: an answer to the exercise `id`; for a wrong one, `hint` is a pattern that the student must read."""
 
     def collect(answer):
+        if right:
+            RIGHT[id].append(answer)
         FOUND[answer.__module__].append(pytest.param(id, right, hint, answer, id=f"{id}: {answer.__name__}"))
         return answer
 

@@ -105,4 +105,40 @@ def by_cases(angle):
     return a + np.where(a > np.pi, -2 * np.pi, np.where(a < -np.pi, 2 * np.pi, 0))
 
 
+# --- right answers in other words ---
+
+
+@answer_to("00.1", right=True)
+def arctan2_of_sine_and_cosine(angle):
+    return np.arctan2(np.sin(angle), np.cos(angle))
+
+
+@answer_to("00.1", right=True)
+def with_a_shift(angle):
+    return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
+
+
+@answer_to("00.1", right=True)
+def nearest_whole_turn_removed(angle):
+    return angle - 2 * np.pi * np.round(np.asarray(angle) / (2 * np.pi))
+
+
+@answer_to("00.1", right=True)
+def complex_numbers(angle):
+    return np.angle(np.exp(1j * np.asarray(angle)))
+
+
+@answer_to("00.1", right=True)
+def a_loop_over_the_entries_as_lists(angle):
+    def one(a):
+        while a > np.pi:
+            a -= 2 * np.pi
+        while a < -np.pi:
+            a += 2 * np.pi
+        return a
+
+    a = np.asarray(angle, float)
+    return one(float(a)) if a.ndim == 0 else np.array([one(v) for v in a.ravel()]).reshape(a.shape).tolist()
+
+
 test_the_check_is_right_about_it = check_of(__name__)

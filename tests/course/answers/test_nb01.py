@@ -9,6 +9,7 @@ from ekfslam_tutorial.course.exercises.nb00_wrap import wrap
 from ekfslam_tutorial.course.exercises.nb01_correct import correct
 from ekfslam_tutorial.course.exercises.nb01_innovation import innovation
 from ekfslam_tutorial.course.exercises.nb01_move import move
+from ekfslam_tutorial.geometry import numerical_jacobian
 from ekfslam_tutorial.models.motion import Unicycle
 
 from .collector import answer_to, check_of
@@ -282,6 +283,71 @@ def with_columns_inside(x, P, z, H, R):
     x, z = np.reshape(x, (-1, 1)), np.reshape(z, (-1, 1))
     K = P.dot(H.T).dot(np.linalg.inv(H.dot(P).dot(H.T) + R))
     return (x + K.dot(z)).flatten(), (np.identity(x.shape[0]) - K.dot(H)).dot(P)
+
+
+# --- right answers in other words ---
+
+
+@answer_to("01.4", right=True)
+def I_K_H_P_with_solve_as_lists(x, P, z, H, R):
+    PHt = P @ H.T
+    K = np.linalg.solve(H @ PHt + R, PHt.T).T
+    return list(x + K @ z), ((np.eye(len(x)) - K @ H) @ P).tolist()
+
+
+@answer_to("01.4", right=True)
+def joseph_s_form(x, P, z, H, R):
+    K = P @ H.T @ np.linalg.pinv(H @ P @ H.T + R)
+    A = np.eye(len(x)) - K @ H
+    return x + K.dot(z), A @ P @ A.T + K @ R @ K.T
+
+
+@answer_to("01.4", right=True)
+def by_adding_information(x, P, z, H, R):
+    W = np.linalg.solve(R, H)
+    C = np.linalg.inv(np.linalg.inv(P) + H.T @ W)
+    return x + C @ W.T @ z, C
+
+
+@answer_to("01.3", right=True)
+def arctan2_of_sine_and_cosine(y, e):
+    d = np.asarray(y) - np.asarray(e)
+    return np.stack([d[..., 0], np.arctan2(np.sin(d[..., 1]), np.cos(d[..., 1]))], -1)
+
+
+@answer_to("01.3", right=True)
+def bearings_wrapped_before_too_lists(y, e):
+    y, e = np.array(y, float), np.array(e, float)
+    b = (wrap(y[..., 1]) - wrap(e[..., 1]) + np.pi) % (2 * np.pi) - np.pi
+    return np.stack([y[..., 0] - e[..., 0], b], -1).tolist()
+
+
+@answer_to("01.3", right=True)
+def nearest_whole_turn_removed(y, e):
+    z = np.asarray(y, float) - e
+    return z - 2 * np.pi * np.round(z / (2 * np.pi)) * [0, 1]
+
+
+@answer_to("01.2", right=True)
+def lists_heading_with_a_turn_more(x, u, dt):
+    x2, F_x, F_u = move(x, u, dt)
+    return [x2[0], x2[1], x2[2] + 2 * np.pi], F_x.tolist(), F_u.tolist()
+
+
+@answer_to("01.2", right=True)
+def heading_wrapped_Jacobians_filled_entry_by_entry(x, u, dt):
+    v, w = u
+    F_x, F_u = np.eye(3), np.zeros((3, 2))
+    F_x[0, 2], F_x[1, 2] = -v * dt * np.sin(x[2]), v * dt * np.cos(x[2])
+    F_u[0, 0], F_u[1, 0], F_u[2, 1] = dt * np.cos(x[2]), dt * np.sin(x[2]), dt
+    x2 = x + F_u @ u
+    return np.array([x2[0], x2[1], np.arctan2(np.sin(x2[2]), np.cos(x2[2]))]), F_x, F_u
+
+
+@answer_to("01.2", right=True)
+def finite_differences(x, u, dt):
+    after = lambda x, u: x + np.array([u[0] * dt * np.cos(x[2]), u[0] * dt * np.sin(x[2]), u[1] * dt])
+    return after(x, u), numerical_jacobian(lambda a: after(a, u), x), numerical_jacobian(lambda a: after(x, a), u)
 
 
 test_the_check_is_right_about_it = check_of(__name__)

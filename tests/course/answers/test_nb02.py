@@ -1,6 +1,7 @@
 """Answers to the exercises of notebook 02 that are in no list of the package: wrong ones, and odd right ones."""
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ekfslam_tutorial.course.exercises.nb02_grow import add_landmark
 from ekfslam_tutorial.course.exercises.nb02_h import h
@@ -473,6 +474,154 @@ def own_everything(x, P, ids, seen, ys, x_r, R):
             P[-2:, -2:] = L @ R @ L.T
             ids.append(seen[k])
     return x, P, np.array(ids)
+
+
+# --- right answers in other words ---
+
+
+@answer_to("02.3", right=True)
+def with_complex_numbers_as_lists(y, x_r):
+    u = np.exp(1j * (x_r[2] + y[1] + 2 * np.pi))
+    l = complex(x_r[0], x_r[1]) + y[0] * u
+    return [l.real, l.imag], [[u.real, (1j * y[0] * u).real], [u.imag, (1j * y[0] * u).imag]]
+
+
+@answer_to("02.3", right=True)
+def rotation_matrix_times_point(y, x_r):
+    c, s = np.cos(x_r[2]), np.sin(x_r[2])
+    R = np.array([[c, -s], [s, c]])
+    u, v = np.array([np.cos(y[1]), np.sin(y[1])]), np.array([-np.sin(y[1]), np.cos(y[1])])
+    return x_r[:2] + R @ (y[0] * u), R @ np.column_stack([u, y[0] * v])
+
+
+@answer_to("02.3", right=True)
+def L_y_as_the_inverse_of_H(y, x_r):
+    l = q(np.asarray(y), np.asarray(x_r))[0]
+    return tuple(l), np.linalg.inv(h(l, 0, x_r)[1])
+
+
+@answer_to("02.4", right=True)
+def np_block_as_lists(x, P, y, x_r, R):
+    l, L_y = q(y, x_r)
+    n = len(x)
+    return [*x, *l], np.block([[P, np.zeros((n, 2))], [np.zeros((2, n)), L_y @ R @ L_y.T]]).tolist()
+
+
+@answer_to("02.4", right=True)
+def scipy_block_diag(x, P, y, x_r, R):
+    l, L_y = q(y, x_r)
+    return np.append(x, l), block_diag(P, L_y @ R @ L_y.T)[-len(x) - 2 :, -len(x) - 2 :]
+
+
+@answer_to("02.4", right=True)
+def large_first_guess_then_one_update_with_the_same_measurement(x, P, y, x_r, R):
+    l, _ = q(y, x_r)
+    H = h(l, 0, x_r)[1]
+    prior = 1e6 * np.eye(2)
+    K = prior @ H.T @ np.linalg.inv(H @ prior @ H.T + R)
+    A = np.eye(2) - K @ H
+    return np.append(x, l), block_diag(P, A @ prior @ A.T + K @ R @ K.T)[-len(x) - 2 :, -len(x) - 2 :]
+
+
+@answer_to("02.4", right=True)
+def information_of_the_measurement_inverted(x, P, y, x_r, R):
+    l, _ = q(y, x_r)
+    H = h(l, 0, x_r)[1]
+    return np.append(x, l), block_diag(P, np.linalg.inv(H.T @ np.linalg.solve(R, H)))[-len(x) - 2 :, -len(x) - 2 :]
+
+
+@answer_to("02.2", right=True)
+def with_complex_numbers(x, i, x_r):
+    d = complex(*x[2 * i : 2 * i + 2]) - complex(x_r[0], x_r[1])
+    e = [abs(d), np.angle(d * np.exp(-1j * x_r[2]))]
+    g = 1j / d  # d(angle) = Im(dd / d)
+    H = np.zeros((2, len(x)))
+    H[0, 2 * i], H[0, 2 * i + 1] = d.real / abs(d), d.imag / abs(d)
+    H[1, 2 * i], H[1, 2 * i + 1] = (1 / d).imag, g.imag
+    return e, H
+
+
+@answer_to("02.2", right=True)
+def lists_bearing_not_wrapped(x, i, x_r):
+    dx, dy = float(x[2 * i] - x_r[0]), float(x[2 * i + 1] - x_r[1])
+    r = (dx * dx + dy * dy) ** 0.5
+    H = [[0.0] * len(x), [0.0] * len(x)]
+    H[0][2 * i], H[0][2 * i + 1] = dx / r, dy / r
+    H[1][2 * i], H[1][2 * i + 1] = -dy / r**2, dx / r**2
+    return [r, float(np.arctan2(dy, dx)) - float(x_r[2]) + 2 * np.pi], H
+
+
+@answer_to("02.2", right=True)
+def in_the_robot_frame_by_the_chain_rule(x, i, x_r):
+    c, s = np.cos(x_r[2]), np.sin(x_r[2])
+    T = np.array([[c, s], [-s, c]])
+    px, py = T @ (np.asarray(x).reshape(-1, 2)[i] - x_r[:2])
+    r = np.hypot(px, py)
+    B = np.array([[px / r, py / r], [-py / r**2, px / r**2]]) @ T
+    return (r, np.arctan2(py, px)), np.hstack([np.zeros((2, 2 * i)), B, np.zeros((2, len(x) - 2 * i - 2))])
+
+
+@answer_to("02.2", right=True)
+def derivative_by_finite_differences(x, i, x_r):
+    def value(x):
+        dx, dy = x[2 * i] - x_r[0], x[2 * i + 1] - x_r[1]
+        return np.array([np.hypot(dx, dy), np.arctan2(dy, dx) - x_r[2]])
+
+    d = 1e-6 * np.eye(len(x))
+    return value(x), np.stack([(value(x + dj) - value(x - dj)) / 2e-6 for dj in d], axis=1)
+
+
+@answer_to("02.5", right=True)
+def joseph_form_as_lists(x, P, ids, seen, ys, x_r, R):
+    def joseph(x, P, i, y, x_r, R):
+        H = h(x, i, x_r)[1]
+        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+        A = np.eye(len(P)) - K @ H
+        return upd(x, P, i, y, x_r, R)[0], A @ P @ A.T + K @ R @ K.T
+
+    x, P, ids = mk(joseph)(np.array(x), np.array(P), ids, seen, ys, x_r, R)
+    return x.tolist(), P.tolist(), tuple(ids)
+
+
+@answer_to("02.5", right=True)
+def a_filter_of_two_states_for_each_landmark(x, P, ids, seen, ys, x_r, R):
+    x, P, ids = x.copy(), P.copy(), ids.copy()
+    for id, y in zip(seen, ys, strict=True):
+        if id in ids:
+            i = ids.index(id)
+            s = slice(2 * i, 2 * i + 2)
+            x[s], P[s, s] = upd(x[s], P[s, s], 0, y, x_r, R)
+        else:
+            x, P = add_landmark(x, P, y, x_r, R)
+            ids += [id]
+    return x, P, ids
+
+
+@answer_to("02.5", right=True)
+def known_landmarks_in_one_stacked_update_then_the_new_ones(x, P, ids, seen, ys, x_r, R):
+    old = [(ids.index(id), y) for id, y in zip(seen, ys, strict=True) if id in ids]
+    if old:
+        es, Hs = zip(*(h(x, i, x_r) for i, _ in old), strict=True)
+        z = np.concatenate([[y[0] - e[0], wrap(y[1] - e[1])] for (_, y), e in zip(old, es, strict=True)])
+        H = np.vstack(Hs)
+        K = np.linalg.solve(H @ P @ H.T + np.kron(np.eye(len(old)), R), H @ P).T
+        x, P = x + K @ z, (np.eye(len(x)) - K @ H) @ P
+    new = [(id, y) for id, y in zip(seen, ys, strict=True) if id not in ids]
+    for _, y in new:
+        x, P = add_landmark(x, P, y, x_r, R)
+    return x, P, ids + [id for id, _ in new]
+
+
+@answer_to("02.5", right=True)
+def information_form(x, P, ids, seen, ys, x_r, R):
+    def update(x, P, i, y, x_r, R):
+        x, P, s = x.copy(), P.copy(), slice(2 * i, 2 * i + 2)
+        e, H = h(x[s], 0, x_r)
+        P[s, s] = np.linalg.inv(np.linalg.inv(P[s, s]) + H.T @ np.linalg.solve(R, H))
+        x[s] += P[s, s] @ H.T @ np.linalg.solve(R, [y[0] - e[0], wrap(y[1] - e[1])])
+        return x, P
+
+    return mk(update)(x, P, ids, seen, ys, x_r, R)
 
 
 test_the_check_is_right_about_it = check_of(__name__)

@@ -1,10 +1,14 @@
 """Answers to the exercises of notebook 03 that are in no list of the package: wrong ones, and odd right ones."""
 
+from math import gamma
+
 import numpy as np
 import scipy.linalg
 from scipy import integrate, stats
+from scipy.special import erf, gammainc
 from scipy.stats import chi2
 
+from ekfslam_tutorial.analysis import anees_band, md2
 from ekfslam_tutorial.course.exercises.nb03_anees import anees
 
 from .collector import answer_to, check_of
@@ -157,6 +161,47 @@ def eigenvectors(e, P, confidence):
     N, n = e.shape
     low, high = chi2.ppf((1 - confidence) / 2, N * n), chi2.ppf(1 - (1 - confidence) / 2, N * n)
     return (a**2 / w).sum() / N, (low / N, high / N)
+
+
+# --- right answers in other words ---
+
+
+@answer_to("03.2", right=True)
+def einsum_and_the_inverse_chi2_interval(e, P, confidence):
+    N, n = e.shape
+    d = np.einsum("ki,kij,kj->k", e, np.linalg.inv(P), e)
+    low, high = chi2.interval(confidence, N * n)
+    return float(d.mean()), (low / N, high / N)
+
+
+@answer_to("03.2", right=True)
+def cholesky_factors_sums_as_a_list(e, P, confidence):
+    N, n = len(e), len(e[0])
+    total = sum(np.sum(np.linalg.solve(np.linalg.cholesky(B), a) ** 2) for a, B in zip(e, P, strict=True))
+    return [total / N, [chi2.isf(0.5 + confidence / 2, N * n) / N, chi2.isf(0.5 - confidence / 2, N * n) / N]]
+
+
+@answer_to("03.2", right=True)
+def the_package(e, P, confidence):
+    return np.mean(md2(e, P)), anees_band(e.shape[1], len(e), confidence)
+
+
+@answer_to("03.1", right=True)
+def incomplete_gamma_function(k, dof):
+    return gammainc(dof / 2, np.asarray(k) ** 2 / 2)
+
+
+@answer_to("03.1", right=True)
+def one_by_one_a_list_of_plain_floats(k, dof):
+    return [float(1 - chi2(df=dof).sf(k_i * k_i)) for k_i in k]
+
+
+@answer_to("03.1", right=True)
+def by_recursion_over_the_dimension(k, dof):
+    p = erf(k / 2**0.5) if dof % 2 else 1 - np.exp(-k * k / 2)
+    for n in range(2 - dof % 2, dof, 2):
+        p = p - (k * k / 2) ** (n / 2) * np.exp(-k * k / 2) / gamma(n / 2 + 1)
+    return p
 
 
 test_the_check_is_right_about_it = check_of(__name__)

@@ -216,4 +216,122 @@ def one_number_after_the_other(P, H, R, b):
     return (Q @ H.T @ np.linalg.inv(R))[b], Q[b, b]
 
 
+# --- right answers in other words ---
+
+
+@answer_to("04.2", right=True)
+def one_Jacobian_of_everything_np_block(P, L_r, L_y, R):
+    n = len(P)
+    J = np.block([[np.eye(n), np.zeros((n, 2))], [L_r, np.zeros((2, n - 3)), L_y]])
+    S = J @ np.block([[P, np.zeros((n, 2))], [np.zeros((2, n)), R]]) @ J.T
+    return S[n:, :n], S[n:, n:]
+
+
+@answer_to("04.2", right=True)
+def start_with_a_huge_covariance_then_correct_with_the_measurement(P, L_r, L_y, R):
+    n, W = len(P), np.linalg.inv(L_y)
+    S = np.block([[P, np.zeros((n, 2))], [np.zeros((2, n)), 1e6 * np.eye(2)]])
+    H = np.hstack([-W @ L_r, np.zeros((2, n - 3)), W])
+    S = S - S @ H.T @ np.linalg.inv(H @ S @ H.T + R) @ H @ S
+    return S[n:, :n], S[n:, n:]
+
+
+@answer_to("04.2", right=True)
+def sums_over_entries_lists(P, L_r, L_y, R):
+    n = len(P)
+    P_lx = [[sum(L_r[i][k] * P[k][j] for k in range(3)) for j in range(n)] for i in range(2)]
+    P_ll = [[sum(P_lx[i][k] * L_r[j][k] for k in range(3)) for j in range(2)] for i in range(2)]
+    noise = np.einsum("ik,kl,jl->ij", L_y, R, L_y)
+    return P_lx, [[P_ll[i][j] + noise[i][j] for j in range(2)] for i in range(2)]
+
+
+@answer_to("04.2", right=True)
+def square_roots_of_the_covariances(P, L_r, L_y, R):
+    w, V = np.linalg.eigh(P)
+    A = V * np.sqrt(np.clip(w, 0, None))
+    B = L_r @ A[:3]
+    r, Q = np.linalg.eigh(R)
+    C = L_y @ (Q * np.sqrt(np.clip(r, 0, None)))
+    return B @ A.T, B @ B.T + C @ C.T
+
+
+@answer_to("04.4", right=True)
+def correct_the_whole_state_in_the_Joseph_form_then_cut_out_B(P, H, R, b):
+    K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
+    A = np.eye(len(P)) - K @ H
+    return K[b], (A @ P @ A.T + K @ R @ K.T)[b, b]
+
+
+@answer_to("04.4", right=True)
+def by_adding_information(P, H, R, b):
+    W = np.linalg.inv(R)
+    new = np.linalg.inv(np.linalg.inv(P) + H.T @ W @ H)
+    return (new @ H.T @ W)[b], new[b, b]
+
+
+@answer_to("04.4", right=True)
+def the_conditional_Gaussian_of_B_given_the_measurement_lists(P, H, R, b):
+    n = len(P)
+    J = np.vstack([np.eye(n)[b], H])
+    S = J @ P @ J.T
+    S[2:, 2:] += R
+    K = S[:2, 2:] @ np.linalg.inv(S[2:, 2:])
+    return K.tolist(), (S[:2, :2] - K @ S[2:, :2]).tolist()
+
+
+@answer_to("04.1", right=True)
+def by_the_chain_rule_with_a_rotation_matrix(x_r, y):
+    c, s = np.cos(x_r[2]), np.sin(x_r[2])
+    R = np.array([[c, -s], [s, c]])
+    in_robot = y[0] * np.array([np.cos(y[1]), np.sin(y[1])])
+    swing = np.array([[0, -1], [1, 0]])
+    L_y = R @ np.column_stack([in_robot / y[0], swing @ in_robot])
+    return np.asarray(x_r)[:2] + R @ in_robot, np.hstack([np.eye(2), (R @ swing @ in_robot)[:, None]]), L_y
+
+
+@answer_to("04.1", right=True)
+def complex_numbers_lists(x_r, y):
+    beam = y[0] * np.exp(1j * (x_r[2] + y[1] - 4 * np.pi))
+    unit, swing = beam / y[0], 1j * beam
+    l = complex(x_r[0], x_r[1]) + beam
+    L_y = [[unit.real, swing.real], [unit.imag, swing.imag]]
+    return [l.real, l.imag], [[1, 0, swing.real], [0, 1, swing.imag]], L_y
+
+
+def place(x_r, y):
+    a = x_r[2] + y[1]
+    return np.array([x_r[0] + y[0] * np.cos(a), x_r[1] + y[0] * np.sin(a)])
+
+
+@answer_to("04.1", right=True)
+def finite_differences(x_r, y):
+    h = 1e-6
+    L_r = [(place(x_r + d, y) - place(x_r - d, y)) / (2 * h) for d in h * np.eye(3)]
+    L_y = [(place(x_r, y + d) - place(x_r, y - d)) / (2 * h) for d in h * np.eye(2)]
+    return place(x_r, y), np.transpose(L_r), np.transpose(L_y)
+
+
+@answer_to("04.3", right=True)
+def one_big_Jacobian(P, X_x, X_u, U):
+    F, G = np.eye(len(P)), np.zeros((len(P), np.shape(U)[0]))
+    F[:3, :3], G[:3] = X_x, X_u
+    return F @ P @ F.T + G @ U @ G.T
+
+
+@answer_to("04.3", right=True)
+def block_by_block_np_block(P, X_x, X_u, U):
+    P_rm = X_x @ P[:3, 3:]
+    return np.block([[X_x @ P[:3, :3] @ X_x.T + X_u @ U @ X_u.T, P_rm], [P_rm.T, P[3:, 3:]]])
+
+
+@answer_to("04.3", right=True)
+def by_a_square_root_of_P_lists(P, X_x, X_u, U):
+    w, V = np.linalg.eigh(P)
+    S = V * np.sqrt(np.clip(w, 0, None))
+    S[:3] = np.dot(X_x, S[:3])
+    new = S @ S.T
+    new[:3, :3] += np.linalg.multi_dot([X_u, U, np.transpose(X_u)])
+    return new.tolist()
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -305,4 +305,86 @@ def as_a_sum_of_three_terms(P_0, x_0, l):
     return P_0[:2, :2] + cross + cross.T + P_0[2, 2] * (n @ n.T)
 
 
+# --- right answers in other words ---
+
+
+@answer_to("06.2", right=True)
+def a_triangular_matrix_Joseph_form(q, R, z):
+    n = len(q)
+    L = np.tril(np.ones((n, n)))
+    P, H = L @ np.diag(q) @ L.T, np.zeros((1, n))
+    H[0, -1] = 1
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+    A = np.eye(n) - K @ H
+    return (K * z).ravel(), A @ P @ A.T + K @ K.T * R
+
+
+@answer_to("06.2", right=True)
+def loops_and_lists(q, R, z):
+    n = len(q)
+    P = [[float(sum(q[: min(i, j) + 1])) for j in range(n)] for i in range(n)]
+    K = [P[i][n - 1] / (P[n - 1][n - 1] + R) for i in range(n)]
+    return [k * z for k in K], [[P[i][j] - K[i] * P[n - 1][j] for j in range(n)] for i in range(n)]
+
+
+@answer_to("06.2", right=True)
+def correct_the_steps_then_add_them_up(q, R, z):
+    K = np.array(q) / (np.sum(q) + R)
+    S = np.diag(q) - np.outer(K, q)
+    return np.cumsum(K * z), np.cumsum(np.cumsum(S, 0), 1)
+
+
+@answer_to("06.1", right=True)
+def scaled_from_both_sides(P):
+    D = np.diag(1 / np.sqrt(np.diag(P)))
+    return D @ P @ D
+
+
+@answer_to("06.1", right=True)
+def two_loops_lists(P):
+    n = len(P)
+    return [[P[i][j] / (P[i][i] * P[j][j]) ** 0.5 for j in range(n)] for i in range(n)]
+
+
+@answer_to("06.1", right=True)
+def rows_then_columns(P):
+    s = np.diag(P) ** 0.5
+    return P / s / s[:, None]
+
+
+@answer_to("06.4", right=True)
+def with_the_frame_s_own_derivatives(P_0, x_0, l):
+    m = np.array([[np.cos(x_0[2]), np.sin(x_0[2])], [-np.sin(x_0[2]), np.cos(x_0[2])]]) @ (l - x_0[:2])
+    dR = np.array([[-np.sin(x_0[2]), -np.cos(x_0[2])], [np.cos(x_0[2]), -np.sin(x_0[2])]])
+    J = np.column_stack([np.eye(2), dR @ m])
+    return J @ P_0 @ J.T
+
+
+@answer_to("06.4", right=True)
+def written_out_lists(P_0, x_0, l):
+    u, v = -(l[1] - x_0[1]), l[0] - x_0[0]
+    a = P_0[0][0] + 2 * u * P_0[0][2] + u * u * P_0[2][2]
+    b = P_0[0][1] + u * P_0[1][2] + v * P_0[0][2] + u * v * P_0[2][2]
+    c = P_0[1][1] + 2 * v * P_0[1][2] + v * v * P_0[2][2]
+    return [[a, b], [b, c]]
+
+
+@answer_to("06.3", right=True)
+def with_the_Jacobian_of_the_difference(P, a, b):
+    J = np.zeros((2, len(P)))
+    J[:, a], J[:, b] = -np.eye(2), np.eye(2)
+    return J @ P @ J.T
+
+
+@answer_to("06.3", right=True)
+def the_other_way_round_lists(P, a, b):
+    J = np.hstack([np.eye(2), -np.eye(2)])
+    return (J @ np.block([[P[a, a], P[a, b]], [P[b, a], P[b, b]]]) @ J.T).tolist()
+
+
+@answer_to("06.3", right=True)
+def one_cross_block_and_its_transpose(P, a, b):
+    return P[a, a] + P[b, b] - (P[a, b] + P[a, b].T)
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -392,4 +392,96 @@ def exponential_limit(ys, es, Es, R, confidence):
     return [i for i, row in enumerate(D) if (row > -2 * np.log(1 - confidence)).all()], D
 
 
+# --- right answers in other words ---
+
+
+@answer_to("07.1", right=True)
+def with_the_inverse_a_loop_lists(zs, Zs, confidence):
+    d2, inside = [], []
+    for i, (z, Z) in enumerate(zip(zs, Zs, strict=True)):
+        d2.append(float(z @ np.linalg.inv(Z) @ z))
+        if d2[-1] < chi2.ppf(confidence, len(z)):
+            inside.append(i)
+    return (inside[0] if len(inside) == 1 else None), d2
+
+
+@answer_to("07.1", right=True)
+def probabilities_instead_of_limits(zs, Zs, confidence):
+    d2 = np.einsum("ni,nij,nj->n", zs, np.linalg.inv(Zs), zs)
+    ok = chi2.cdf(d2, np.shape(zs)[-1]) <= confidence
+    return (np.argmax(ok) if ok.sum() == 1 else None), d2
+
+
+@answer_to("07.1", right=True)
+def cholesky_factors(zs, Zs, confidence):
+    d2 = np.sum(np.linalg.solve(np.linalg.cholesky(Zs), np.asarray(zs)[..., None])[..., 0] ** 2, -1)
+    i = [k for k in range(len(d2)) if d2[k] <= chi2.ppf(confidence, zs.shape[1])]
+    return (i[0], d2) if len(i) == 1 else (None, d2)
+
+
+def joint_Z(Hs, P, R):
+    m = range(len(Hs))
+    return np.block([[Hs[i] @ P @ Hs[j].T + (R if i == j else 0) for j in m] for i in m])
+
+
+@answer_to("07.3", right=True)
+def block_by_block_plain_types(zs, Hs, P, R, confidence):
+    Z = joint_Z(Hs, P, R)
+    z = np.ravel(zs)
+    d2 = float(z @ np.linalg.inv(Z) @ z)
+    return bool(chi2.cdf(d2, 2 * len(zs)) <= confidence), d2, Z.tolist()
+
+
+@answer_to("07.3", right=True)
+def pair_by_pair_conditional_distances(zs, Hs, P, R, confidence):
+    Z, z, d2 = joint_Z(Hs, P, R), np.ravel(zs), 0.0
+    for i in range(0, len(z), 2):
+        K = np.linalg.solve(Z[:i, :i], Z[:i, i : i + 2]).T if i else np.zeros((2, 0))
+        w = z[i : i + 2] - K @ z[:i]
+        d2 += w @ np.linalg.solve(Z[i : i + 2, i : i + 2] - K @ Z[:i, i : i + 2], w)
+    return d2 < chi2.ppf(confidence, z.size), d2, Z
+
+
+@answer_to("07.2", right=True)
+def with_masks_list(D, limit):
+    D = np.asarray(D)
+    if not D.size:
+        return [-1] * len(D)
+    ok = (D == D.min(1, keepdims=True)) & (D == D.min(0, keepdims=True)) & (D <= limit)
+    return np.where(ok.any(1), ok.argmax(1), -1).tolist()
+
+
+@answer_to("07.2", right=True)
+def loops_over_all_pairs(D, limit):
+    k, n = len(D), len(D[0]) if len(D) else 0
+    j = []
+    for i in range(k):
+        best = -1
+        for a in range(n):
+            row = all(D[i][a] <= D[i][b] for b in range(n))
+            if row and all(D[i][a] <= D[c][a] for c in range(k)) and D[i][a] <= limit:
+                best = a
+        j.append(best)
+    return j
+
+
+@answer_to("07.4", right=True)
+def all_at_once_with_einsum(ys, es, Es, R, confidence):
+    z = np.asarray(ys)[:, None] - np.asarray(es)[None]
+    z[..., 1] = (z[..., 1] + np.pi) % (2 * np.pi) - np.pi
+    D = np.einsum("kni,nij,knj->kn", z, np.linalg.inv(Es + R), z)
+    return np.flatnonzero(D.min(1, initial=np.inf) > chi2.ppf(confidence, 2)), D
+
+
+@answer_to("07.4", right=True)
+def loops_lists_probabilities(ys, es, Es, R, confidence):
+    if not len(es):
+        return list(range(len(ys))), np.zeros((len(ys), 0))
+    D = []
+    for y in ys:
+        zs = [np.array([y[0] - e[0], wrap(y[1] - e[1])]) for e in es]
+        D.append([float(z @ np.linalg.inv(E + R) @ z) for z, E in zip(zs, Es, strict=True)])
+    return [i for i, row in enumerate(D) if min(row) > chi2.ppf(confidence, 2)], D
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -1,11 +1,15 @@
 """Answers to the exercises of notebook 08 that are in no list of the package: wrong ones, and odd right ones."""
 
+from functools import reduce
+
 import numpy as np
 import scipy.linalg
 
 from ekfslam_tutorial.course.exercises.nb08_fej import correct_fej, observe
 from ekfslam_tutorial.course.exercises.nb08_nullspace import observability
+from ekfslam_tutorial.ekf import Map, correct, covariance, cross, innovation
 from ekfslam_tutorial.geometry import wrap
+from ekfslam_tutorial.models.sensors import RangeBearing
 
 from .collector import answer_to, check_of
 
@@ -201,6 +205,94 @@ def block_matrices(P, K, H, R):
 def einsum(P, K, H, R):
     A = np.eye(*P.shape) - np.einsum("ij,jk->ik", K, H)
     return np.einsum("ij,jk,lk->il", A, P, A) + np.einsum("ij,jk,lk->il", K, R, K)
+
+
+# --- right answers in other words ---
+
+
+@answer_to("08.2", right=True)
+def joseph_form_whole_turns_added_lists(x, P, y, i, x_first, R):
+    (e, _), (_, H) = observe(x, i), observe(x_first, i)
+    z = [y[0] - e[0], np.arctan2(np.sin(y[1] - e[1]), np.cos(y[1] - e[1]))]
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+    A = np.eye(len(x)) - K @ H
+    new = x + K @ z
+    return [*new[:2], new[2] + 2 * np.pi, *new[3:]], (A @ P @ A.T + K @ R @ K.T).tolist()
+
+
+@answer_to("08.2", right=True)
+def information_form(x, P, y, i, x_first, R):
+    e, H = observe(x, i)[0], observe(x_first, i)[1]
+    z = np.subtract(y, e)
+    z[1] = (z[1] + np.pi) % (2 * np.pi) - np.pi
+    A = np.eye(len(x)) + P @ H.T @ np.linalg.solve(R, H)
+    P = np.linalg.solve(A, P)
+    return x + P @ H.T @ np.linalg.solve(R, z), 0.5 * (P + P.T)
+
+
+@answer_to("08.2", right=True)
+def by_the_blocks_of_the_package(x, P, y, i, x_first, R):
+    map = Map()
+    map.add(x, P)
+    H = [(slice(0, len(x)), observe(x_first, i)[1])]
+    PHt = cross(map, H)
+    correct(map, PHt, innovation(RangeBearing(1, 1).residual(y, observe(x, i)[0]), covariance(PHt, H), R))
+    return map.x, map.P
+
+
+@answer_to("08.3", right=True)
+def made_symmetric_at_the_end_as_lists(P, K, H, R):
+    A = np.identity(P.shape[0]) - np.dot(K, H)
+    B = np.linalg.multi_dot([A, P, A.T]) + np.linalg.multi_dot([K, R, K.T])
+    return ((B + B.T) / 2).tolist()
+
+
+@answer_to("08.3", right=True)
+def one_product_A_K_times_the_joint_covariance(P, K, H, R):
+    n, m = K.shape
+    B = np.hstack([np.eye(n) - K @ H, -K])
+    S = np.block([[P, np.zeros((n, m))], [np.zeros((m, n)), R]])
+    return B @ S @ B.T
+
+
+@answer_to("08.3", right=True)
+def square_roots_of_P_and_R(P, K, H, R):
+    A = (np.eye(len(P)) - K @ H) @ np.linalg.cholesky(P)
+    B = K @ np.linalg.cholesky(R)
+    return A @ A.T + B @ B.T
+
+
+@answer_to("08.1", right=True)
+def singular_value_decomposition_as_lists(H, F):
+    Phi, O = np.eye(H[0].shape[1]), H[0]
+    for k in range(len(F)):
+        Phi = F[k] @ Phi
+        O = np.concatenate([O, H[k + 1] @ Phi])
+    s = np.linalg.svd(O, compute_uv=False)
+    return [O.tolist(), O.shape[1] - int(np.sum(s > 1e-9 * s.max()))]
+
+
+@answer_to("08.1", right=True)
+def null_space_of_scipy(H, F):
+    O = np.vstack([H_k @ reduce(lambda Phi, F_j: F_j @ Phi, F[:k], np.eye(H_k.shape[1])) for k, H_k in enumerate(H)])
+    return O, scipy.linalg.null_space(O, rcond=1e-10).shape[1]
+
+
+@answer_to("08.1", right=True)
+def rank_with_numpy_s_own_tolerance(H, F):
+    Phi, O = np.eye(H[0].shape[1]), [H[0]]
+    for A, B in zip(H[1:], F, strict=True):
+        Phi = B @ Phi
+        O += [A @ Phi]
+    return np.vstack(O), Phi.shape[0] - np.linalg.matrix_rank(np.vstack(O))
+
+
+@answer_to("08.1", right=True)
+def backwards_Horner_s_rule(H, F):
+    O = H[-1]
+    for A, B in zip(H[-2::-1], F[::-1], strict=True):
+        O = np.vstack([A, O @ B])
+    return O, O.shape[1] - np.linalg.matrix_rank(O)
 
 
 test_the_check_is_right_about_it = check_of(__name__)

@@ -279,4 +279,104 @@ def the_package(path, truth):
     return aligned, np.sqrt(((aligned - truth) ** 2).sum(1).mean())
 
 
+# --- 09.4: the same in other words ---
+
+
+def _best_4(path, truth, mirror=False):
+    U, s, Vt = np.linalg.svd((truth - truth.mean(0)).T @ (path - path.mean(0)))
+    D = np.diag([1.0, 1.0 if mirror else np.linalg.det(U @ Vt)])
+    return U @ D @ Vt, np.sum(s * np.diag(D)) / np.sum((path - path.mean(0)) ** 2)
+
+
+def _turned_4(path, truth, R):
+    return (path - path.mean(0)) @ R.T + truth.mean(0)
+
+
+@answer_to("09.4", right=True)
+def svd_with_the_sign_of_the_determinant_as_lists(path, truth):
+    aligned = _turned_4(path, truth, _best_4(path, truth)[0])
+    return aligned.tolist(), float(np.linalg.norm(aligned - truth) / np.sqrt(len(path)))
+
+
+@answer_to("09.4", right=True)
+def complex_numbers_too(path, truth):
+    p, t = (a[:, 0] + 1j * a[:, 1] for a in (path, truth))
+    u = np.sum(np.conj(p - p.mean()) * (t - t.mean()))
+    q = u / abs(u) * (p - p.mean()) + t.mean()
+    return np.column_stack([q.real, q.imag]), np.sqrt(np.mean(abs(q - t) ** 2))
+
+
+@answer_to("09.4", right=True)
+def the_package_too(path, truth):
+    from ekfslam_tutorial.analysis import align
+
+    aligned = align(path, truth).from_frame(path)[0]
+    return aligned, np.sqrt(((aligned - truth) ** 2).sum(1).mean())
+
+
+# --- 09.2: the same in other words ---
+
+
+@answer_to("09.2", right=True)
+def a_loop_lists(rows, table, robots):
+    t, ids, y = [], [], []
+    for time, code, r, b in rows:
+        for subject, barcode in table:
+            if barcode == code and subject not in list(robots):
+                t.append(time)
+                ids.append(int(subject))
+                y.append([r, b])
+    return t, ids, y
+
+
+@answer_to("09.2", right=True)
+def comparison_of_all_with_all(rows, table, robots):
+    landmarks = table[~np.isin(table[:, 0], robots)]
+    row, entry = np.nonzero(rows[:, 1][:, None] == landmarks[:, 1])
+    return rows[row, 0], landmarks[entry, 0], rows[row][:, [2, 3]]
+
+
+# --- 09.3: the same in other words ---
+
+
+@answer_to("09.3", right=True)
+def loops_and_solve_lists(offsets, z, Z):
+    nis = [
+        sum(a @ np.linalg.solve(B, a) for a, B in zip(zk, Zk, strict=True)) / len(zk)
+        for zk, Zk in zip(z, Z, strict=True)
+    ]
+    return min(zip(nis, offsets, strict=True))[1], nis
+
+
+@answer_to("09.3", right=True)
+def inverse_and_matrix_products(offsets, z, Z):
+    nis = (z[:, :, None, :] @ np.linalg.inv(Z) @ z[:, :, :, None])[:, :, 0, 0].mean(axis=1)
+    return [float(offsets[list(nis).index(nis.min())]), nis]
+
+
+@answer_to("09.3", right=True)
+def cholesky(offsets, z, Z):
+    white = np.linalg.solve(np.linalg.cholesky(Z), z[..., None])[..., 0]
+    nis = np.sum(white**2, axis=(1, 2)) / z.shape[1]
+    return offsets[nis.argmin()], nis
+
+
+# --- 09.1: the same in other words ---
+
+
+@answer_to("09.1", right=True)
+def sorted_with_a_key_loops_lists(rows):
+    t = [row[0] for row in rows]
+    out = sorted((list(row) for row in rows), key=lambda row: row[0])
+    gap = max(b[0] - a[0] for a, b in zip(out, out[1:], strict=False))
+    return [out, sum(b < a for a, b in zip(t, t[1:], strict=False)), gap]
+
+
+@answer_to("09.1", right=True)
+def lexsort_with_the_row_number(rows):
+    order = np.lexsort((np.arange(len(rows)), rows[:, 0]))
+    steps = np.ediff1d(rows[order, 0])
+    return rows[order], np.count_nonzero(rows[1:, 0] < rows[:-1, 0]), steps.max()
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -2,12 +2,16 @@
 
 import numpy as np
 import scipy.optimize
+from scipy.optimize import fsolve
 
 from ekfslam_tutorial.course.exercises.nb12_distort import distort
 from ekfslam_tutorial.course.exercises.nb12_observe import proj_euc_pnt
 from ekfslam_tutorial.course.exercises.nb12_pin_hole import pin_hole
 from ekfslam_tutorial.course.exercises.nb12_undistort import undistort
 from ekfslam_tutorial.course.exercises.nb12_visible import visible
+from ekfslam_tutorial.geometry import Frame3, numerical_jacobian
+from ekfslam_tutorial.models.sensors.lens import radial
+from ekfslam_tutorial.models.sensors.pin_hole import pin_hole as package_pin_hole
 
 from .collector import answer_to, check_of
 
@@ -295,6 +299,167 @@ def three_hundred_divisions(ud, d):
     for _ in range(300):
         up = ud / (1 + sum(di * (up @ up) ** (i + 1) for i, di in enumerate(d)))
     return up, np.linalg.solve(distort(up, d)[1], np.eye(2))
+
+
+# --- 12.1: the same in other words ---
+
+
+@answer_to("12.1", right=True)
+def a_loop_lists(up, d):
+    x, y = up
+    r2, f, f_r2, UD_d = x * x + y * y, 1.0, 0.0, [[], []]
+    for i, di in enumerate(d):
+        f += di * r2 ** (i + 1)
+        f_r2 += (i + 1) * di * r2**i
+        UD_d[0].append(x * r2 ** (i + 1))
+        UD_d[1].append(y * r2 ** (i + 1))
+    return [f * x, f * y], [[f + 2 * f_r2 * x * x, 2 * f_r2 * x * y], [2 * f_r2 * x * y, f + 2 * f_r2 * y * y]], UD_d
+
+
+@answer_to("12.1", right=True)
+def central_differences(up, d):
+    d = np.array(d, float)
+
+    def g(u, d):
+        r = np.hypot(*u)
+        return u * (1 + sum(c * r ** (2 * i + 2) for i, c in enumerate(d)))
+
+    h = 1e-6
+    J = np.array([(g(up + h * e, d) - g(up - h * e, d)) / (2 * h) for e in np.eye(2)]).T
+    D = np.array([(g(up, d + h * e) - g(up, d - h * e)) / (2 * h) for e in np.eye(len(d))]).reshape(len(d), 2).T
+    return g(up, d), J, D
+
+
+@answer_to("12.1", right=True)
+def with_the_packages_function(up, d):
+    return radial(np.asarray(up), np.asarray(d, float))
+
+
+# --- 12.4: the same in other words ---
+
+
+def _value_4(Rf, Sf, k, d, l):
+    return package_pin_hole(Sf.to_frame(Rf.to_frame(l)[0])[0], k, d)[0]
+
+
+def _value_with_4(args, place, x):
+    """The pixel with another value of one argument."""
+    args[place] = Frame3(x) if place < 2 else x
+    return _value_4(*args)
+
+
+@answer_to("12.4", right=True)
+def by_composition_of_the_frames(Rf, Sf, k, d, l):
+    C, C_r, C_s = Rf.compose(Sf)
+    ls, LS_c, LS_l = C.to_frame(l)
+    u, U_ls, U_k, U_d = pin_hole(ls, k, d)
+    U_c = U_ls @ LS_c
+    return u, U_c @ C_r, U_c @ C_s, U_k, U_d, U_ls @ LS_l
+
+
+@answer_to("12.4", right=True)
+def finite_differences_as_lists(Rf, Sf, k, d, l):
+    args = [Rf, Sf, np.asarray(k, float), np.asarray(d, float), np.asarray(l, float)]
+
+    def by(i):
+        def value(x):
+            return _value_with_4(list(args), i, x)
+
+        return numerical_jacobian(value, getattr(args[i], "x", args[i])).tolist()
+
+    return (_value_4(*args).tolist(), *(by(i) for i in range(5)))
+
+
+# --- 12.2: the same in other words ---
+
+
+@answer_to("12.2", right=True)
+def written_out_as_lists(p, k, d):
+    x, y, z = (float(c) for c in p)
+    u0, v0, au, av = k
+    (a, b), J, D = distort(np.array([x / z, y / z]), d)
+    J, D = np.asarray(J), np.asarray(D)
+    rows = [[au / z * J[0, 0], au / z * J[0, 1], -au / z**2 * (J[0] @ [x, y])],
+            [av / z * J[1, 0], av / z * J[1, 1], -av / z**2 * (J[1] @ [x, y])]]  # fmt: skip
+    return [u0 + au * a, v0 + av * b], rows, [[1, 0, a, 0], [0, 1, 0, b]], [au * D[0], av * D[1]]
+
+
+@answer_to("12.2", right=True)
+def homogeneous_coordinates(p, k, d):
+    up = np.asarray(p) / p[2]
+    ud, UD_up, UD_d = distort(up[:2], d)
+    A = np.array([[k[2], 0, k[0]], [0, k[3], k[1]]])
+    UP_p = (np.eye(3)[:2] - np.outer(up[:2], np.eye(3)[2])) / p[2]
+    U_k = np.column_stack([np.eye(2), [ud[0], 0], [0, ud[1]]])
+    return A @ np.append(ud, 1), A[:, :2] @ UD_up @ UP_p, U_k, A[:, :2] @ UD_d
+
+
+@answer_to("12.2", right=True)
+def with_the_packages_function_too(p, k, d):
+    return package_pin_hole(np.asarray(p), k, np.asarray(d))
+
+
+# --- 12.5: the same in other words ---
+
+
+def _f_5(u, d):
+    return 1 + (u @ u) ** np.arange(1, len(d) + 1) @ d
+
+
+@answer_to("12.5", right=True)
+def fixed_point_lists(ud, d):
+    up = np.array(ud, float)
+    for _ in range(150):
+        up = np.asarray(ud) / _f_5(up, d)
+    return up.tolist(), np.linalg.inv(np.asarray(distort(up, d)[1])).tolist()
+
+
+@answer_to("12.5", right=True)
+def newton_on_the_radius(ud, d):
+    rd, k = np.linalg.norm(ud), np.arange(1, len(d) + 1)
+    r = rd
+    for _ in range(30):
+        r = r - (r * (1 + r ** (2 * k) @ d) - rd) / (1 + r ** (2 * k) @ ((2 * k + 1) * d))
+    up = np.asarray(ud) * (r / rd if rd else 1.0)
+    return up, np.linalg.solve(np.asarray(distort(up, d)[1]), np.eye(2))
+
+
+@answer_to("12.5", right=True)
+def scipys_fsolve_central_differences(ud, d):
+    back = lambda u: np.asarray(fsolve(lambda x: np.asarray(distort(x, d)[0]) - u, u, xtol=1e-11))
+    h = 1e-5
+    return back(ud), np.array([(back(ud + h * e) - back(ud - h * e)) / (2 * h) for e in np.eye(2)]).T
+
+
+@answer_to("12.5", right=True)
+def roots_of_a_polynomial_too(ud, d):
+    rd = np.linalg.norm(ud)
+    c = np.zeros(2 * len(d) + 2)
+    c[1::2] = [1, *d]
+    c[0] = -rd
+    roots = np.roots(c[::-1])
+    r = min(roots[(np.abs(roots.imag) < 1e-9) & (roots.real >= -1e-12)].real) if rd else 0.0
+    up = np.asarray(ud) * (r / rd if rd else 1.0)
+    return up, np.linalg.inv(distort(up, d)[1])
+
+
+# --- 12.3: the same in other words ---
+
+
+@answer_to("12.3", right=True)
+def point_by_point_a_list(p, u, size, fold):
+    out = []
+    for (x, y, z), (c, r) in zip(p, u, strict=True):
+        out.append(bool(z > 0 and 0 <= c <= size[0] and 0 <= r <= size[1] and x * x + y * y < fold**2 * z * z))
+    return out
+
+
+@answer_to("12.3", right=True)
+def the_angle_of_the_ray_as_0_and_1(p, u, size, fold):
+    angle = np.arctan2(np.hypot(p[:, 0], p[:, 1]), p[:, 2])
+    middle = np.asarray(size) / 2
+    near = (np.abs(u - middle) <= middle).all(axis=1)
+    return (near * (angle < np.pi / 2) * (angle < np.arctan(fold))).astype(int)
 
 
 test_the_check_is_right_about_it = check_of(__name__)

@@ -5,7 +5,7 @@ import scipy.linalg
 import scipy.optimize
 
 from ekfslam_tutorial.course.exercises.nb15_blocks import correct_blocks
-from ekfslam_tutorial.course.exercises.nb15_fuse import covariance_intersection
+from ekfslam_tutorial.course.exercises.nb15_fuse import best_weight, covariance_intersection
 from ekfslam_tutorial.course.exercises.nb15_meet import map_in_map
 from ekfslam_tutorial.geometry import Frame2
 
@@ -157,6 +157,87 @@ def matrices(F1, F2, y):
     T = lambda x, y, a: np.array([[np.cos(a), -np.sin(a), x], [np.sin(a), np.cos(a), y], [0, 0, 1]])
     M = T(*F1.x) @ T(0, 0, y[1]) @ T(y[0], 0, 0) @ T(0, 0, np.pi - y[2]) @ np.linalg.inv(T(*F2.x))
     return M[0, 2], M[1, 2], np.arctan2(M[1, 0], M[0, 0])
+
+
+# --- 15.1: the same in other words ---
+
+
+def _H_1(x, blocks, m, order=None):
+    H = np.zeros((m, len(x)))
+    for r, E_r in blocks:
+        if r is not None:
+            H[:, r] = E_r
+    return H
+
+
+@answer_to("15.1", right=True)
+def block_by_block(x, P, blocks, z, R):
+    PHt = np.zeros((len(x), len(z))) + sum(P[:, r] @ np.asarray(E).T for r, E in blocks if r is not None)
+    Z = np.asarray(R) + sum(np.asarray(E) @ PHt[r] for r, E in blocks if r is not None)
+    K = PHt @ np.linalg.inv(Z)
+    return list(x + K @ z), (P - K @ Z @ K.T).tolist()
+
+
+@answer_to("15.1", right=True)
+def joseph_form(x, P, blocks, z, R):
+    H = _H_1(x, blocks, len(z))
+    K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
+    J = np.eye(len(x)) - K @ H
+    return x + K @ z, J @ P @ J.T + K @ R @ K.T
+
+
+@answer_to("15.1", right=True)
+def information_form(x, P, blocks, z, R):
+    H = _H_1(x, blocks, len(z))
+    new = np.linalg.inv(np.linalg.inv(P + 1e-12 * np.eye(len(x))) + H.T @ np.linalg.solve(R, H))
+    return x + new @ H.T @ np.linalg.solve(R, z), new
+
+
+# --- 15.2: the same in other words ---
+
+
+def _with_2(w_of, xa, Pa, xb, Pb):
+    """Covariance intersection with another choice of w."""
+    Ia, Ib = np.linalg.inv(Pa), np.linalg.inv(Pb)
+    w = w_of(Ia, Ib)
+    P = np.linalg.inv(w * Ia + (1 - w) * Ib)
+    return P @ (w * Ia @ xa + (1 - w) * Ib @ xb), P
+
+
+@answer_to("15.2", right=True)
+def scipys_search(xa, Pa, xb, Pb):
+    P, w = best_weight(Pa, Pb)
+    return P @ (w * np.linalg.solve(Pa, xa) + (1 - w) * np.linalg.solve(Pb, xb)), P
+
+
+@answer_to("15.2", right=True)
+def golden_section_lists(xa, Pa, xb, Pb):
+    cost = lambda w: np.trace(np.linalg.inv(w * np.linalg.inv(Pa) + (1 - w) * np.linalg.inv(Pb)))
+    low, high, g = 0.0, 1.0, (np.sqrt(5) - 1) / 2
+    for _ in range(40):
+        a, b = high - g * (high - low), low + g * (high - low)
+        low, high = (low, b) if cost(a) < cost(b) else (a, high)
+    x, P = _with_2(lambda Ia, Ib: (low + high) / 2, xa, Pa, xb, Pb)
+    return x.tolist(), P.tolist()
+
+
+# --- 15.3: the same in other words ---
+
+
+@answer_to("15.3", right=True)
+def rotation_matrices_a_list(F1, F2, y):
+    r, b12, b21 = (float(v) for v in y)
+    a = F1.theta + b12
+    theta = a + np.pi - b21 - F2.theta
+    R = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
+    return [*(F1.t + r * np.array([np.cos(a), np.sin(a)]) - R @ F2.t), theta + 2 * np.pi]
+
+
+@answer_to("15.3", right=True)
+def complex_numbers_too(F1, F2, y):
+    one, turn = complex(*F1.t), np.exp(1j * (F1.theta + y[1] - y[2] - F2.theta))
+    place = one + y[0] * np.exp(1j * (F1.theta + y[1])) + turn * complex(*F2.t)
+    return np.array([place.real, place.imag, np.angle(-turn)])
 
 
 test_the_check_is_right_about_it = check_of(__name__)

@@ -156,4 +156,103 @@ def by_cross_products(p):
     return np.stack([np.arctan2(-side[..., 0], side[..., 1]) + 2 * np.pi, np.arcsin(p[..., 2] / r)], -1), J
 
 
+# --- 16.3: the same in other words ---
+
+
+@answer_to("16.3", right=True)
+def one_big_jacobian(x, P, r, var, beta, N):
+    a = x[2] + beta
+    m, n = np.array([np.cos(a), np.sin(a)]), np.array([-np.sin(a), np.cos(a)])
+    J = np.column_stack([np.eye(2), r * n, m, r * n])
+    C = np.zeros((5, 5))
+    C[:3, :3], C[3, 3], C[4, 4] = P, var, N
+    return (x[:2] + r * m).tolist(), J @ C @ J.T, (J @ C)[:, :3]
+
+
+@answer_to("16.3", right=True)
+def by_rotation_matrices(x, P, r, var, beta, N):
+    def R(a):
+        return np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+
+    p = R(x[2]) @ R(beta) @ [r, 0.0]
+    J = np.array([[1, 0, -p[1]], [0, 1, p[0]]])
+    return x[:2] + p, R(x[2] + beta) @ np.diag([var, r * r * N]) @ R(x[2] + beta).T + J @ P @ J.T, J @ P
+
+
+# --- 16.5: the same in other words ---
+
+
+@answer_to("16.5", right=True)
+def with_arcsin_and_complex_numbers(p):
+    p = np.asarray(p, float)
+    s, r = np.linalg.norm(p[..., :2], axis=-1), np.linalg.norm(p, axis=-1)
+    J = np.zeros((*p.shape[:-1], 2, 3))
+    J[..., 0, 0], J[..., 0, 1] = -p[..., 1] / s**2, p[..., 0] / s**2
+    J[..., 1, :] = (np.array([0, 0, 1]) - p * (p[..., 2] / r**2)[..., None]) / s[..., None]
+    a = np.angle(p[..., 0] + 1j * p[..., 1])
+    return np.stack([np.where(a < 0, a + 2 * np.pi, a), np.arcsin(p[..., 2] / r)], -1), J
+
+
+@answer_to("16.5", right=True)
+def through_the_unit_vector(p):
+    r = np.linalg.norm(p, axis=-1, keepdims=True)
+    m = p / r
+    M_p = (np.eye(3) - m[..., :, None] * m[..., None, :]) / r[..., None]
+    y, Y_m = omni_project(m)
+    return y, Y_m @ M_p
+
+
+# --- 16.1: the same in other words ---
+
+
+@answer_to("16.1", right=True)
+def with_hypot_and_stack(p):
+    x, y = np.asarray(p)[..., 0], np.asarray(p)[..., 1]
+    r = np.hypot(x, y)
+    return r[..., None], np.stack([x / r, y / r], axis=-1)[..., None, :]
+
+
+@answer_to("16.1", right=True)
+def by_cosine_and_sine(p):
+    a = np.arctan2(p[..., 1], p[..., 0])
+    J = np.stack([np.cos(a), np.sin(a)], -1)
+    return (p * J).sum(-1, keepdims=True), np.expand_dims(J, -2)
+
+
+# --- 16.2: the same in other words ---
+
+
+@answer_to("16.2", right=True)
+def by_the_cosine(y, p, max_range, fov):
+    p = np.asarray(p)
+    wide = fov >= 2 * np.pi - 1e-9
+    return np.logical_and(y[..., 0] <= max_range, wide | (p[..., 0] >= np.cos(fov / 2) * np.linalg.norm(p, axis=-1)))
+
+
+@answer_to("16.2", right=True)
+def one_by_one(y, p, max_range, fov):
+    flat = [
+        r <= max_range and -fov / 2 <= np.arctan2(b, a) <= fov / 2
+        for r, (a, b) in zip(np.ravel(y), np.reshape(p, (-1, 2)), strict=True)
+    ]
+    return np.array(flat).reshape(np.shape(p)[:-1])
+
+
+# --- 16.4: the same in other words ---
+
+
+@answer_to("16.4", right=True)
+def with_scipy(w, z, Z):
+    from scipy.special import softmax
+    from scipy.stats import norm
+
+    return softmax(np.log(w) + norm.logpdf(z, scale=np.sqrt(Z)))
+
+
+@answer_to("16.4", right=True)
+def one_by_one_too(w, z, Z):
+    logs = [np.log(a) - b * b / (2 * c) - np.log(2 * np.pi * c) / 2 for a, b, c in zip(w, z, Z, strict=True)]
+    return [float(1 / np.sum(np.exp(np.clip(np.array(logs) - one, -700, 700)))) for one in logs]
+
+
 test_the_check_is_right_about_it = check_of(__name__)

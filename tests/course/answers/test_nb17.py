@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.stats import chi2
 
-from ekfslam_tutorial.geometry import Frame3
+from ekfslam_tutorial.course.exercises.nb17_nees import directions
+from ekfslam_tutorial.geometry import Frame3, q2qc, q2v, q_prod
 
 from .collector import answer_to, check_of
 
@@ -73,6 +74,59 @@ def one_verdict(nees, dof):
 def by_the_survival_function(nees, dof):
     total, n = np.add.reduce(np.array(nees), 0), np.shape(nees)[0] * dof
     return (chi2.sf(total, n) >= 0.025) * (chi2.cdf(total, n) >= 0.025)
+
+
+# --- 17.2: the same in other words ---
+
+
+@answer_to("17.2", right=True)
+def with_the_sum(nees, dof):
+    total = np.sum(nees, axis=0)
+    p = chi2.cdf(total, len(nees) * dof)
+    return np.abs(p - 0.5) <= 0.475
+
+
+@answer_to("17.2", right=True)
+def frame_by_frame(nees, dof):
+    nees = np.asarray(nees)
+    R = nees.shape[0]
+    low, high = chi2.interval(0.95, R * dof)
+    return [bool(low <= R * nees[:, k].mean() <= high) for k in range(nees.shape[1])]
+
+
+# --- 17.1: the same in other words ---
+
+
+@answer_to("17.1", right=True)
+def pose_by_pose_with_the_inverse(x, P, truth):
+    out = []
+    for a, B, c in zip(x, P, truth, strict=True):
+        e, E = Frame3(a).minus(Frame3(c))
+        out.append(float(e @ np.linalg.inv(E @ B @ E.T) @ e))
+    return out
+
+
+@answer_to("17.1", right=True)
+def in_the_axes_of_the_world(x, P, truth):
+    e, E_x = Frame3(x).minus(Frame3(truth))
+    W = np.zeros((len(x), 6, 6))
+    W[:, :3, :3], W[:, 3:, 3:] = np.eye(3), Frame3(truth).R
+    e, E_x = (W @ e[..., None])[..., 0], W @ E_x
+    L = np.linalg.cholesky(E_x @ P @ E_x.transpose(0, 2, 1))
+    return (np.linalg.solve(L, e[..., None]) ** 2).sum((-1, -2))
+
+
+@answer_to("17.1", right=True)
+def without_the_toolbox(x, P, truth):
+    out = []
+    for a, B, c in zip(x, P, truth, strict=True):
+        dq = q_prod(q2qc(c[3:])[0], a[3:])[0]
+        v = q2v(dq if dq[0] > 0 else -dq)[0]
+        E = np.zeros((6, 7))
+        E[:3, :3], E[3:, 3:] = np.eye(3), 4 * directions(a[3:]).T
+        e = np.concatenate([a[:3] - c[:3], v])
+        out.append(e @ np.linalg.solve(E @ B @ E.T, e))
+    return np.array(out)
 
 
 test_the_check_is_right_about_it = check_of(__name__)

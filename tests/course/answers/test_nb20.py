@@ -142,4 +142,91 @@ def as_odometry_in_the_frame_of_the_robot(x, P, u, U):
     return new, F @ P @ F.T + G @ J @ U @ J.T @ G.T
 
 
+# --- 20.2: the same in other words ---
+
+
+@answer_to("20.2", right=True)
+def one_jacobian_of_everything(predict, x, P, u, U):
+    n, (x2, P2) = len(x), predict(x, P, u, U)
+
+    def moved(a):
+        d = predict(a[:n], P, a[n:], U)[0] - x2
+        d[2] = np.arctan2(np.sin(d[2]), np.cos(d[2]))
+        return d
+
+    J = numerical_jacobian(moved, np.concatenate([x, u]))
+    S = np.zeros((n + len(u), n + len(u)))
+    S[:n, :n], S[n:, n:] = P, U
+    return (P2 - J @ S @ J.T).tolist()
+
+
+@answer_to("20.2", right=True)
+def differences_by_hand(predict, x, P, u, U):
+    x2, P2 = predict(x, P, u, U)
+
+    def column(dx, du):
+        d = predict(x + dx, P, u + du, U)[0] - predict(x - dx, P, u - du, U)[0]
+        d[2] = (d[2] + np.pi) % (2 * np.pi) - np.pi
+        return d / 2e-5
+
+    F_x = np.array([column(h, 0 * u) for h in 1e-5 * np.eye(len(x))]).T
+    F_u = np.array([column(0 * x, h) for h in 1e-5 * np.eye(len(u))]).T
+    return np.subtract(P2, F_x @ P @ F_x.T) - F_u @ U @ F_u.T
+
+
+@answer_to("20.2", right=True)
+def sine_and_cosine_of_the_heading_turned_back(predict, x, P, u, U):
+    x2, P2 = predict(x, P, u, U)
+
+    def mean(x, u):
+        new = np.array(predict(x, P, u, U)[0])
+        new[2] += 2 * np.pi * np.round((x2[2] - new[2]) / (2 * np.pi))
+        return new
+
+    F_x = numerical_jacobian(lambda x: mean(x, u), x)
+    F_u = numerical_jacobian(lambda u: mean(x, u), u)
+    return P2 - F_x @ P @ F_x.T - F_u @ U @ F_u.T
+
+
+# --- 20.3: the same in other words ---
+
+
+@answer_to("20.3", right=True)
+def whole_matrices(x, P, u, U):
+    n, (r1, t, r2) = len(x), u
+    a = x[2] + r1
+    F, G = np.eye(n), np.zeros((n, 3))
+    F[0, 2], F[1, 2] = -t * np.sin(a), t * np.cos(a)
+    G[:3] = [[-t * np.sin(a), np.cos(a), 0], [t * np.cos(a), np.sin(a), 0], [1, 0, 1]]
+    return x + G[:, 1] * t + [0, 0, r1 + r2, *(n - 3) * [0]], F @ P @ F.T + G @ U @ G.T
+
+
+@answer_to("20.3", right=True)
+def from_its_own_mean_by_finite_differences_lists_whole_turns_added(x, P, u, U):
+    def mean(x, u):
+        new = np.array(x, float)
+        new[:3] += [u[1] * np.cos(x[2] + u[0]), u[1] * np.sin(x[2] + u[0]), u[0] + u[2] + 4 * np.pi]
+        return new
+
+    from ekfslam_tutorial.geometry import numerical_jacobian
+
+    F, G = numerical_jacobian(lambda a: mean(a, u), x), numerical_jacobian(lambda b: mean(x, b), u)
+    return mean(x, u).tolist(), (F @ P @ F.T + G @ U @ G.T).tolist()
+
+
+@answer_to("20.3", right=True)
+def three_motions_of_the_package_one_after_the_other(x, P, u, U):
+    from ekfslam_tutorial.models.motion import Odometry2
+
+    x, P, A = np.array(x, float), np.array(P, float), np.zeros((3, 3))
+    for step, row in (([0, 0, u[0]], 0), ([u[1], 0, 0], 1), ([0, 0, u[2]], 2)):
+        x[:3], X_x, X_u = Odometry2().move(x[:3], np.array(step), 1.0)
+        P[:3] = X_x @ P[:3]
+        P[:, :3] = P[:, :3] @ X_x.T
+        A = X_x @ A
+        A[:, row] += X_u[:, 0 if row == 1 else 2]
+    P[:3, :3] += A @ U @ A.T
+    return x, P
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -115,4 +115,98 @@ def by_a_permutation_and_cholesky(A, b, keep):
     return L[g:, g:] @ L[g:, g:].T, L[g:, g:] @ y[g:]
 
 
+# --- 21.2: the same in other words ---
+
+
+@answer_to("21.2", right=True)
+def whitened_by_least_squares(H, z, R):
+    L = np.linalg.cholesky(R)
+    J, r = np.linalg.solve(L, H), np.linalg.solve(L, z)
+    return np.linalg.lstsq(J, r, rcond=None)[0], J.T @ J
+
+
+@answer_to("21.2", right=True)
+def inverses_lists(H, z, R):
+    A = H.T @ np.linalg.inv(R) @ H
+    return (np.linalg.inv(A) @ H.T @ np.linalg.inv(R) @ z).tolist(), A.tolist()
+
+
+@answer_to("21.2", right=True)
+def by_qr(H, z, R):
+    W = np.linalg.inv(np.linalg.cholesky(R))
+    Q, U = np.linalg.qr(W @ H)
+    return np.linalg.solve(U, Q.T @ (W @ z)), U.T @ U
+
+
+# --- 21.1: the same in other words ---
+
+
+@answer_to("21.1", right=True)
+def information_form_gauss_newton_on_prior_and_measurement_lists(x, P, y, R, observe, iterations):
+    at, W, V = np.array(x, float), np.linalg.inv(P), np.linalg.inv(R)
+    for _ in range(iterations):
+        e, H = observe(at)
+        z = np.array([y[0] - e[0], np.arctan2(np.sin(y[1] - e[1]), np.cos(y[1] - e[1]))])
+        S = np.linalg.inv(W + H.T @ V @ H)
+        at = at + S @ (H.T @ V @ z + W @ (x - at))
+    return at.tolist(), S.tolist()
+
+
+@answer_to("21.1", right=True)
+def joseph_form_whole_turns_added(x, P, y, R, observe, iterations):
+    at, K, H = np.array(x, float), np.zeros((len(x), 2)), np.zeros((2, len(x)))
+    for _ in range(iterations):
+        e, H = observe(at)
+        z = np.asarray(y) - e - H @ (x - at)
+        z[1] += 2 * np.pi * np.round((wrap(y[1] - e[1]) - (y[1] - e[1])) / (2 * np.pi))
+        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+        at = x + K @ z
+    A = np.eye(len(x)) - K @ H
+    return at + [0, 0, 2 * np.pi, *(len(x) - 3) * [0]], A @ P @ A.T + K @ R @ K.T
+
+
+@answer_to("21.1", right=True)
+def least_squares_of_all_residuals_together(x, P, y, R, observe, iterations):
+    at, L, M = np.array(x, float), np.linalg.inv(np.linalg.cholesky(P)), np.linalg.inv(np.linalg.cholesky(R))
+    for _ in range(iterations):
+        e, H = observe(at)
+        z = np.array([y[0] - e[0], wrap(y[1] - e[1])])
+        J, r = np.vstack([L, M @ H]), np.concatenate([L @ (x - at), M @ z])
+        at = at + np.linalg.lstsq(J, r, rcond=None)[0]
+    return at, np.linalg.inv(J.T @ J)
+
+
+# --- 21.3: the same in other words ---
+
+
+@answer_to("21.3", right=True)
+def by_way_of_the_covariance(A, b, keep):
+    P = np.linalg.inv(A)
+    B = np.linalg.inv(P[np.ix_(keep, keep)])
+    return B, B @ (P @ b)[keep]
+
+
+@answer_to("21.3", right=True)
+def gauss_elimination_one_unknown_after_the_other_lists(A, b, keep):
+    A, b = np.array(A, float), np.array(b, float)
+    for i in range(len(A)):
+        if i not in keep:
+            others = [j for j in range(len(A)) if j != i]
+            f = A[:, i] / A[i, i]
+            for j in others:
+                b[j] -= f[j] * b[i]
+            A[others] -= np.outer(f[others], A[i])
+            A[:, i] = 0
+    return A[np.ix_(keep, keep)].tolist(), b[keep].tolist()
+
+
+@answer_to("21.3", right=True)
+def with_masks(A, b, keep):
+    out = np.ones(len(A), bool)
+    out[keep] = False
+    G = np.linalg.inv(A[out][:, out]) if out.any() else np.zeros((0, 0))
+    B = A[keep][:, out]
+    return A[keep][:, keep] - B @ G @ B.T, np.asarray(b)[keep] - B @ G @ np.asarray(b)[out]
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -1,0 +1,84 @@
+"""Exercise 03.5: errors of a pose, and the band they should stay in."""
+
+import numpy as np
+from scipy.special import erf  # noqa: F401  (an edit below uses both)
+from scipy.stats import chi2  # noqa: F401
+
+from ...geometry import wrap
+from ..table import table
+from .nb04_blocks import random_covariance
+
+
+def error_band(x, truth, P, k):
+    """Errors of a robot's pose at T times, and how large they may be.
+
+    x and truth, shape (T, 3): the estimated and the true poses [x, y, theta]; whole turns of theta do not count.
+    P, shape (T, 3, 3): the covariances of the filter. k: the size of the band, in sigmas.
+    Return e, shape (T, 3), estimate minus truth, and w, shape (T, 3): the band goes from -w to +w.
+    """
+    e = x - truth
+    e[:, 2] = wrap(e[:, 2])
+    w = k * np.sqrt(np.diagonal(P, axis1=1, axis2=2))
+    return e, w
+
+
+def _case(rng, T, k, large=False):
+    """Poses with errors, and covariances that differ from time to time; the heading crosses the seam."""
+    P = np.array([random_covariance(rng, 3, rng.uniform(0.02, 0.3)) for _ in range(T)])
+    truth = np.column_stack([rng.uniform(-9, 9, (T, 2)), rng.uniform(-0.1, 0.1, T) + np.pi])
+    x = truth + rng.uniform(-0.4, 0.4, (T, 3)) + (np.array([7.0, -5.0, 0.0]) if large else 0.0)
+    x[:, 2], truth[:, 2] = wrap(x[:, 2]), wrap(truth[:, 2])
+    return x, truth, P, k
+
+
+def _easy(rng):
+    """One time, no seam, no correlations."""
+    P = np.diag([0.04, 0.25, 0.01])[None]
+    return [(np.array([[1.1, 2.0, 0.3]]), np.array([[1.0, 2.4, 0.2]]), P, k) for k in (1.0, 3.0)]
+
+
+banded = table(
+    "03.5",
+    "The error band",
+    error_band,
+    hints=(
+        "The band of x is about one number: which entry of P is its variance?",
+        "The variances of x, y and theta are the diagonal of P; a sigma is the root of a variance. The error of an angle "
+        "is a difference of angles.",
+        "e = x - truth, then e[:, 2] = wrap(e[:, 2]). np.diagonal(P, axis1=1, axis2=2) gives the variances at all times, "
+        "shape (T, 3); w is k times their root.",
+    ),
+    returns="e, w",
+    cases={
+        "any": lambda rng: [_case(rng, T, k) for T, k in ((5, 3.0), (1, 1.0), (8, 2.5))],
+        "one pose": _easy,
+        "far off": lambda rng: [_case(rng, 6, 2.0, large=True)],
+    },
+    checks="""
+    one error      | e[:, :2] | one pose | Estimate minus truth: 1.1 m for 1.0 m is an error of +0.1 m.
+    one band       | w        | one pose | A variance of 0.04 m^2 is a sigma of 0.2 m: 3 sigma are 0.6 m.
+    errors         | e        | any      | Estimate minus truth, all times at once: x - truth.
+    metres         | e        | far off  | Only the heading is an angle: an error of 7 m stays an error of 7 m.
+    band           | w        | any      | k times the root of the variances: the diagonal of P, at each time.
+    """,
+    wrong="""
+    truth minus estimate | x - truth -> truth - x | The error is the estimate minus the truth, as a plot of it should say where the filter is.
+    heading not wrapped | wrap(e[:, 2]) -> e[:, 2] | A heading of 179 deg and one of -179 deg are 2 deg apart: wrap the third column of e.
+    all of it wrapped | e[:, 2] = wrap(e[:, 2]) -> e = wrap(e) | Only the heading is an angle. Metres are not wrapped.
+    size of the error only | x - truth -> np.abs(x - truth) | Keep the sign: a filter that is always wrong on the same side shows it in the plot.
+    variance for sigma | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.diagonal(P, axis1=1, axis2=2) | The diagonal of P holds variances, in square metres. The band wants sigmas: take the root.
+    k under the root | k * np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.sqrt(k * np.diagonal(P, axis1=1, axis2=2)) | First the root, then times k: k sigma.
+    k squared | k * -> k**2 * | k squared belongs to squared distances. The band ends at k sigma.
+    k forgotten | k * np.sqrt -> np.sqrt | That is the band of 1 sigma, whatever k is: 32 % of the errors may leave it.
+    always 3 sigma | k * -> 3 * | The size of the band is the argument k; 3 is only what is drawn most.
+    the whole width | k * -> 2 * k * | The band goes from -w to +w: w is half of its width, k sigma.
+    eigenvalues of P | np.diagonal(P, axis1=1, axis2=2) -> np.linalg.eigvalsh(P) | They are variances along the axes of the *ellipsoid*. The band of x wants the variance of x: P[0, 0].
+    the first P for all | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P[0])), (len(P), 1)) | P changes from time to time: P[t] belongs to the error at t.
+    the last P for all | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P[-1])), (len(P), 1)) | P changes from time to time: P[t] belongs to the error at t.
+    the mean P for all | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P.mean(0))), (len(P), 1)) | P changes from time to time: P[t] belongs to the error at t.
+    band of the ellipsoid | k * -> np.sqrt(chi2.ppf(erf(k / np.sqrt(2)), 3)) * | That is the size of an ellipsoid, for three numbers together. Each band is about one number.
+    heading in degrees | return e, w -> return e * [1, 1, 180 / np.pi], w * [1, 1, 180 / np.pi] | All in radians: degrees are for the axis of a plot.
+    the inverse of P: P says how uncertain, its inverse how certain. The band of one number, whatever the others are, wants the diagonal of P itself.
+        np.diagonal(P, axis1=1, axis2=2) -> 1 / np.diagonal(np.linalg.inv(P), axis1=1, axis2=2)
+    """,
+)

@@ -1,0 +1,217 @@
+"""Projects 17, 18 and 19: right runs with other settings pass, wrong ones are told what is wrong with them.
+
+Wrong loops are the reference's with one place written otherwise.
+"""
+
+import inspect
+import textwrap
+from functools import cache
+
+import pytest
+
+from ekfslam_tutorial.course import check, registry
+from ekfslam_tutorial.course.exercises import nb17_project, nb18_project, nb19_project
+
+MODULES = {"17": nb17_project, "18": nb18_project, "19": nb19_project}
+FRAMES = {"17": ("last = 60", "last = 50"), "18": ("last = 900", "last = 600"), "19": ("last = 600", "last = 400")}
+
+
+@pytest.fixture(autouse=True)
+def without_real_logs(monkeypatch):
+    """Project 19 takes the real log where there is one: here it takes the twin, of which the truth is known."""
+    monkeypatch.delenv("EKFSLAM_DATA", raising=False)
+    for cached in (nb19_project.log, nb19_project.by_the_package):
+        cached.cache_clear()
+    monkeypatch.setattr(nb19_project, "here", lambda: nb19_project.TWIN)
+
+
+def edited(text, *edits):
+    """The text with some places written otherwise; each place must be there once."""
+    for old, new in edits:
+        assert text.count(old) == 1, f"{old!r} is there {text.count(old)} times"
+        text = text.replace(old, new)
+    return text
+
+
+def verdict(number, scenario=(), loop=(), start=False):
+    """The verdict on a run of the reference with edits in its scenario and in its loop."""
+    module = MODULES[number]
+    text = edited(textwrap.dedent(inspect.getsource(module.loop)), *loop)
+    space = dict(vars(module))
+    exec(compile(text, "the student's cell", "exec"), space)
+    scenario = edited(module.START if start else edited(module.SCENARIO, FRAMES[number]), *scenario)
+    return module.project.judge(module.project.run(scenario, space["loop"]))
+
+
+def everywhere(module, old, new):
+    """The edit of a scenario that changes a word in all its lines."""
+    text = edited(module.SCENARIO, FRAMES["18"]) if module is nb18_project else module.SCENARIO
+    return (text, text.replace(old, new))
+
+
+NOISE = "range_std=0.15, bearing_std_deg=1.0"
+
+RIGHT = {
+    "17 as it is": ("17", (), ()),
+    "17 a coarser depth": ("17", [("depth_std = 0.1", "depth_std = 0.3")], ()),
+    "17 all measurements are used": ("17", [(", n_updates = 10", "")], ()),
+    "18 as it is": ("18", (), ()),
+    "18 a finer sensor": ("18", [everywhere(nb18_project, NOISE, "range_std=0.1, bearing_std_deg=0.7")], ()),
+    "18 a coarser sensor": ("18", [everywhere(nb18_project, NOISE, "range_std=0.3, bearing_std_deg=2.0")], ()),
+    "19 as it is": ("19", (), ()),
+    "19 a finer laser": ("19", [("range_std = 0.15", "range_std = 0.08"), ("deg = 0.7", "deg = 0.4")], ()),
+    "19 wider gates": ("19", (), [("9.2, 25.0", "18.0, 30.0")]),
+}
+
+
+@pytest.mark.parametrize(("number", "scenario", "loop"), RIGHT.values(), ids=RIGHT)
+def test_a_right_run_passes(number, scenario, loop):
+    found = verdict(number, scenario, loop)
+    assert found.passed, f"{found.link}: {found.message}"
+    assert found.note  # the numbers of the run, for the progress
+
+
+MET = "            for id, y in now.met[sen.id]:\n                x, P = correct(x, P, a, at[id], y, R)\n"
+TAKEN_AS_NEWS = (
+    "            for id, y in now.met[sen.id]:\n"
+    "                b = at[id]\n"
+    "                e, E_a, E_b = meet(x[a], x[b])\n"
+    "                z = np.array([y[0] - e[0], wrap(y[1] - e[1])])\n"
+    "                T = R + E_b @ P[b, b] @ E_b.T\n"
+    "                if z @ np.linalg.solve(T + E_a @ P[a, a] @ E_a.T, z) < 13.8:\n"
+    "                    x, P = correct_both(x, P, a, b, z, E_a, 0 * E_b, T)\n"
+)
+Z18 = "z = y - e\n        z[1] = wrap(z[1])"
+
+WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of the hint
+    "17 one seed for all": (
+        "17",
+        (),
+        [("universal_slam(data, seed=seed):", "universal_slam(data, seed=seeds[0]):")],
+        "the measure",
+        "own seed",
+    ),
+    "17 NEES / 6": ("17", (), [("true[None]))", "true[None]) / 6)")], "the measure", "pose_nees"),
+    "17 another band": (
+        "17",
+        (),
+        [("in_band(np.array(nees), 6)", "in_band(np.array(nees), 3)")],
+        "the band",
+        "in_band",
+    ),
+    "17 one result": ("17", (), [("np.array(nees), in_band(np.array(nees), 6)", "np.array(nees)")], "loop", ""),
+    "17 no corrections": ("17", [("n_updates = 10", "n_updates = 0")], (), "a map", "useless"),
+    "17 better odometry": ("17", [("da_std_deg = 0.1", "da_std_deg = 0.01")], (), "scenario", "task"),
+    "18 no sightings of robots": ("18", (), [(MET, "")], "robots see robots", "not used"),
+    "18 taken as news": ("18", (), [(MET, TAKEN_AS_NEWS)], "robots see robots", "twice"),
+    "18 who sees whom": (
+        "18",
+        (),
+        [("correct(x, P, a, at[id], y, R)", "correct(x, P, at[id], a, y, R)")],
+        "robots see robots",
+        "now.met[sen.id] is what the robot",
+    ),
+    "18 expected minus measured": (
+        "18",
+        (),
+        [(Z18, "z = e - y\n        z[1] = wrap(z[1])")],
+        "better than nothing",
+        "sign of the innovation",
+    ),
+    "18 no noise of motion": (
+        "18",
+        (),
+        [("            P[r, r] += X_u @ now.U[rob.id] @ X_u.T\n", "")],
+        "honest",
+        "X_u U",
+    ),
+    "18 known landmarks unused": (
+        "18",
+        (),
+        [("                    x, P = correct(x, P, a, lmks[id], y, R)\n", "                    pass\n")],
+        "the error",
+        "all known landmarks",
+    ),
+    "18 too sure of the sensor": (
+        "18",
+        [everywhere(nb18_project, NOISE, "range_std=0.05, bearing_std_deg=0.3")],
+        (),
+        "honest",
+        "",
+    ),
+    "19 nobody is deleted": (
+        "19",
+        (),
+        [("gone = np.array(gone, int)", "gone = np.array([], int)")],
+        "the upkeep",
+        "manage",
+    ),
+    "19 all are in view": (
+        "19",
+        (),
+        [("visible | matched, matched", "np.ones(len(ids), bool), matched")],
+        "the map",
+        "behind the truck",
+    ),
+    "19 births at the start only": (
+        "19",
+        (),
+        [("y[j == -1]:", "y[j == -1] if now.k < 20 else []:")],
+        "the map",
+        "started",
+    ),
+    "19 expected minus measured": ("19", (), [("x + K @ z[", "x - K @ z[")], "the path", "innovation"),
+    "19 no noise of motion": ("19", (), [("        P[:3, :3] += B @ now.U[1] @ B.T\n", "")], "the path", "slip"),
+    "19 laser on the axle": ("19", (), [("(2.83, 0.76, 3.78, 0.50)", "(2.83, 0.76, 0.0, 0.0)")], "honest", "car"),
+    "19 too sure of the laser": (
+        "19",
+        [("range_std = 0.15", "range_std = 0.02"), ("deg = 0.7", "deg = 0.05")],
+        (),
+        "honest",
+        "R",
+    ),
+}
+
+
+@pytest.mark.parametrize(("number", "scenario", "loop", "link", "word"), WRONG.values(), ids=WRONG)
+def test_a_wrong_run_is_told_what_is_wrong(number, scenario, loop, link, word):
+    found = verdict(number, scenario, loop)
+    assert found.status == "failed" and found.link == link, f"{found.link}: {found.message}"
+    assert word in found.hint, found.hint
+
+
+@pytest.mark.parametrize(
+    ("type", "word"),
+    [("hmg_pnt", "on its way"), ("idp_pnt", "on its way"), ("ahm_pnt", "on its way"), ("euc_pnt", "docs/scenarios.md")],
+)
+def test_one_camera_is_not_honest_with_poor_odometry(type, word):
+    """Project 17 begins with hmgPnt; another way of storing is not enough."""
+    found = verdict("17", [('"hmg_pnt"', f'"{type}"'), ("last = 60", "last = 50")], start=True)
+    assert found.status == "failed" and word in found.hint, found
+
+
+def test_a_prior_that_is_too_sure_is_seen_from_the_first_frames_on():
+    edits = [('"hmg_pnt"', '"idp_pnt"'), ("non_obs_std = 0.1", "non_obs_std = 0.01"), ("last = 60", "last = 50")]
+    found = verdict("17", edits, start=True)
+    assert found.link == "honest" and "prior that is too sure" in found.hint
+
+
+@pytest.mark.parametrize("number", MODULES)
+def test_a_stub_is_not_an_attempt_and_the_reference_is_never_judged(number, capsys):
+    project = MODULES[number].project
+
+    def loop(*_):
+        raise NotImplementedError
+
+    assert project.judge(project.run(edited(project.scenario, FRAMES[number]), loop)).status == "not attempted"
+    assert project.judge(reference(number)).status == "not attempted"
+    assert registry.get(f"{number}.project") is project
+    assert not check(f"{number}.project", reference(number)).passed
+    assert "not attempted" in capsys.readouterr().out
+
+
+@cache
+def reference(number):
+    """A short run of the reference."""
+    project = MODULES[number].project
+    return project.run(edited(project.scenario, FRAMES[number]), project.loop, reference=True)
