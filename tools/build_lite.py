@@ -9,7 +9,8 @@
 * Pure Python packages (`tools/lite/wheels.txt`, with hashes) and the wheel of this package. They are written into the
   lock of the site: `import ekfslam_tutorial` loads what it needs, without a word about packages in a notebook.
 
-Standard library only. An interrupted build begins again where it was: what is there and right is not fetched twice.
+Of the environment of the course it needs hatchling only, which builds the wheel of this package. An interrupted build
+begins again where it was: what is there and right is not fetched twice, so that the second one needs no network.
 """
 
 import hashlib
@@ -46,7 +47,9 @@ def main():
     site()
     copy_runtime(wanted, runtime, [*wheels, *kernel_wheels()])
     size = sum(path.stat().st_size for path in SITE.rglob("*") if path.is_file())
-    print(f"The course is ready: {SITE.relative_to(ROOT)}, {size / 1e6:.0f} MB. Any server of files will do, for example")
+    print(
+        f"The course is ready: {SITE.relative_to(ROOT)}, {size / 1e6:.0f} MB. Any server of files will do, for example"
+    )
     print(f"    python3 -m http.server --directory {SITE.relative_to(ROOT)} 8000")
     print("and then http://localhost:8000/lab/index.html?path=00_start_here.ipynb in a browser")
     return 0
@@ -166,12 +169,29 @@ def kernel_wheels():
 
 
 def own_wheel():
-    """Build the wheel of this package; return its file."""
+    """Build the wheel of this package, without the notebooks, which the site has as files; return its file."""
     folder = WORK / "wheel"
     shutil.rmtree(folder, ignore_errors=True)
-    pip("wheel", "--no-deps", "--wheel-dir", folder, ROOT)
-    [wheel] = folder.glob("*.whl")
-    return wheel
+    command = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", folder / "whole"]
+    run = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    if run.returncode:
+        raise SystemExit(f"make lite: the package cannot be built.\n{run.stdout.strip()[-2000:]}")
+    [whole] = (folder / "whole").glob("*.whl")
+    return without(whole, folder / whole.name, "ekfslam_tutorial/_share/notebooks/")
+
+
+def without(wheel, target, folder):
+    """Write a copy of a wheel that lacks one folder; return it."""
+    with zipfile.ZipFile(wheel) as old, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as new:
+        for entry in old.infolist():
+            if entry.filename.startswith(folder):
+                continue
+            content = old.read(entry)
+            if entry.filename.endswith(".dist-info/RECORD"):
+                lines = content.decode().splitlines(keepends=True)
+                content = "".join(line for line in lines if not line.startswith(folder))
+            new.writestr(entry, content)
+    return target
 
 
 def entry(wheel):
@@ -227,7 +247,11 @@ def contents():
     shutil.copytree(ROOT / "data" / "scenarios", folder / "scenarios", ignore=ignore)
     for path in folder.glob("*.ipynb"):  # the kernel of the browser has another name
         notebook = json.loads(path.read_text(encoding="utf-8"))
-        notebook["metadata"]["kernelspec"] = {"display_name": "Python (Pyodide)", "language": "python", "name": "python"}
+        notebook["metadata"]["kernelspec"] = {
+            "display_name": "Python (Pyodide)",
+            "language": "python",
+            "name": "python",
+        }
         for cell in notebook["cells"]:  # JupyterLite shows a text that is a list with commas between its lines
             for output in cell.get("outputs", ()):
                 for place in (output, output.get("data", {})):
@@ -250,8 +274,6 @@ def site():
     run = subprocess.run(command, cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environ)
     if run.returncode or not (SITE / "lab" / "index.html").exists():
         raise SystemExit(f"make lite: JupyterLite failed.\n{run.stdout[-3000:]}")
-
-
     configure()
 
 
