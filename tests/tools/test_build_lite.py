@@ -13,7 +13,7 @@ import pytest
 from tools import build_lite
 
 WANTED = json.loads((build_lite.HERE / "pyodide.json").read_text(encoding="utf-8"))
-SMALL = {"version": "9.9", "files": {"a.js": build_lite.digest(b"a"), "b.wasm": build_lite.digest(b"b")}, "packages": {}}
+SMALL = {"version": "9.9", "files": {n: build_lite.digest(n[:1].encode()) for n in ("a.js", "b.wasm")}, "packages": {}}
 
 
 @pytest.fixture
@@ -120,9 +120,10 @@ def wheel(folder, name, needs=(), top=None):
     path = folder / f"{name}-1.0-py3-none-any.whl"
     with zipfile.ZipFile(path, "w") as content:
         about = [f"Name: {name}", "Version: 1.0", *(f"Requires-Dist: {need}" for need in needs)]
+        module, record = f"{top or name}/__init__.py", f"{name}-1.0.dist-info/RECORD"
         content.writestr(f"{name}-1.0.dist-info/METADATA", "\n".join(about) + "\n")
-        content.writestr(f"{top or name}/__init__.py", "")
-        content.writestr(f"{name}-1.0.dist-info/RECORD", f"{top or name}/__init__.py,,\n{name}-1.0.dist-info/RECORD,,\n")
+        content.writestr(module, "")
+        content.writestr(record, f"{module},,\n{record},,\n")
     return path
 
 
