@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-
 NO_THREADS = sys.platform == "emscripten"  # Python in a browser
+SLOWER = 5 if NO_THREADS else 1  # so much longer it may take there
 
 
 class TookTooLong(Exception):
