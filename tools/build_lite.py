@@ -14,6 +14,7 @@ begins again where it was: what is there and right is not fetched twice, so that
 """
 
 import hashlib
+import importlib.util
 import json
 import os
 import re
@@ -45,7 +46,10 @@ def main():
     wheels = [*pure_wheels(), own_wheel()]
     contents()
     site()
-    copy_runtime(wanted, runtime, [*wheels, *kernel_wheels()])
+    wheels += kernel_wheels()
+    copy_runtime(wanted, runtime, wheels)
+    wheels += precompiled()
+    write_lock(wanted, wheels)
     size = sum(path.stat().st_size for path in SITE.rglob("*") if path.is_file())
     print(
         f"The course is ready: {SITE.relative_to(ROOT)}, {size / 1e6:.0f} MB. Any server of files will do, for example"
@@ -165,7 +169,7 @@ def kernel_wheels():
     """Return the wheels that JupyterLite's kernel brings: in the lock of the site they need not be asked for."""
     folder = SITE / "extensions" / "@jupyterlite" / "pyodide-kernel-extension" / "static" / "pypi"
     found = {canonical(path.name.split("-")[0]): path for path in sorted(folder.glob("*.whl"))}
-    return [path for name, path in found.items() if name != "piplite"]
+    return list(found.values())
 
 
 def own_wheel():
@@ -278,11 +282,15 @@ def site():
 
 
 def configure():
-    """Write this site's settings over JupyterLite's own."""
+    """Write this site's settings over JupyterLite's own, and add the menu entries for a student's work."""
     path = SITE / "jupyter-lite.json"
     settings = json.loads(path.read_text(encoding="utf-8"))
     own = json.loads((HERE / "jupyter-lite.json").read_text(encoding="utf-8"))
-    path.write_text(json.dumps(merged(settings, own), indent=1) + "\n", encoding="utf-8", newline="\n")
+    settings = merged(settings, own)
+    shutil.copytree(HERE / "work", SITE / "extensions" / "ekfslam-work" / "static")
+    work = {"name": "ekfslam-work", "extension": "./extension", "load": "static/remoteEntry.js"}
+    settings["jupyter-config-data"]["federated_extensions"].append(work)
+    path.write_text(json.dumps(settings, indent=1) + "\n", encoding="utf-8", newline="\n")
 
 
 def merged(one, other):
@@ -300,8 +308,41 @@ def copy_runtime(wanted, runtime, wheels):
         shutil.copyfile(runtime / name, folder / name)
     for wheel in wheels:
         shutil.copyfile(wheel, folder / wheel.name)
+    write_lock(wanted, wheels)
+
+
+def write_lock(wanted, wheels):
+    """Write the lock of the site."""
     text = json.dumps(lock(wanted, wheels), indent=1)
-    (folder / "pyodide-lock.json").write_text(text + "\n", encoding="utf-8", newline="\n")
+    (SITE / "pyodide" / "pyodide-lock.json").write_text(text + "\n", encoding="utf-8", newline="\n")
+
+
+def precompiled():
+    """Let the site's own Python compile what the course imports; return the wheel, or none where there is no node."""
+    program = node()
+    if program is None:
+        print("There is no program node here: the course will need three seconds more to start.", flush=True)
+        return []
+    wheel = SITE / "pyodide" / "course_compiled-1.0-py3-none-any.whl"
+    run = python_of_the_site(HERE / "compile.py", f"/host{wheel.resolve().as_posix()}", program=program)
+    if run.returncode:
+        raise SystemExit(f"make lite: the course cannot be compiled.\n{run.stderr[-2000:]}")
+    return [wheel]
+
+
+def python_of_the_site(script, *words, program=None, **environment):
+    """Run a Python file in the Pyodide of the site, by node. It sees this computer's files below /host."""
+    command = [program or node(), HERE / "run.mjs", SITE, script, *words]
+    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment})
+
+
+def node():
+    """Return the program node: the system's, else the one that playwright brings, else None."""
+    found = shutil.which("node")
+    playwright = importlib.util.find_spec("playwright")
+    if found is None and playwright is not None and playwright.origin:
+        found = shutil.which("node", path=str(Path(playwright.origin).parent / "driver"))
+    return found
 
 
 if __name__ == "__main__":
