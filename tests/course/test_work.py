@@ -30,7 +30,9 @@ def test_what_is_taken_home_is_taken_up_elsewhere(desk, capsys):
     (desk / "my_slam.py").write_text(SLAM)
     logbook.attempt("02.1", passed=True)
     work.take_home()
-    assert "my_work.zip" in capsys.readouterr().out
+    assert 'take_home("my_work.zip")' in capsys.readouterr().out and not (desk / "my_work.zip").exists()
+    work.take_home("my_work.zip")
+    assert "written: my_work.zip" in capsys.readouterr().out
     (desk / "my_slam.py").unlink()
     logbook.path().unlink()
 
@@ -41,7 +43,7 @@ def test_what_is_taken_home_is_taken_up_elsewhere(desk, capsys):
 
 
 def test_an_empty_desk_packs_nothing(desk, capsys):
-    work.take_home()
+    work.take_home("my_work.zip")
     work.take_up()
     assert "nothing" in capsys.readouterr().out
 

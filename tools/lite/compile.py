@@ -11,10 +11,11 @@ import io
 import py_compile
 import site
 import sys
+import tempfile
 import zipfile
 from pathlib import Path
 
-import matplotlib
+from matplotlib.font_manager import FontManager, fontManager, json_dump
 
 NAME, VERSION = "course_compiled", "1.0"
 WANTED = """IPython IPython.core.completer IPython.core.magics IPython.display jedi numpy numpy.random scipy.linalg
@@ -36,8 +37,7 @@ def main(target):
         if path.suffix == ".py" and path.is_relative_to(SITE):
             place, code = compiled(path)
             content[place] = code
-    [fonts] = Path(matplotlib.get_cachedir()).glob("fontlist-*.json")
-    content[f"{NAME}/{fonts.name}"] = fonts.read_bytes()
+    content[f"{NAME}/fontlist-v{FontManager.__version__}.json"] = fonts()
     content[f"{NAME}/__init__.py"] = b""
     content[f"{NAME}-{VERSION}.dist-info/METADATA"] = (
         f"Metadata-Version: 2.1\nName: {NAME}\nVersion: {VERSION}\n".encode()
@@ -45,6 +45,13 @@ def main(target):
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as wheel:
         for name, data in content.items():
             wheel.writestr(zipfile.ZipInfo(name, (2020, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)
+
+
+def fonts():
+    """What matplotlib knows about its fonts, as it would keep it."""
+    with tempfile.NamedTemporaryFile() as file:
+        json_dump(fontManager, file.name)
+        return Path(file.name).read_bytes()
 
 
 def compiled(path):
