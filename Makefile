@@ -15,7 +15,7 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures site lint format lock audit sbom clean
+.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures site lite lint format lock audit sbom clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
@@ -47,6 +47,10 @@ pictures: env  ## draw the moving pictures of the README anew
 site: env  ## build the course site in build/site (no network is needed, neither here nor to read it)
 	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d build/trees . build/site
 	@echo "The site is ready: build/site/index.html"
+
+# The first time it fetches JupyterLite and Pyodide, about 80 MB; afterwards it needs no network.
+lite: env  ## build the course as a static site in build/lite: Python in the browser, nothing to install
+	@$(VENV) tools/build_lite.py
 
 # The benchmark has an environment of its own, with the peers in it. Leave the machine alone meanwhile.
 bench:  ## measure the speed beside other programs: at most 10 minutes, writes benchmarks/RESULTS.md

@@ -1,7 +1,7 @@
 """Monte Carlo: the same scenario with many seeds, over as many processes or computers as there are."""
 
 import pickle
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, as_completed
 from dataclasses import replace
 from pathlib import Path
 
@@ -103,7 +103,7 @@ def _check(data, runs, executor):
         )
     if data.data is not None:
         raise ValueError(f"the scenario plays the data set {data.data.name!r}: there is no chance in it, only one run")
-    if isinstance(executor, ProcessPoolExecutor):
+    if type(executor).__name__ == "ProcessPoolExecutor":  # not imported for this: Python in a browser has no processes
         try:
             pickle.dumps(data)
         except Exception as error:

@@ -2,12 +2,10 @@
 
 import csv
 import json
-import multiprocessing
 import os
 import signal
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -64,9 +62,12 @@ def _executor(options, data):
             yield client.get_executor(pure=False)
         return
     workers = min(options.workers or _cores(), n_tasks(data, options.runs))
-    if workers == 1:
+    if workers == 1 or sys.platform == "emscripten":  # Python in a browser: there is no process but this one
         yield None
         return
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
     context = multiprocessing.get_context("spawn")  # the same on every system
     with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(options.models,)) as pool:
         yield pool

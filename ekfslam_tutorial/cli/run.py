@@ -18,6 +18,7 @@ from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
 from ..analysis.rec_file import Innovations
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
+from ..toolbox.clock import computing_time
 from . import results, views
 from .files import file_name, find_scenario, writable_folder
 
@@ -169,12 +170,12 @@ def consume(run, watchers, first=0):
     seconds, costs, frames = 0.0, [], iter(run)
     with stopped_by_ctrl_c() as stop, tqdm(total=len(run), initial=first, unit=" frames", dynamic_ncols=True) as bar:
         while not stop.is_set():
-            start, used = time.perf_counter(), time.thread_time()
+            start, used = time.perf_counter(), computing_time()
             snapshot = next(frames, None)
             seconds += time.perf_counter() - start
             if snapshot is None:
                 break
-            costs.append(time.thread_time() - used)
+            costs.append(computing_time() - used)
             for watcher in watchers:
                 watcher.add(snapshot)
             bar.update()

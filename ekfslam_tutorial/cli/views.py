@@ -5,7 +5,6 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.backends.registry import BackendFilter, backend_registry
 
 from ..graphics import MapFig, Movie, SenFig, check_movie_path, cost_panel, grab, map_picture, side_by_side, use_style
 from .files import replacing
@@ -113,6 +112,8 @@ def check_display():
     ValueError
         With what to do instead.
     """
+    from matplotlib.backends.registry import BackendFilter, backend_registry  # not in matplotlib 3.8, a browser's
+
     interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
     if plt.get_backend().lower() not in (name.lower() for name in interactive):
         raise ValueError("--live needs a display, and there is none here; take --movie and watch it afterwards")

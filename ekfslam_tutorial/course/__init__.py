@@ -1,7 +1,8 @@
 """What only the notebooks need: exercises that are checked, widgets, figures with captions.
 
-A notebook calls `check`, `hint`, `reveal`, `progress`, `keep`, `own`, `explore`, `show`, `replay` and `source`. No
-estimation lives here: what a notebook teaches is in the floors above.
+A notebook calls `check`, `hint`, `reveal`, `progress`, `keep`, `own`, `explore`, `show`, `replay` and `source`;
+`take_home` and `take_up` carry a student's work from a browser to another computer. No estimation lives here: what a
+notebook teaches is in the floors above.
 """
 
 from .checks import check, hint, progress, reveal
@@ -13,6 +14,7 @@ from .live import watch
 from .playback import replay
 from .source import source
 from .widgets import explorable, explore, sweep
+from .work import take_home, take_up
 
 __all__ = [
     "Choice",
@@ -32,5 +34,7 @@ __all__ = [
     "show",
     "source",
     "sweep",
+    "take_home",
+    "take_up",
     "watch",
 ]

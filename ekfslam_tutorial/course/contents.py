@@ -19,6 +19,7 @@ from pathlib import Path
 from PIL import Image
 
 from .build import notebooks_folder, source
+from .doors import Doors
 from .figures import stored
 
 FORM = """# 10 Title
@@ -43,6 +44,7 @@ TRACKS = {
     "3D only": range(10, 18),
 }
 CELL = "00-contents"  # the cell of notebook 00 that is written here
+DOORS = "doors"  # the cell of each notebook, "05-doors", that says where it opens with nothing installed
 WIDTH, COLOURS = 320, 64  # of a small picture
 BEGIN, END = "<!-- notebooks: written by `make contents` -->\n", "\n<!-- end of notebooks -->"
 
@@ -124,17 +126,21 @@ def thumbnail(picture: bytes) -> bytes:
 # --- as text ---
 
 
-def short_table(found: list[Entry], folder: str = "notebooks") -> str:
-    """Return the table of the README: notebook, question, minutes."""
-    rows = [f"| [{e.number} {e.title}]({folder}/{e.file}) | {e.question} | {e.minutes} |" for e in found]
-    return "\n".join(["| notebook | question | minutes |", "|---|---|---|", *rows])
+def short_table(found: list[Entry], doors: Doors, folder: str = "notebooks") -> str:
+    """Return the table of the README: notebook, question, minutes, where it opens."""
+    rows = [
+        f"| [{e.number} {e.title}]({folder}/{e.file}) | {e.question} | {e.minutes} | {doors.short(e.file)} |"
+        for e in found
+    ]
+    return "\n".join(["| notebook | question | minutes | open in |", "|---|---|---|---|", *rows])
 
 
-def long_table(found: list[Entry], folder: str, picture_of: Callable[[Entry], str]) -> str:
+def long_table(found: list[Entry], folder: str, picture_of: Callable[[Entry], str], doors: Doors | None = None) -> str:
     """Return the table with everything; `picture_of(entry)` is the address of its picture."""
     rows = [
         f"| ![{plain(e.alt)}]({picture_of(e)}) | **[{e.number} {e.title}]({folder}{e.file})** <br> {e.question} "
-        f"<br> *Afterwards you can* {e.objectives}. | {e.minutes} | {e.needs} |"
+        f"<br> *Afterwards you can* {e.objectives}.{f' <br> {doors.short(e.file)}' if doors else ''} "
+        f"| {e.minutes} | {e.needs} |"
         for e in found
     ]
     return "\n".join(["| | notebook | minutes | you need |", "|---|---|---|---|", *rows])
@@ -163,15 +169,16 @@ def runs(numbers: list[int]) -> str:
     return ", ".join(f"{a:02}" if a == b else f"{a:02} to {b:02}" for a, b in zip(starts, ends, strict=True))
 
 
-def page(found: list[Entry]) -> str:
+def page(found: list[Entry], doors: Doors) -> str:
     """Return the text of ``docs/notebooks.md``."""
-    table = long_table(found, "../notebooks/", lambda e: f"images/notebooks/{e.number}.png")
+    table = long_table(found, "../notebooks/", lambda e: f"images/notebooks/{e.number}.png", doors)
     return f"""# The notebooks
 
 <!-- This page is written by `make contents`, from the first cells of the notebooks. -->
 
 {len(found)} notebooks; the minutes are those of a student who does the exercises. How to project them, to grade
-them and to add your own checks: [Teaching with the notebooks](teaching.md).
+them and to add your own checks: [Teaching with the notebooks](teaching.md). *browser* is a page with Python in it:
+nothing to install, [how it works](browser.md).
 
 {tracks(found)}
 
@@ -193,27 +200,39 @@ If you know the EKF for localisation well, do the exercises of notebook 01 and l
     return {"attachments": pictures, "cell_type": "markdown", "id": CELL, "metadata": {}, "source": lines}
 
 
+def with_doors(notebook: dict, e: Entry, doors: Doors) -> dict:
+    """Return the notebook with the cell that says where it opens, as its second one."""
+    id = f"{e.number}-{DOORS}"
+    lines = doors.long(e.file).splitlines(keepends=True)
+    first, *others = notebook["cells"]
+    others = [c for c in others if c.get("id") != id]
+    here = {"cell_type": "markdown", "id": id, "metadata": {}, "source": lines}
+    return {**notebook, "cells": [first, here, *others]}
+
+
 # --- the files ---
 
 
 def wanted(root: Path) -> dict[Path, bytes]:
     """Return what the files with a table of contents should hold, below the root of the repository."""
-    found = entries(root / "notebooks")
+    found, doors = entries(root / "notebooks"), Doors.of(root)
     readme = (root / "README.md").read_text(encoding="utf-8")
     if readme.count(BEGIN) != 1 or readme.count(END) != 1:
         raise ValueError(f"README.md has no place for the table, between {BEGIN.strip()} and {END.strip()}")
     before, rest = readme.split(BEGIN)
     files = {
-        root / "README.md": f"{before}{BEGIN}\n{short_table(found)}\n{END}{rest.split(END)[1]}",
-        root / "docs" / "notebooks.md": page(found),
+        root / "README.md": f"{before}{BEGIN}\n{short_table(found, doors)}\n{END}{rest.split(END)[1]}",
+        root / "docs" / "notebooks.md": page(found, doors),
     }
+    notebooks = {root / "notebooks" / e.file: e for e in found}
+    contents = {path: with_doors(json.loads(path.read_text("utf-8")), e, doors) for path, e in notebooks.items()}
     start = root / "notebooks" / found[0].file
-    notebook = json.loads(start.read_text(encoding="utf-8"))
+    notebook = contents[start]
     places = [i for i, c in enumerate(notebook["cells"]) if c.get("id") == CELL]
     if len(places) != 1:
         raise ValueError(f"{start.name} has {len(places)} cells with the id {CELL!r}, and needs one")
     notebook["cells"][places[0]] = cell(found)
-    files[start] = json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
+    files |= {path: json.dumps(nb, indent=1, ensure_ascii=False) + "\n" for path, nb in contents.items()}
     pictures = {root / "docs" / "images" / "notebooks" / f"{e.number}.png": e.picture for e in found}
     return {path: text.encode("utf-8") for path, text in files.items()} | pictures
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import sys
 import tempfile
 import time
 from datetime import UTC, datetime
@@ -16,10 +17,15 @@ EMPTY = {"passed": None, "tries": 0, "hints": 0, "revealed": False}
 
 
 def path() -> Path:
-    """Return the file: what EKFSLAM_PROGRESS names, else ``.ekfslam/progress.json`` in the home folder."""
+    """Return the file: what EKFSLAM_PROGRESS names, else ``.ekfslam/progress.json`` in the home folder.
+
+    In a browser it is ``progress.json`` beside the notebooks: of all folders, only theirs outlives the page.
+    """
     named = os.environ.get(VARIABLE)
     if named:
         return Path(named)
+    if sys.platform == "emscripten":
+        return Path("progress.json").absolute()
     try:
         return Path.home() / ".ekfslam" / "progress.json"
     except RuntimeError:  # no home folder
@@ -53,6 +59,19 @@ def attempt(id: str, passed: bool):
     record = read().get(id, EMPTY)
     when = datetime.now(UTC).isoformat(timespec="seconds") if passed else None
     write(id, tries=record["tries"] + 1, passed=record["passed"] or when)
+
+
+def merge(text: str):
+    """Take over the records of another file. What has passed, here or there, has passed; counts are the larger ones."""
+    try:
+        others = json.loads(text)
+    except ValueError:
+        return
+    for id, other in others.items() if isinstance(others, dict) else ():
+        mine = read().get(id, EMPTY)
+        with contextlib.suppress(TypeError, AttributeError):  # another one's file may hold anything
+            most = {key: max(mine[key], other.get(key, EMPTY[key])) for key in ("tries", "hints", "revealed")}
+            write(id, **{**other, **most, "passed": mine["passed"] or other.get("passed")})
 
 
 def _replace(target: Path, text: str):

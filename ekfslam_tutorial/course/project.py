@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from ..toolbox import UserData
+from . import deadline
 from .exercise import Verdict
 from .expect import Failed
 from .trial import OFTEN, Trial, run_trial
@@ -423,7 +424,7 @@ class Project:
     @property
     def limit(self) -> float:
         """Seconds for one run; ``EKFSLAM_CHECK_SECONDS`` may give more."""
-        return max(self.seconds, float(os.environ.get("EKFSLAM_CHECK_SECONDS", 0)))
+        return max(self.seconds * deadline.SLOWER, float(os.environ.get("EKFSLAM_CHECK_SECONDS", 0)))
 
     # ---- judging -------------------------------------------------------------------------------------------------
 

@@ -195,7 +195,8 @@ def run_trial(data, loop, seed, seconds, recording=None, watch=None) -> Trial:
         trial.attempted = False
     except deadline.TookTooLong:
         trial.failed = Failed(
-            f"your loop took more than {seconds:g} s for {world.k} of {len(world)} frames and was stopped",
+            f"your loop took more than {seconds:g} s for {world.k} of {len(world)} frames and was stopped"
+            f"{deadline.HOW}",
             "Look for a loop that does not end, for an inverse of a large matrix (only Z, of the size of a "
             "measurement, is ever inverted), and for landmarks that are added again and again.",
         )

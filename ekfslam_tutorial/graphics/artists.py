@@ -59,7 +59,7 @@ def put_path(line, p: Array, region: Region | None = None) -> None:
 def new_faces(ax, **style: Any):
     """Return an empty collection of filled faces, whose corners come later by ``set_verts``."""
     if dim_of(ax) == 3:
-        return ax.add_collection3d(Poly3DCollection([np.zeros((3, 3))], **style), autolim=False)
+        return ax.add_collection(Poly3DCollection([np.zeros((3, 3))], **style), autolim=False)
     return ax.add_collection(PolyCollection([np.zeros((3, 2))], **style), autolim=False)
 
 

@@ -35,7 +35,7 @@ def test_the_files_are_what_make_contents_writes():
     stale = [
         str(path.relative_to(ROOT))
         for path, data in contents.wanted(ROOT).items()
-        if path.suffix == ".md" and (not path.is_file() or path.read_bytes() != data)
+        if path.suffix in (".md", ".ipynb") and (not path.is_file() or path.read_bytes() != data)
     ]
     assert stale == [], "run `make contents` and commit what it writes"
 
@@ -81,6 +81,7 @@ def course(tmp_path):
     (tmp_path / "notebooks").mkdir()
     for path in PATHS[:2]:
         shutil.copy(path, tmp_path / "notebooks")
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
     (tmp_path / "README.md").write_text(f"above\n{contents.BEGIN}old{contents.END}\nbelow\n", encoding="utf-8")
     return tmp_path
 
@@ -96,6 +97,23 @@ def test_refresh_writes_once_and_follows_a_change(course):
     path.write_text(re.sub(r"About \d+ minutes", "About 99 minutes", text), encoding="utf-8")
     assert {p.name for p in contents.refresh(course)} == tables
     assert "| 99 |" in (course / "README.md").read_text(encoding="utf-8")
+
+
+def test_every_notebook_has_its_doors_below_the_title(found):
+    for e in found:
+        first, doors = json.loads((build.notebooks_folder() / e.file).read_text(encoding="utf-8"))["cells"][:2]
+        assert build.source(first).startswith(f"# {e.number} ") and doors["id"] == f"{e.number}-doors"
+        links = re.findall(r"\]\((https://[^)]+)\)", build.source(doors))
+        assert len(links) == 3 and all(link.endswith(e.file) for link in links)
+
+
+def test_the_doors_lead_to_the_repository_of_pyproject(tmp_path):
+    (tmp_path / "pyproject.toml").write_text('[project.urls]\nRepository = "https://github.com/me/mine"\n')
+    doors = contents.Doors.of(tmp_path)
+    assert doors.browser("a.ipynb") == "https://me.github.io/mine/lite/lab/index.html?path=a.ipynb"
+    assert doors.binder("a.ipynb") == "https://mybinder.org/v2/gh/me/mine/main?urlpath=lab/tree/notebooks/a.ipynb"
+    assert doors.colab("a.ipynb") == "https://colab.research.google.com/github/me/mine/blob/main/notebooks/a.ipynb"
+    assert "%pip install git+https://github.com/me/mine`" in doors.long("a.ipynb")
 
 
 @pytest.mark.parametrize(

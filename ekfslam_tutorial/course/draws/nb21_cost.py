@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from functools import cache
 
 import numpy as np
@@ -10,6 +9,7 @@ from scipy.sparse import coo_matrix, csc_matrix, eye_array
 from scipy.sparse.linalg import splu
 
 from ...analysis.fast_filter import CompressedMap, FastMap, update
+from ...toolbox.clock import computing_time
 from .nb21_runs import logs
 
 
@@ -69,12 +69,12 @@ def price(landmarks=400, seen=8, frames=20):
         map.add(np.zeros(n), P)
         took = []
         for _ in range(frames):
-            started = time.thread_time()
+            started = computing_time()
             work(map)
-            took.append(1000 * (time.thread_time() - started))
-        started = time.thread_time()
+            took.append(1000 * (computing_time() - started))
+        started = computing_time()
         getattr(map, "flush", lambda: None)()
-        return took, 1000 * (time.thread_time() - started)
+        return took, 1000 * (computing_time() - started)
 
     compressed, flush = times(CompressedMap, one_by_one)
     return {

@@ -122,7 +122,7 @@ class Honest(Project):
             trial.told = told(value, len(seeds), len(trial.t))
         except deadline.TookTooLong:
             trial.failed = Failed(
-                f"your loop took more than {self.limit:g} s for {len(seeds)} runs and was stopped",
+                f"your loop took more than {self.limit:g} s for {len(seeds)} runs and was stopped{deadline.HOW}",
                 "One `universal_slam(data, seed=seed)` for each seed, and no second loop over the frames inside.",
             )
         except Failed as failed:

@@ -21,7 +21,7 @@ def replacing(path):
         os.close(handle)
         part = Path(name)
         yield part
-        part.chmod(0o666 & ~_umask())
+        part.chmod(0o666 & ~_umask() | 0o600)  # Python in a browser has a umask that leaves the owner nothing
         os.replace(part, path)
     except OSError as error:  # nobody knows the temporary file: the message names the one that was to be written
         named = [str(n) for n in (error.filename, error.filename2) if n is not None]
