@@ -22,7 +22,6 @@ from .nb10_runs import (
     SIGHT,
     STEPS,
     VALUE,
-    attitude,
     judged,
     slerp,
 )
@@ -212,8 +211,8 @@ def ball(s, angle, flip):
     run=True,
     ranges={"norm": (0.3, 3), "along": (0, 2)},
 )
-def norm_drift(mode, prior, seed, attitude=attitude):
-    """An attitude filter that adds its corrections to q: what becomes of the norm, and of P along q?"""
+def norm_drift(attitude, mode, prior, seed):
+    """An attitude filter of the notebook, attitude(mode, prior, seed): what becomes of the norm, and of P along q?"""
     all_runs = judged(attitude, mode, prior)
     one = all_runs[seed]
     k = np.arange(1, STEPS + 1)
