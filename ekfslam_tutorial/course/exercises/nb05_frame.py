@@ -94,10 +94,8 @@ frame = table(
     slam_frame,
     hints=(
         "Predict once, before all else; for each known landmark observe and correct; for each new one augment.",
-        "A measurement is used once: to correct a landmark that is in ids, or to start one that is not. Work on a new "
-        "list of ids: ids = list(ids).",
-        "k = 3 + 2 * ids.index(id); e, H = observe(x, slice(k, k + 2)); x, P = correct(x, P, y, R, e, H). After "
-        "augment: ids = ids + [id].",
+        "A measurement is used once: to correct a landmark that is in ids, or to start one that is not. Work on a new list of ids: ids = list(ids).",
+        "k = 3 + 2 * ids.index(id); e, H = observe(x, slice(k, k + 2)); x, P = correct(x, P, y, R, e, H). After augment: ids = ids + [id].",
     ),
     returns="x, P, ids",
     angles={"x": 2},

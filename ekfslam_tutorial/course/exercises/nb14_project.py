@@ -138,8 +138,7 @@ project = Project(
             "the room",
             lambda s, p: s.size > ROOM,
             "x has up to {s.size} numbers, the task allows 150",
-            "Landmarks that have not been seen for some frames must go, and leave their range to others: find_range "
-            "finds the gap. If there is none, the landmark is not started.",
+            "Landmarks that have not been seen for some frames must go, and leave their range to others: find_range finds the gap. If there is none, the landmark is not started.",
         ),
     ),
 )
