@@ -45,10 +45,7 @@ grown = table(
         "The noise of y reaches l through L_y: covariance L_y R L_y'. The zeros have shapes (2n, 2) and (2, 2n).",
     ),
     returns="x, P",
-    cases={
-        "any": lambda rng: [some(rng, n) for n in (3, 1, 2)],
-        "empty": lambda rng: [some(rng, 0)],
-    },
+    cases={"any": lambda rng: [some(rng, n) for n in (3, 1, 2)], "empty": lambda rng: [some(rng, 0)]},
     checks="""
     sizes                          | x[:0], P[:0]        | any   | Each landmark brings two numbers to x, two rows and two columns to P.
     old landmarks                  | x[:-2], P[:-2, :-2] | any   | What was in the map stays where it was, as it was.

@@ -213,8 +213,7 @@ def _(x, P, ids, u, U, seen, ys, R):
 
 
 @frame.wrong(
-    "known landmarks started anew",
-    "A known landmark is corrected, with all that is known of it: do not replace it.",
+    "known landmarks started anew", "A known landmark is corrected, with all that is known of it: do not replace it."
 )
 def _(x, P, ids, u, U, seen, ys, R):
     x, P = predict(x, P, u, U)

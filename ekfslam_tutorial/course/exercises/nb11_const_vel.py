@@ -48,10 +48,7 @@ exercise = table(
     entries={"x2": STATE, "x": STATE, "u": "dv_x, dv_y, dv_z, dw_x, dw_y, dw_z"},
     settled=as_wanted,
     along={"X_x": lambda x, u, dt: tangent(x)},
-    cases={
-        "any": lambda rng: [case(rng) for _ in range(4)],
-        "w = 0": lambda rng: [case(rng, turns=False)],
-    },
+    cases={"any": lambda rng: [case(rng) for _ in range(4)], "w = 0": lambda rng: [case(rng, turns=False)]},
     checks="""
     position                  | x2[:3]   | any   | v is in the axes of the world: t2 = t + v dt.
     orientation               | x2[3:7]  | any   | In dt the body turns by the rotation vector w dt, in its own axes: q v2q(w dt).

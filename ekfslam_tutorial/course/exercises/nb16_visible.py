@@ -27,10 +27,7 @@ def one_by_one(r, bearings_deg, max_range, fov_deg):
     """One call for each point, so that a message can show it; and one for all of them."""
     r = np.broadcast_to(r, len(bearings_deg))
     view = float(max_range), float(np.radians(fov_deg))
-    return [
-        *((*polar(a, b), *view) for a, b in zip(r, bearings_deg, strict=True)),
-        (*polar(r, bearings_deg), *view),
-    ]
+    return [*((*polar(a, b), *view) for a, b in zip(r, bearings_deg, strict=True)), (*polar(r, bearings_deg), *view)]
 
 
 def stack(rng, lead):
