@@ -266,7 +266,8 @@ def _exercise_of(value, name, number, world) -> str | None:
         if inspect.unwrap(answer) is function:
             return known
     home = str(getattr(function, "__module__", ""))
-    home = home.rpartition(".nb")[2].split("_")[0] if ".exercises.nb" in home else number
+    of_the_course = ".exercises.nb" in home or ".projects.nb" in home
+    home = home.rpartition(".nb")[2].split("_")[0] if of_the_course else number
     for exercise in registry.everything():
         if isinstance(exercise, Exercise) and _number(exercise.id) == home:
             mine = exercise.name == name and getattr(function, "__globals__", None) is world

@@ -1,4 +1,4 @@
-"""Where exercises are found: the modules of `course.exercises`, and a lecturer's own folder."""
+"""Where exercises are found: in `course.exercises`, `course.projects`, and a lecturer's own folder."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import os
 import pkgutil
 from pathlib import Path
 
-from . import exercises
+from . import exercises, projects
 from .exercise import Exercise
 from .project import Project
 from .quiz import Quiz, read_quizzes
@@ -57,7 +57,7 @@ def _read_notebook(number: str):
     _read.add(number)
     for name in _public():
         if _number(name) == number:
-            _add(vars(importlib.import_module(f"{exercises.__name__}.{name}")).values())
+            _add(vars(importlib.import_module(name)).values())
     for path in _quizzes():
         if _number(path.stem) == number:
             _add(read_quizzes(path))
@@ -99,7 +99,10 @@ def _merged(public, private):
 
 
 def _public() -> list[str]:
-    return [m.name for m in pkgutil.iter_modules(exercises.__path__) if m.name.startswith("nb")]
+    names = [
+        f"{folder.__name__}.{m.name}" for folder in (exercises, projects) for m in pkgutil.iter_modules(folder.__path__)
+    ]
+    return [name for name in names if ".nb" in name]
 
 
 def _quizzes() -> list[Path]:
@@ -128,5 +131,5 @@ def _load(path: Path):
 
 
 def _number(name: str) -> str:
-    """'nb02_loop' -> '02'."""
-    return name.removeprefix("nb").split("_")[0]
+    """'course.exercises.nb02_loop' -> '02'."""
+    return name.rpartition(".")[2].removeprefix("nb").split("_")[0]

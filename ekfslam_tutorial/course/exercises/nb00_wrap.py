@@ -27,8 +27,7 @@ def angles(*values):
 
 
 wrapping = table(
-    "00.1",
-    "Wrap an angle",
+    "00.1 Wrap an angle",
     wrap,
     hints=(
         "Whole turns do not change a direction: add or subtract 2 pi until the angle is small enough.",

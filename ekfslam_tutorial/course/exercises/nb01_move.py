@@ -39,8 +39,7 @@ def special(rng):
 
 
 motion = table(
-    "01.2",
-    "The motion and its Jacobians",
+    "01.2 The motion and its Jacobians",
     move,
     hints=(
         "Write the three lines of x2 on paper first. Then differentiate each line by x, y, theta, and by v, w.",

@@ -36,8 +36,7 @@ def some(rng, n):
 
 
 grown = table(
-    "02.4",
-    "The map grows",
+    "02.4 The map grows",
     add_landmark,
     hints=(
         "The new landmark comes from y and the known x_r. Whose noise is in it? Do the old ones share it?",

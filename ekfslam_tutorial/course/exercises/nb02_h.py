@@ -47,8 +47,7 @@ def along(angle):
 
 
 expected = table(
-    "02.2",
-    "The measurement function h and its Jacobian",
+    "02.2 The measurement function h and its Jacobian",
     h,
     hints=(
         "Start with dx = x_l - x_r and dy = y_l - y_r: from the robot to the landmark. All else is made of them.",

@@ -37,8 +37,7 @@ def landmark_of(y, x_r):
 
 
 born = table(
-    "02.3",
-    "The initialisation function q and its Jacobian",
+    "02.3 The initialisation function q and its Jacobian",
     q,
     hints=(
         "In which direction of the map does the robot look when it looks at the landmark? Two angles add up.",

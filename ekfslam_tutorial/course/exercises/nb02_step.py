@@ -75,8 +75,7 @@ def across(side, theta):
 
 
 step = table(
-    "02.5",
-    "The whole algorithm",
+    "02.5 The whole algorithm",
     map_step,
     hints=(
         "One loop over the measurements. A landmark is new or known: the measurement is used for one of the two, once.",

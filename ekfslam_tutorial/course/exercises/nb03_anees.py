@@ -36,8 +36,7 @@ def other_units(rng):
 
 
 averaged = table(
-    "03.2",
-    "ANEES and its band",
+    "03.2 ANEES and its band",
     anees,
     hints=(
         "One run: NEES = e' P^-1 e, chi-square with n degrees of freedom. What is the distribution of a *sum* of N?",

@@ -38,8 +38,7 @@ def _easy(rng):
 
 
 banded = table(
-    "03.5",
-    "The error band",
+    "03.5 The error band",
     error_band,
     hints=(
         "The band of x is about one number: which entry of P is its variance?",

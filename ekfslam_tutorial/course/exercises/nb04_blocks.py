@@ -40,8 +40,7 @@ def pose_known(rng, n):
 
 
 blocks = table(
-    "04.2",
-    "The covariance of a new landmark",
+    "04.2 The covariance of a new landmark",
     new_blocks,
     hints=(
         "Write the error of the landmark: dl = L_r dx_r + L_y v, with v the error of the measurement. Each block of the covariance is the mean of a product of two errors.",

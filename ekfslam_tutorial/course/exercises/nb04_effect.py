@@ -46,8 +46,7 @@ def nothing_shared(rng):
 SIZES = ((9, slice(7, 9)), (7, slice(5, 7)), (13, slice(9, 11)))
 
 effect = table(
-    "04.4",
-    "Seeing landmark A changes landmark B",
+    "04.4 Seeing landmark A changes landmark B",
     effect_on,
     hints=(
         "Correct the whole state on paper: K = P H' inv(Z), x + K z, P - K Z K'. Landmark B owns some rows of K.",

@@ -31,8 +31,7 @@ def along_x(rng):
 
 
 inverse = table(
-    "04.1",
-    "A new landmark and its two Jacobians",
+    "04.1 A new landmark and its two Jacobians",
     inverse_observation,
     hints=(
         "The beam points in the direction a = theta + beta, seen from the map. All else is made of r, cos(a) and sin(a).",

@@ -33,8 +33,7 @@ def some(rng, n, model=None):
 
 
 motion = table(
-    "04.3",
-    "The robot moves, the landmarks stand still",
+    "04.3 The robot moves, the landmarks stand still",
     moved,
     hints=(
         "Write the errors after the step: dx_r' = X_x dx_r + X_u w for the robot, dm' = dm for the map. Then multiply.",

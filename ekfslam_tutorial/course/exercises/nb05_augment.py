@@ -43,8 +43,7 @@ def second(rng):
 
 
 augmentation = table(
-    "05.4",
-    "Augment",
+    "05.4 Augment",
     augment,
     hints=(
         "l, L_r, L_y = inverse_observation(x[:3], y) gives the landmark. Then the blocks of notebook 04.",

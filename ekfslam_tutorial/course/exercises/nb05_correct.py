@@ -59,8 +59,7 @@ def one_after_the_other(rng):
 
 
 correction = table(
-    "05.3",
-    "Correct",
+    "05.3 Correct",
     correct,
     hints=(
         "Innovation z = y - e, its covariance Z, the gain K, then x and P: five lines, for the whole state at once.",

@@ -89,8 +89,7 @@ def out(result, n):
 
 
 frame = table(
-    "05.5",
-    "The whole loop",
+    "05.5 The whole loop",
     slam_frame,
     hints=(
         "Predict once, before all else; for each known landmark observe and correct; for each new one augment.",

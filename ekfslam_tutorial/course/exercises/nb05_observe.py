@@ -40,8 +40,7 @@ def case(rng, n=9, at=5, theta=None, bearing=None):
 
 
 observation = table(
-    "05.2",
-    "Expect",
+    "05.2 Expect",
     observe,
     hints=(
         "e is that of notebook 02. What is new: the pose is in the state, so H has columns for the robot, too.",

@@ -65,8 +65,7 @@ def nearly_certain(rng, n):
 
 
 prediction = table(
-    "05.1",
-    "Predict",
+    "05.1 Predict",
     predict,
     hints=(
         "The step is seen from the robot: turn it by theta before you add it to the pose. X_x and X_u are the derivatives of the new pose, taken at the old one.",

@@ -39,8 +39,7 @@ def slipped(rng):
 
 
 chain = table(
-    "06.2",
-    "Closing a chain",
+    "06.2 Closing a chain",
     close_chain,
     hints=(
         "First the covariance before the closure. Landmarks i and k have the errors of some steps in common: which?",

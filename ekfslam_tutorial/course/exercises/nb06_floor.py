@@ -43,8 +43,7 @@ def around(*landmarks):
 
 
 floor = table(
-    "06.4",
-    "The floor",
+    "06.4 The floor",
     floor_of,
     hints=(
         "l = t_0 + R(theta_0) m, where m is the place of the landmark seen from the first pose: m is exact. How does l move if x_0, y_0 or theta_0 changes a little?",

@@ -61,8 +61,7 @@ def distances(zs, Zs, confidence):
 
 
 gate = table(
-    "07.1",
-    "The gate",
+    "07.1 The gate",
     choose,
     hints=(
         "The squared Mahalanobis distance is z' inv(Z) z: how large is z, in units of its own sigma?",

@@ -49,8 +49,7 @@ def pairs(zs, Hs, P, R, confidence):
 
 
 joint = table(
-    "07.3",
-    "Plausible together",
+    "07.3 Plausible together",
     jointly_compatible,
     hints=(
         "Stack the innovations to one long vector of 2m numbers, and the Jacobians to one matrix of 2m rows.",

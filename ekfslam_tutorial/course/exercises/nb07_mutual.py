@@ -36,8 +36,7 @@ def sizes(*shapes, high=15, limit=9.0):
 GATED = [[1, 900, 900], [900, 12, 900], [900, 900, 500]]
 
 mutual = table(
-    "07.2",
-    "Mutual nearest neighbours",
+    "07.2 Mutual nearest neighbours",
     mutual_nearest,
     hints=(
         "Each measurement has a nearest landmark (the least entry of its row), each landmark a nearest measurement (the least entry of its column).",

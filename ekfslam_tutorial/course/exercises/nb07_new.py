@@ -69,8 +69,7 @@ def at_the_limit(rng):
 MAP = [[3.0, 0.0], [6.0, 0.5], [6.0, -0.5]]
 
 new = table(
-    "07.4",
-    "New landmarks",
+    "07.4 New landmarks",
     new_ones,
     hints=(
         "First the table D: each measurement against each expectation. What is the covariance of y - e?",

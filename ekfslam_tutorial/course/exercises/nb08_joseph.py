@@ -35,8 +35,7 @@ def numbers(*found):
 
 
 form = table(
-    "08.3",
-    "Joseph form",
+    "08.3 Joseph form",
     joseph,
     hints=(
         "Write the error after the correction. Let dx be the error before, v the noise: y = H x + v.",

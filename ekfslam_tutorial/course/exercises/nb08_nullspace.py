@@ -45,8 +45,7 @@ def sizes(H, F):
 
 
 hidden = table(
-    "08.1",
-    "The directions that no measurement sees",
+    "08.1 The directions that no measurement sees",
     observability,
     hints=(
         "An error dx_0 of the first state becomes F_0 dx_0, then F_1 F_0 dx_0 ... What does each H_k see?",

@@ -43,8 +43,7 @@ def _mirrored(path, truth):
 
 
 trajectory = table(
-    "09.4",
-    "ATE after alignment",
+    "09.4 ATE after alignment",
     ate,
     hints=(
         "Shift both paths so that their mean is zero. Then only an angle is left to find.",

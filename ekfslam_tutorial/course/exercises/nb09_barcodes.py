@@ -38,8 +38,7 @@ def nothing(rng, robots=False):
 
 
 barcodes = table(
-    "09.2",
-    "From barcodes to landmarks",
+    "09.2 From barcodes to landmarks",
     landmarks_seen,
     hints=(
         "A barcode is a label that was stuck on a subject. The table says which.",

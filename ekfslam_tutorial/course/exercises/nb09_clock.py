@@ -35,8 +35,7 @@ def in_units(offsets, z, Z):
 
 
 clock = table(
-    "09.3",
-    "A clock offset from the NIS",
+    "09.3 A clock offset from the NIS",
     clock_offset,
     hints=(
         "Wrong stamps make the innovations larger than Z lets expect. Which number compares z with Z?",

@@ -34,8 +34,7 @@ def shuffled(rng, m):
 
 
 times = table(
-    "09.1",
-    "Rows in the order of time",
+    "09.1 Rows in the order of time",
     by_time,
     hints=(
         "The stamps decide the order; each row moves as a whole.",

@@ -39,8 +39,7 @@ def sphere(F):
 NONE = Frame3(np.eye(7)[3])
 
 exercise = table(
-    "10.5",
-    "The chain rule",
+    "10.5 The chain rule",
     see,
     hints=(
         "Two steps: from the world to the robot, pr; from the robot to the sensor, ps. Each gives its own Jacobians.",

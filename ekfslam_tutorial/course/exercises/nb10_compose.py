@@ -46,8 +46,7 @@ def _three(A, B, C):
 
 
 exercise = table(
-    "10.2",
-    "A frame in a frame",
+    "10.2 A frame in a frame",
     compose,
     canonical=one_sign,
     settled=_signed,

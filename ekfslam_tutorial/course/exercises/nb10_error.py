@@ -37,8 +37,7 @@ def some(rng, angle):
 LEVEL = np.eye(7)[3]
 
 exercise = table(
-    "10.4",
-    "The error of a pose",
+    "10.4 The error of a pose",
     pose_error,
     hints=(
         "Solve q = q_truth dq for dq: what is the inverse of a unit quaternion?",

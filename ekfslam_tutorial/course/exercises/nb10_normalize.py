@@ -32,8 +32,7 @@ def _block(P, U, cross):
 
 
 exercise = table(
-    "10.3",
-    "Normalise, with the covariance",
+    "10.3 Normalise, with the covariance",
     normalize,
     hints=(
         "The new state is a function of the old one, so the covariance goes through its Jacobian: J P J'.",

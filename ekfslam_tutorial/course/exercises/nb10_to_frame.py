@@ -43,8 +43,7 @@ def at_the_point(t, R, p):
 QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # a frame that looks along y
 
 exercise = table(
-    "10.1",
-    "To a frame",
+    "10.1 To a frame",
     to_frame,
     hints=(
         "from_frame is p = R pf + t. You want pf. Solve that equation.",

@@ -35,8 +35,7 @@ def case(rng, turns=True):
 STATE = "t_x, t_y, t_z, a, b, c, d, v_x, v_y, v_z, w_x, w_y, w_z"
 
 exercise = table(
-    "11.3",
-    "Constant velocity",
+    "11.3 Constant velocity",
     const_vel,
     hints=(
         "Four lines: t2 = t + v dt; q2 = q times the quaternion of the turn w dt; v2 = v + dv; w2 = w + dw.",

@@ -16,8 +16,7 @@ def impulse_noise(sigma_v, sigma_w, dt):
 
 
 exercise = table(
-    "11.4",
-    "Noise per second",
+    "11.4 Noise per second",
     impulse_noise,
     hints=(
         "One second has 1/dt steps. What adds up when independent errors are added: standard deviations or variances?",

@@ -74,8 +74,7 @@ def _no_turn(x, u):
 
 
 exercise = table(
-    "11.1",
-    "Odometry in space",
+    "11.1 Odometry in space",
     odo3,
     hints=(
         "The step is a frame, given in the robot's frame: compose the two. The rotation vector becomes a quaternion with v2q.",

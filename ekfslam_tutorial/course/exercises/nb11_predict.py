@@ -38,8 +38,7 @@ def _as_wanted(got, want):
 LEFT = np.array([0, 0, 0, np.sqrt(0.5), 0, 0, np.sqrt(0.5)])  # it looks along y
 
 exercise = table(
-    "11.2",
-    "Predict in space",
+    "11.2 Predict in space",
     predict,
     hints=(
         "You have odo3: it returns the new state and both Jacobians.",

@@ -35,8 +35,7 @@ def ideal(up, d):
 
 
 distorted = table(
-    "12.1",
-    "Distort, with Jacobians",
+    "12.1 Distort, with Jacobians",
     distort,
     hints=(
         "Work with r2 = up @ up, so that d2 r^2 + d4 r^4 + ... is a sum of d[i] * r2 ** (i + 1).",

@@ -35,8 +35,7 @@ def case(rng, n=2):
 
 
 projected = table(
-    "12.4",
-    "A camera on a robot",
+    "12.4 A camera on a robot",
     proj_euc_pnt,
     hints=(
         "Three steps: world to robot, lr; robot to camera, ls; camera to pixel, u. Name the Jacobians of each.",

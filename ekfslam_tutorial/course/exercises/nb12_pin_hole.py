@@ -39,8 +39,7 @@ def ideal(p, k, d):
 
 
 camera = table(
-    "12.2",
-    "The pin-hole camera",
+    "12.2 The pin-hole camera",
     pin_hole,
     hints=(
         "Each of the three steps has a value and Jacobians. Write them one by one, with names OUT_in: UP_p, UD_up, UD_d, U_ud, U_k.",

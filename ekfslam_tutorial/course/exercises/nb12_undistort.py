@@ -34,8 +34,7 @@ def case(rng, d, r=None):
 
 
 undistorted = table(
-    "12.5",
-    "The way back",
+    "12.5 The way back",
     undistort,
     hints=(
         "No formula: solve distort(up, d) = ud. Start at up = ud, and repeat a step that makes the difference smaller.",

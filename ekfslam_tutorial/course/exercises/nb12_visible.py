@@ -57,8 +57,7 @@ def _random(rng):
 
 
 seen = table(
-    "12.3",
-    "What the camera sees",
+    "12.3 What the camera sees",
     visible,
     hints=(
         "Three conditions, and all of them must hold: ahead of the camera, in the image, not beyond the fold.",

@@ -36,8 +36,7 @@ def as_expected(rho, P, b, y, var):
 FAR = np.array([0.0, -0.05, 0.2]), np.array([0.04, 0.01, 0.02]), 1.5
 
 corrected = table(
-    "13.1",
-    "A bearing corrects an inverse depth",
+    "13.1 A bearing corrects an inverse depth",
     correct_rho,
     hints=(
         "Write the angle as a function of rho, not of d. Then differentiate: d arctan(s) / ds = 1 / (1 + s^2).",

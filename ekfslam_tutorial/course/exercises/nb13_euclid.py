@@ -59,8 +59,7 @@ def _last(x, i):
 
 
 turned = table(
-    "13.3",
-    "From inverse depth to a Euclidean point",
+    "13.3 From inverse depth to a Euclidean point",
     idp2euc,
     hints=(
         "First the point. Then its Jacobian by the six numbers, three blocks of columns: anchor, angles, rho.",

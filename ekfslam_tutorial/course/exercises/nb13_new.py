@@ -47,8 +47,7 @@ def case(rng, camera, known=1.0):
 
 
 born = table(
-    "13.2",
-    "A pixel and a prior make a landmark",
+    "13.2 A pixel and a prior make a landmark",
     new_idp,
     hints=(
         "Three calls, in the order of the docstring. Then the chain rule: how does l depend on y, on n, on F?",

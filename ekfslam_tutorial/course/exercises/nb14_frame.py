@@ -33,8 +33,7 @@ def some(rng):
 
 
 sorted_out = table(
-    "14.2",
-    "Known first, then new",
+    "14.2 Known first, then new",
     known_then_new,
     hints=(
         "Go through ids with enumerate. Two questions for each: is it -1? Is it known?",

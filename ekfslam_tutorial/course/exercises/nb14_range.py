@@ -28,8 +28,7 @@ def maps(*cases):
 
 
 roomy = table(
-    "14.1",
-    "Room in the map",
+    "14.1 Room in the map",
     find_range,
     hints=(
         "Walk along the map and count how many free numbers you have seen in a row. What sets the count to zero?",

@@ -48,8 +48,7 @@ def uncorrelated(x, P, blocks, z, R):
 
 
 exercise = table(
-    "15.1",
-    "One correction for all",
+    "15.1 One correction for all",
     correct_blocks,
     hints=(
         "Build the Jacobian of the whole map, H: zeros, with each E_r in the columns of its slice.",

@@ -36,8 +36,7 @@ def case(rng, n=2, ratio=4.0):
 
 
 exercise = table(
-    "15.2",
-    "Covariance intersection",
+    "15.2 Covariance intersection",
     covariance_intersection,
     hints=(
         "Try many w from 0 to 1 and keep the one whose P has the smallest trace. Then take x with the same w.",

@@ -36,8 +36,7 @@ def case(rng, F1=None, F2=None, M=None):
 
 
 exercise = table(
-    "15.3",
-    "Two maps, one meeting",
+    "15.3 Two maps, one meeting",
     map_in_map,
     hints=(
         "First find robot 2 in map 1: its place from r and b12, its heading from both bearings. Then go from robot 2 back to the origin of its map.",

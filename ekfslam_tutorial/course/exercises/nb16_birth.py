@@ -33,8 +33,7 @@ def case(rng, scale=1.0, pose=1.0, range_=1.0, prior=1.0):
 
 
 born = table(
-    "16.3",
-    "A range and a prior make a point",
+    "16.3 A range and a prior make a point",
     hypothesis,
     hints=(
         "p = [x, y] + r [cos(theta + beta), sin(theta + beta)]. Uncertain in it: the pose, the range, the bearing.",

@@ -29,8 +29,7 @@ def some(rng, lead=()):
 
 
 omni = table(
-    "16.5",
-    "A camera that looks all round (stretch)",
+    "16.5 A camera that looks all round (stretch)",
     omni_project,
     hints=(
         "Azimuth = arctan2(y, x). With s = sqrt(x^2 + y^2), elevation = arctan2(z, s).",

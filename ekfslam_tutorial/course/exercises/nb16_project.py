@@ -24,8 +24,7 @@ def some(rng, lead=(), scale=1.0):
 
 
 ranged = table(
-    "16.1",
-    "The direct model of a range",
+    "16.1 The direct model of a range",
     beacon_project,
     hints=(
         "The range is the length of the vector. How does the length change when the point moves along x, or along y?",

@@ -41,8 +41,7 @@ def _exactly(p, max_range, fov):
 
 
 seen = table(
-    "16.2",
-    "What the sensor can see",
+    "16.2 What the sensor can see",
     beacon_visible,
     hints=(
         "Two conditions, and both must hold: the range, and the bearing of the point.",

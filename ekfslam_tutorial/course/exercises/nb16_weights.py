@@ -31,8 +31,7 @@ def scaled(w, z, Z, by=1.0, more=0.0, Z_by=1.0):
 
 
 weighed = table(
-    "16.4",
-    "Which hypothesis explains the measurement",
+    "16.4 Which hypothesis explains the measurement",
     reweigh,
     hints=(
         "New weight: old weight times likelihood, all divided by their sum. A Gaussian has a factor before the exp.",

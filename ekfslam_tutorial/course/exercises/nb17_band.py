@@ -30,8 +30,7 @@ def scan(rng, runs, dof, low=0.0, high=2.5, frames=300):
 
 
 band = table(
-    "17.2",
-    "ANEES over the frames",
+    "17.2 ANEES over the frames",
     in_band,
     hints=(
         "First the mean over the *runs*, one number for each frame. Then its two limits, the same for all frames.",

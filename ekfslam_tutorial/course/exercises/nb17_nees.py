@@ -59,8 +59,7 @@ def signs(x, P, truth):
 
 
 tangent = table(
-    "17.1",
-    "NEES of a pose in space",
+    "17.1 NEES of a pose in space",
     pose_nees,
     hints=(
         "NEES = e' C^-1 e, where C is the covariance of *that* e. Six numbers e need a 6 x 6 covariance.",

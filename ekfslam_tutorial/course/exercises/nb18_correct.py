@@ -48,8 +48,7 @@ def both_orders(x, P, a, b, z, E_a, E_b, R):
 
 
 both = table(
-    "18.2",
-    "One sighting, two robots",
+    "18.2 One sighting, two robots",
     correct_both,
     hints=(
         "It is the correction of notebook 05. Only H is new: which columns are not zero?",

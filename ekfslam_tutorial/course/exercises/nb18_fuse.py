@@ -44,8 +44,7 @@ def unsure(rng):
 
 
 fusion = table(
-    "18.4",
-    "Two maps become one",
+    "18.4 Two maps become one",
     fuse,
     hints=(
         "A Kalman correction: the state is l1 with P1, the measurement is l2 with R = P2, and H is the identity.",

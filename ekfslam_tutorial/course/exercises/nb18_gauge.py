@@ -46,8 +46,7 @@ def mirrored(paths, truths):
 
 
 gauge = table(
-    "18.3",
-    "Five trajectories, one gauge",
+    "18.3 Five trajectories, one gauge",
     align_all,
     hints=(
         "One filter has one frame, so there is one alignment. Put all positions of all robots into one long array.",

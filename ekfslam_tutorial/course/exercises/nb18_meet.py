@@ -43,8 +43,7 @@ def _unwrapped(a, b):
 ROWS, COLUMNS = "range, bearing", "x, y, theta"
 
 sight = table(
-    "18.1",
-    "A robot is a landmark that moves",
+    "18.1 A robot is a landmark that moves",
     meet,
     hints=(
         "It is the range and bearing of notebook 05, with the origin of robot b as the landmark.",

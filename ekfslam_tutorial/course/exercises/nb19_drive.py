@@ -42,8 +42,7 @@ STATE = "x, y, theta"
 _right = drive  # in an edit `drive` is the wrong answer itself
 
 truck = table(
-    "19.1",
-    "A truck and its laser",
+    "19.1 A truck and its laser",
     drive,
     hints=(
         "First the velocity of the laser: that of the axle, v_c [cos, sin], plus w times the arm from axle to laser, turned by 90 degrees to the left. Then multiply by dt.",

@@ -36,8 +36,7 @@ def tree(searched, found, visible, matched, min_ratio=0.3):
 SEEN, HIDDEN, MATCHED, MISSED = True, False, True, False
 
 upkeep = table(
-    "19.3",
-    "Who stays in the map",
+    "19.3 Who stays in the map",
     manage,
     hints=(
         "A tree behind the truck is not looked for. Whom does this scan say anything about?",

@@ -36,8 +36,7 @@ def scans(*tables):
 
 
 scan = table(
-    "19.2",
-    "Tree, new tree, or neither",
+    "19.2 Tree, new tree, or neither",
     sort_scan,
     hints=(
         "Three answers, so three conditions. Which of them need the other detections of the scan, too?",

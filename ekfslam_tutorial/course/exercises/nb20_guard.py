@@ -54,8 +54,7 @@ def case(rng, predict=museum.predict, n=7, k=3, at_seam=False):
 
 
 watch = table(
-    "20.2",
-    "A guard for predictions",
+    "20.2 A guard for predictions",
     guard,
     hints=(
         "The new mean is a function of x and u. Its derivatives say what the new P must be, whatever the model is.",

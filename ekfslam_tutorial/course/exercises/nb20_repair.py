@@ -45,8 +45,7 @@ def _timely(x, u):
 
 
 repair = table(
-    "20.3",
-    "Repair the prediction",
+    "20.3 Repair the prediction",
     turn_go_turn,
     hints=(
         "Hand the broken function to your guard: it says which part of P is wrong. Repair what the thread says, and ask the guard again.",

@@ -34,8 +34,7 @@ def perfect(H, z, R):
 ONES, DIAGONAL = (lambda rng, m: np.eye(m)), (lambda rng, m: np.diag(rng.uniform(0.1, 3, m)))
 
 exercise = table(
-    "21.2",
-    "A step of Gauss-Newton",
+    "21.2 A step of Gauss-Newton",
     gauss_newton_step,
     hints=(
         "Find the dx for which z - H dx is smallest, each number in units of its sigma.",

@@ -55,8 +55,7 @@ def behind(x, P, y, R, sight, iterations, side=1):
 _right = iterated_correct  # in an edit `iterated_correct` is the wrong answer itself
 
 exercise = table(
-    "21.1",
-    "Iterated correction",
+    "21.1 Iterated correction",
     iterated_correct,
     hints=(
         "Only the point of linearisation moves. The prior stays x, P in every iteration: the measurement is used once.",

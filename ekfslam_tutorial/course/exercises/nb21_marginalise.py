@@ -36,8 +36,7 @@ def unconnected(A, b, keep):
 
 
 exercise = table(
-    "21.3",
-    "Marginalise",
+    "21.3 Marginalise",
     marginalise,
     hints=(
         "To delete rows and columns of A is not enough: that would mean that the others are *known*. Solve the lower equations for the unknowns that go, and put the result into the upper ones.",

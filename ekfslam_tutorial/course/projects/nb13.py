@@ -6,9 +6,9 @@ from ...geometry import Frame3
 from ...models.landmarks import IdpPnt
 from ...models.observation import observe
 from .. import asks
+from ..exercises.nb13_euclid import idp2euc
+from ..exercises.nb13_new import new_idp
 from ..project import Project
-from .nb13_euclid import idp2euc
-from .nb13_new import new_idp
 
 SCENARIO = """
 name = "one eye"

@@ -13,10 +13,10 @@ from ...datasets.odometry import OdometryNoise
 from ...geometry import Frame2, wrap
 from ...simulation import SimLmk
 from .. import asks
+from ..exercises.nb18_correct import correct_both
+from ..exercises.nb18_meet import meet
 from ..project import SYMPTOMS, Project, Symptom, scores
 from ..trial import run_trial
-from .nb18_correct import correct_both
-from .nb18_meet import meet
 
 SECONDS = 120.0  # of the twin
 ERROR = 0.06  # m, at most in the last third: right runs have 0.03 to 0.04, those with landmarks alone 0.12

@@ -11,12 +11,12 @@ from ...slam import NearestNeighbour
 from ...toolbox import universal_slam
 from .. import asks
 from ..exercise import Verdict
+from ..exercises.nb19_drive import drive
+from ..exercises.nb19_gps import gps_error
+from ..exercises.nb19_manage import manage
+from ..exercises.nb19_scan import sort_scan
 from ..logs.nb19 import TWIN, here, recording
 from ..project import Project, Symptom, scores
-from .nb19_drive import drive
-from .nb19_gps import gps_error
-from .nb19_manage import manage
-from .nb19_scan import sort_scan
 
 EVERY = 10  # frames between two that are drawn: a scan has a tenth of a second
 

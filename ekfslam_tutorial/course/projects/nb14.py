@@ -5,10 +5,10 @@ import numpy as np
 from ...geometry import Frame3
 from ...models.observation import observe, retro_project
 from .. import asks
+from ..exercises.nb14_frame import known_then_new
+from ..exercises.nb14_range import find_range
 from ..project import Project, Symptom
-from .nb13_project import change
-from .nb14_frame import known_then_new
-from .nb14_range import find_range
+from .nb13 import change
 
 ROOM = 150
 

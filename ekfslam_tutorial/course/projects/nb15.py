@@ -5,9 +5,9 @@ import numpy as np
 from ...geometry import Frame3
 from ...models.observation import observe, retro_project
 from .. import asks
+from ..exercises.nb15_blocks import correct_blocks
 from ..project import SYMPTOMS, Project, Symptom
-from .nb13_project import change
-from .nb15_blocks import correct_blocks
+from .nb13 import change
 
 SCENARIO = """
 name = "two robots, three cameras"

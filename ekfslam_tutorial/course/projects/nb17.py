@@ -8,11 +8,11 @@ from ...analysis import anees_band
 from ...toolbox import universal_slam
 from .. import asks, deadline, guard
 from ..exercise import Verdict
+from ..exercises.nb17_band import in_band
+from ..exercises.nb17_nees import pose_nees
 from ..expect import Failed
 from ..project import Project, Symptom, scores
 from ..trial import Trial, pose_error
-from .nb17_band import in_band
-from .nb17_nees import pose_nees
 
 RUNS = 8  # of the Monte Carlo that a check makes
 ERROR = 0.6  # of the error of dead reckoning: more is no SLAM
