@@ -172,11 +172,10 @@ def blocks(steps, step):
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=f"frame {now.frame}")
     true_landmarks(ax, list(FOUR.values()))
     for s, style, name in ((before, PREDICTED, ""), (now, ESTIMATE, "estimate")):
-        landmarks(ax, s.x, s.P, ranges_of(s.ids), style=style, name=name)
+        names = [str(id) for id in s.ids] if s is now else ()
+        landmarks(ax, s.x, s.P, ranges_of(s.ids), labels=names, style=style, name=name)
         plot_ellipse(ax, s.x[:2], s.P[:2, :2], 3, **line(style, linewidth=1.3))
     ax.plot([], [], **line(PREDICTED), label="before")
-    for id, r in zip(now.ids, ranges_of(now.ids), strict=True):
-        ax.annotate(str(id), now.x[r], (10, 7), textcoords="offset points", fontsize=12)
     robot(ax, now.pose, TRUTH, 0.3)
     robot(ax, now.x[:3], ESTIMATE, 0.3)
     if now.lmk is not None:

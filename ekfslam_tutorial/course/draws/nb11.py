@@ -99,7 +99,7 @@ def twist(v, roll, pitch, yaw):
     space.line(t, **line(ESTIMATE, linewidth=2.5), label="path")
     for F in frames[::10]:
         space.gizmo(F, 0.22 * half, linewidth=1.8)
-    space.text(t[0], "start")
+    space.name(frames[0], "start", 13)
     rate = float(np.linalg.norm(w))
     if rate < 1e-9:
         radius, advance = 0.0, 6 * v

@@ -83,7 +83,7 @@ observation = table(
     range squared | e = np.array([r, -> e = np.array([r2, | Take the square root: the range is in metres.
     robot at the origin | x[l] - x[:2] -> x[l] | The differences begin at the robot: subtract its position, x[:2].
     the mapping Jacobian | -E_l, [0, -1], E_l -> 0, 0, E_l | That is H of notebook 02, where the pose was known. Now the pose is in the state: it has columns of its own, the first three.
-    the localisation Jacobian | -E_l, [0, -1], E_l -> -E_l, [0, -1], 0 | The landmark is in the state, too: its block belongs into the columns l.
+    the localisation Jacobian | -E_l, [0, -1], E_l -> -E_l, [0, -1], 0 | The landmark is in the state, too: its block belongs in the columns l.
     heading column forgotten | [0, -1] -> [0, 0] | The bearing is measured from the robot's own axis: d bearing / d theta = -1. Without it the filter never corrects its heading, and diverges.
     heading column positive | [0, -1] -> [0, 1] | Turn the robot to the left: the landmark moves to the right in its view. d bearing / d theta = -1.
     heading in the range | [0, -1] -> [-1, 0] | Turning on the spot changes no distance: d range / d theta = 0, d bearing / d theta = -1.
@@ -101,7 +101,7 @@ observation = table(
     rows swapped | return e, H -> return e, H[::-1] | The first row of H is the derivative of the range, the second that of the bearing.
     turned by theta | H = np.zeros -> c, s = np.cos(x[2]), np.sin(x[2]); E_l = E_l @ [[c, -s], [s, c]]; H = np.zeros | The state is in the map frame, and so are the columns of H: theta only shifts the bearing.
     only five columns | return e, H -> return e, np.hstack([H[:, :3], E_l]) | H has a column for each number of the state: put the blocks into a matrix of zeros, 2 x n.
-    landmark right behind the robot | H[:, l] -> H[:, 3:5] | The landmark's block belongs into the columns l, not always into 3:5.
+    landmark right behind the robot | H[:, l] -> H[:, 3:5] | The landmark's block belongs in the columns l, not always in 3:5.
     H transposed | return e, H -> return e, H.T | Rows are outputs (range, bearing), columns are inputs (the state): H is 2 x n.
     the first landmark always | dx, dy = -> l = slice(3, 5); dx, dy = | The landmark asked for is x[l], not always x[3:5].
     columns instead of vectors | return e, -> return e[:, None], | Vectors have one axis here: e = np.array([r, beta]), no columns.

@@ -38,7 +38,7 @@ clock = table(
     "09.3 A clock offset from the NIS",
     clock_offset,
     hints=(
-        "Wrong stamps make the innovations larger than Z lets expect. Which number compares z with Z?",
+        "Wrong stamps make the innovations larger than Z predicts. Which number compares z with Z?",
         "NIS of one measurement: z' inv(Z) z. Average it over the measurements of a run; compare the runs.",
         "np.linalg.solve(Z[k, j], z[k, j]) in two loops; then offsets[np.argmin(nis)].",
     ),

@@ -79,7 +79,7 @@ born = table(
     N as a standard deviation | L_n @ N @ -> L_n @ N**2 @ | N is a covariance already: do not square it.
     N and R swapped by identity | L_n @ N @ -> L_n @ | The term of the prior is L_n N L_n', that of the pixel L_y R L_y': neither covariance is the identity.
     pixel noise forgotten | + L_y @ R @ L_y.T -> + 0 | The pixel is noisy: its term L_y R L_y' is missing.
-    pose taken as known | L_F @ P_F @ L_F.T + -> 0 + | That is the formula of mapping. The camera pose is uncertain: L_F P_F L_F' belongs into P_ll, and P_lF = L_F P_F.
+    pose taken as known | L_F @ P_F @ L_F.T + -> 0 + | That is the formula of mapping. The camera pose is uncertain: L_F P_F L_F' belongs in P_ll, and P_lF = L_F P_F.
         P_lF = L_F @ P_F -> P_lF = 0 * L_F
     anchor not correlated | P_lF = L_F @ P_F -> P_lF = 0 * L_F | An anchor that is not correlated with the camera pose is a second, independent origin: the anchor *is* the camera position. P_lF = L_F P_F.
     pose noise forgotten in P_ll | L_F @ P_F @ L_F.T + -> 0 + | P_lF is there, but P_ll lacks the error of the pose: L_F P_F L_F'.

@@ -87,7 +87,7 @@ exercise = table(
     covariances between robots dropped | P - K @ H @ P -> _block_diagonal(P - K @ H @ P, H) | The new P has blocks between all states: do not keep the diagonal ones only.
     known states take the first columns | if r is not None: -> if True: | A known state (r = None) has no columns in H: skip it.
         H[:, r] = E_r -> H[:, slice(E_r.shape[1]) if r is None else r] = E_r[:, : len(x)]
-    columns in the order of the blocks | in blocks: -> in _in_order(blocks): | Each E_r belongs into the columns of its slice r: H[:, r] = E_r.
+    columns in the order of the blocks | in blocks: -> in _in_order(blocks): | Each E_r belongs in the columns of its slice r: H[:, r] = E_r.
     one block after the other | return x + K @ z, P - K @ H @ P -> return _one_by_one(x, P, blocks, z, R) | One measurement, one correction. Using it once for each block counts it several times.
     added up | H[:, r] = E_r -> H[:, : E_r.shape[1]] += E_r | Each state has columns of its own in H: do not add the blocks.
     """,

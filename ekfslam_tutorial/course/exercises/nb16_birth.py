@@ -66,10 +66,10 @@ born = table(
     range noise forgotten | + var * np.outer(P_r, P_r) -> + 0 | The range is noisy, too: its variance lies along the line of sight.
     var as a standard deviation | var * np.outer(P_r, P_r) -> var**2 * np.outer(P_r, P_r) | var is a variance already: do not square it.
     along and across swapped | P_r, P_beta = np.array([c, s]), r * np.array([-s, c]) -> P_r, P_beta = np.array([-s, c]), r * np.array([c, s]) | The range is known *along* the line of sight, the bearing is open *across* it.
-    pose taken as known | P_x @ P @ P_x.T + -> 0 + | That is the formula of mapping. The pose is uncertain: P_x P P_x' belongs into P_pp, and P_px = P_x P.
+    pose taken as known | P_x @ P @ P_x.T + -> 0 + | That is the formula of mapping. The pose is uncertain: P_x P P_x' belongs in P_pp, and P_px = P_x P.
         P_px = P_x @ P -> P_px = 0 * P_x
     pose forgotten in P_pp | P_x @ P @ P_x.T + -> 0 + | P_px is there, but P_pp lacks the error of the pose: P_x P P_x'.
-    zero cross-covariance | P_px = P_x @ P -> P_px = 0 * P_x | The point is made from the robot's pose: their errors hang together, P_px = P_x P.
+    zero cross-covariance | P_px = P_x @ P -> P_px = 0 * P_x | The point is made from the robot's pose: their errors are correlated, P_px = P_x P.
     heading taken as known | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] | A wrong heading turns the point round the robot: the third column of P_x is r [-s, c].
     heading column without the range | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -s], [0.0, 1.0, c]] | An angle is no length: a wrong heading moves the point by r times it. The third column of P_x is r [-s, c].
     P_x instead of P_px | P_px = P_x @ P -> P_px = P_x | A Jacobian is not a covariance: P_px = P_x P.

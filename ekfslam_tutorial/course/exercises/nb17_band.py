@@ -43,7 +43,7 @@ band = table(
     checks="",
     wrong="""
     limits of one run | runs * dof) / runs -> dof) | Those are the limits of *one* NEES. The mean of several runs scatters less.
-    frames counted, too | runs * dof) / runs -> runs * frames * dof) / (runs * frames) | The frames of a run hang together: they are not independent. Only the runs count.
+    frames counted, too | runs * dof) / runs -> runs * frames * dof) / (runs * frames) | The frames of a run are correlated: they are not independent. Only the runs count.
     frames instead of runs | runs * dof) / runs -> frames * dof) / frames | The mean is over the runs: their number counts, not that of the frames.
     degrees of freedom forgotten | runs * dof) / runs -> runs) / runs | The sum of R NEES has R times dof degrees of freedom.
     limits of the sum | runs * dof) / runs -> runs * dof) | Those are the limits of the sum. Divide by the number of runs.
@@ -53,7 +53,7 @@ band = table(
     no upper limit | (mean >= low) & (mean <= high) -> mean >= low | Over-confident is worse: there is an upper limit.
     where it is dishonest | (mean >= low) & (mean <= high) -> (mean < low) | (mean > high) | That is True where the filter is *not* honest.
     median | np.mean( -> np.median( | The chi-square limits are those of the *mean* over the runs.
-    mean over the frames | axis=0 -> axis=1 | The frames of one run hang together. Take the mean over the runs: axis=0.
+    mean over the frames | axis=0 -> axis=1 | The frames of one run are correlated. Take the mean over the runs: axis=0.
     degrees of freedom less one | runs * dof) / runs -> max(runs - 1, 1) * dof) / max(runs - 1, 1) | Nothing was estimated from the runs: R dof degrees of freedom, not (R - 1) dof.
     """,
 )

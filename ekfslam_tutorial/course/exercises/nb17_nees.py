@@ -88,7 +88,7 @@ tangent = table(
     scalar part left out: Three numbers of a quaternion are no rotation vector: half the angle, and other axes. Take e and C.
         C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = np.delete(x - truth, 3, 1), np.delete(np.delete(P, 3, 1), 3, 2)
     position only | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = e[:, :3], P[:, :3, :3] | That is the NEES of the position, 3 degrees of freedom. The orientation belongs to it.
-    correlations forgotten | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.kron(np.eye(2), np.ones((3, 3))) | Position and orientation hang together: use the whole C, not its two blocks.
+    correlations forgotten | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.kron(np.eye(2), np.ones((3, 3))) | Position and orientation are correlated: use the whole C, not its two blocks.
     P forgotten | E_x @ P @ np -> E_x @ np | E_x E_x' is no covariance: P, what the filter says of its error, belongs between them.
     inverse forgotten | np.linalg.solve(C, e[..., None]) -> (C @ e[..., None]) | Large where P is *small*: e' C^-1 e.
     root taken | .sum(-1) -> .sum(-1) ** 0.5 | NEES is the *squared* distance: no root.

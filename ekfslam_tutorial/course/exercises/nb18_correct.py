@@ -21,7 +21,7 @@ def correct_both(x, P, a, b, z, E_a, E_b, R):
 
 
 def case(rng, n=9, a=0, b=3, m=2):
-    """Return the arguments: a state whose parts hang together, and a full R."""
+    """Return the arguments: a state whose parts are correlated, and a full R."""
     A = rng.normal(size=(n, n)) * rng.uniform(0.3, 1.5, n)[:, None]
     B = rng.normal(size=(m, m))
     x, z = rng.normal(size=n), 0.3 * rng.normal(size=m)
@@ -71,16 +71,16 @@ both = table(
     """,
     wrong="""
     robot b taken as known | H[:, a], H[:, b] = E_a, E_b -> H[:, a] = E_a | Robot b is uncertain, too. Without E_b in H robot a believes it as if it were a surveyed mark, and b learns nothing.
-    robot a taken as known | H[:, a], H[:, b] = E_a, E_b -> H[:, b] = E_b | Robot a is uncertain, too: its block E_a belongs into H.
+    robot a taken as known | H[:, a], H[:, b] = E_a, E_b -> H[:, b] = E_b | Robot a is uncertain, too: its block E_a belongs in H.
     only the one who looks | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a); return x + K @ z, P - K @ H @ P | K has rows for all numbers: b, and all that hangs together with either of them, must move.
     only the one who is seen | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, b); return x + K @ z, P - K @ H @ P | K has rows for all numbers: a moves, too.
-    only the two robots | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a, b); return x + K @ z, P - K @ H @ P | Landmarks and other robots hang together with the two. Leave the rows of K in: whoever drops them, breaks P.
+    only the two robots | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a, b); return x + K @ z, P - K @ H @ P | Landmarks and other robots are correlated with the two. Leave the rows of K in: whoever drops them, breaks P.
     cross-covariance left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R | The two robots share landmarks, so they are correlated: Z holds E_a P_ab E_b' and its transpose, too. H P H' does it all.
     cross-covariance counted once | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R + E_a @ P[a, b] @ E_b.T | E_a P_ab E_b' comes twice in Z, once transposed. H P H' does it all.
     b left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + R | The place of b is uncertain, too: Z = H P H' + R with both blocks in H.
     no R | H.T + R -> H.T | The camera is noisy: Z = H P H' + R.
     R counted twice | H.T + R -> H.T + 2 * R | One sighting has one R, although it is about two robots.
-    robots exchanged | = E_a, E_b -> = E_b, E_a | E_a belongs into the columns a of H, E_b into the columns b.
+    robots exchanged | = E_a, E_b -> = E_b, E_a | E_a belongs in the columns a of H, E_b in the columns b.
     x minus K z | x + K @ z -> x - K @ z | z is measured minus expected, so the correction is added.
     x left as it was | x + K @ z -> x | Add K z to the mean.
     P left as it was | P - K @ Z @ K.T -> P | The sighting makes all that hangs together with it more certain: P - K Z K'.

@@ -82,7 +82,7 @@ sight = table(
     heading of a positive | [-E_p, [0.0, -1.0]] -> [-E_p, [0.0, 1.0]] | Turn a to the left: b moves to the right in its view. d bearing / d theta_a = -1.
     heading in the range | [-E_p, [0.0, -1.0]] -> [-E_p, [-1.0, -1.0]] | Turning on the spot changes no distance: d range / d theta = 0.
     same sign for both | [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]] | Let a go towards b: the range becomes smaller. The position columns of E_a are minus those of E_b.
-    signs exchanged | [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]] | Let b go away from a: the range grows. Plus signs belong into E_b, minus into E_a.
+    signs exchanged | [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]] | Let b go away from a: the range grows. Plus signs belong in E_b, minus in E_a.
         [E_p, [0.0, 0.0]] -> [-E_p, [0.0, 0.0]]
     b is a fixed mark | np.column_stack([E_p, [0.0, 0.0]]) -> np.zeros((2, 3)) | b is in the state, too: its position columns are those of a landmark.
     a is exact | np.column_stack([-E_p, [0.0, -1.0]]) -> np.zeros((2, 3)) | a is in the state, too: a step of a changes the measurement.

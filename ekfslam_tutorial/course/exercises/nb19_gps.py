@@ -1,4 +1,4 @@
-"""Exercise 19.4: a path beside GPS, which is no truth."""
+"""Exercise 19.4: a path compared with GPS, which is no truth."""
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def case(rng, share, far=0.0, m=40, g=60, bad=6):
 HAND = np.array([[2.5, 2.5, 3.0], [5.0, 9.0, 3.0], [10.0, 10.0, 0.0], [0.0, 0.0, 1.0], [10.1, 10.0, 0.0]])
 
 gps = table(
-    "19.4 A path beside GPS",
+    "19.4 A path compared with GPS",
     gps_error,
     hints=(
         "Laser and GPS have different times. Which fixes can be compared at all, and where was the path then?",
