@@ -1,6 +1,6 @@
 """A project: the student writes an experiment, scenario and loop, and the run is judged.
 
-A module of a project (``exercises/nb13_project.py``) holds the scenario and the loop of the reference::
+A module of a project (``projects/nb13.py``) holds the scenario and the loop of the reference::
 
     project = Project(
         "13.project", "One eye in the cloister", loop, scenario=SCENARIO, start=START, hints=("level 1", "level 2"),

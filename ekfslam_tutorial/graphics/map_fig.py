@@ -155,7 +155,7 @@ class MapFig:
             label=Labels(ax, size=11, color=BLACK, zorder=8),
         )
         self.rob_ellipse = new_line(ax, **line(ESTIMATE, **wire))
-        self.rob_label = Labels(ax, size=12, shift=(12.0, 8.0), color=ESTIMATE["color"], zorder=9)
+        self.rob_label = Labels(ax, size=12, shift=(16.0, 13.0), color=ESTIMATE["color"], zorder=9)
         self.sim_lmk = new_line(ax, **points(TRUTH, markersize=9.0, markeredgewidth=1.0), zorder=4)
         for rob in snapshot.robs:
             self.est_rob[rob.id] = self._body(ESTIMATE, path=True)

@@ -135,7 +135,7 @@ def _plot_paths(ax, paths, style, label, zorder) -> None:
         if len(known):
             ends[name] = p[known[-1]]
     if len(paths) > 1 and style is ESTIMATE:  # one robot needs no name
-        Labels(ax, size=12, shift=(12.0, 8.0), color=style["color"], zorder=8).put(ends)
+        Labels(ax, size=12, shift=(16.0, 13.0), color=style["color"], zorder=8).put(ends)
 
 
 def _frame(ax, limits) -> None:

@@ -201,6 +201,35 @@ def test_a_self_test_and_an_unknown_number(notebook, file):
         own()
 
 
+def test_a_project_is_no_function(notebook, file):
+    said = notebook.run('keep("13.project")')
+    assert said.startswith(
+        "[13.project] is not kept: a project is a run, not a function. Its scenario and its loop stay"
+    )
+    with pytest.raises(ValueError, match="own cannot give 13.project: a project is a run"):
+        own("13.project")
+    assert not file.exists()
+
+
+def test_what_is_written_by_hand_gives_arrays_too(notebook, file):
+    file.write_text(
+        "import math\n\ndef predict(x, P, u, U):\n    c, s = math.cos(x[2]), math.sin(x[2])\n"
+        "    n, X = len(x), [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]], [0, 0, 1]]\n"
+        "    X_u = [[c, -s, 0], [s, c, 0], [0, 0, 1]]\n"
+        "    F = [[X[i][j] if i < 3 and j < 3 else float(i == j) for j in range(n)] for i in range(n)]\n"
+        "    G = [X_u[i] if i < 3 else [0, 0, 0] for i in range(n)]\n"
+        "    new = [x[0] + c * u[0] - s * u[1], x[1] + s * u[0] + c * u[1], x[2] + u[2], *x[3:]]\n"
+        "    turned = lambda A, B: [[sum(A[i][k] * B[k][l] * A[j][l] for k in range(len(B)) for l in range(len(B)))\n"
+        "                            for j in range(n)] for i in range(n)]\n"
+        "    return new, [[a + b for a, b in zip(*rows)] for rows in zip(turned(F, P), turned(G, U))]\n"
+    )
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        predict = own("05.1")
+    assert printed.getvalue() == "predict (05.1): yours, from my_slam.py\n"
+    x, P = predict(np.zeros(5), np.eye(5), np.array([1.0, 0.0, 0.1]), 0.01 * np.eye(3))
+    assert isinstance(x, np.ndarray) and isinstance(P, np.ndarray) and P.shape == (5, 5)
+
+
 def test_the_reference_is_not_kept_and_both_say_so(notebook, file):
     for id in FILTER[:4]:
         notebook.run(f'{registry.get(id).name} = check("{id}")')

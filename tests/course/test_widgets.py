@@ -128,13 +128,7 @@ def test_the_widgets_of_a_notebook_are_among_those_that_are_swept(path):
         calls = [n for n in ast.walk(ast.parse(build.source(cell))) if isinstance(n, ast.Call)]
         for call in calls:
             if ast.unparse(call.func) == "explore":
-                draw = call.args[0]
-                if (
-                    isinstance(draw, ast.Call) and ast.unparse(draw.func) == "partial"
-                ):  # with a function of the notebook
-                    assert all(isinstance(key.value, ast.Name) for key in draw.keywords)
-                    draw = draw.args[0]
-                assert ast.unparse(draw) in known and not call.keywords
+                assert ast.unparse(call.args[0]) in known and not call.keywords
         assert "nbval-ignore-output" in cell["metadata"].get("tags", [])
 
 

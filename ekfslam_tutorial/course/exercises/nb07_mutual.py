@@ -36,14 +36,11 @@ def sizes(*shapes, high=15, limit=9.0):
 GATED = [[1, 900, 900], [900, 12, 900], [900, 900, 500]]
 
 mutual = table(
-    "07.2",
-    "Mutual nearest neighbours",
+    "07.2 Mutual nearest neighbours",
     mutual_nearest,
     hints=(
-        "Each measurement has a nearest landmark (the least entry of its row), each landmark a nearest measurement "
-        "(the least entry of its column).",
-        "A pair (i, j) counts only if j is the best of row i *and* i is the best of column j, and D[i, j] is inside "
-        "the gate.",
+        "Each measurement has a nearest landmark (the least entry of its row), each landmark a nearest measurement (the least entry of its column).",
+        "A pair (i, j) counts only if j is the best of row i *and* i is the best of column j, and D[i, j] is inside the gate.",
         "near = np.argmin(D[i]); accept if np.argmin(D[:, near]) == i and D[i, near] <= limit; all others stay -1.",
     ),
     returns="j",
