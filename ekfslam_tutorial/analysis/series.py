@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import __version__
 from ..toolbox.files.archives import brief, read_npz
-from ..toolbox.files.writing import replacing
+from ..toolbox.files.writing import written
 
 SAVE_EVERY = 5.0
 """Seconds between two savings."""
@@ -77,7 +77,7 @@ class Series:
             return
         runs, scores = self.scores()
         head = self.head | {"failures": self.failures, "wanted": len(self.seeds)}
-        with replacing(self.path) as part, open(part, "wb") as file:
+        with written(self.path) as file:
             np.savez_compressed(file, allow_pickle=False, head=json.dumps(head), runs=runs, **scores)
         self._saved = time.monotonic()
 
