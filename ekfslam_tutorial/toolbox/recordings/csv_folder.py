@@ -304,7 +304,7 @@ def _check_names(folder, rows):
             f"{folder / name} is not in the rows of {HEAD}: is it of another recording? Delete one of them"
         )
     for name in sorted(set(rows) - there):
-        raise FileNotFoundError(f"{folder} lacks the file {short_text(name)}, which is in the rows of {HEAD}")
+        raise FileNotFoundError(f"{short_text(name)[1:-1]} is missing in {folder}; {HEAD} has its number of rows")
 
 
 def _json(path):

@@ -124,7 +124,7 @@ def test_files_that_do_not_belong_together_are_refused(tmp_path):
     with pytest.raises(ValueError, match=f"{truth.name} is not in the rows of recording.json"):
         Recording.load(tmp_path / "b")
     truth.unlink()
-    with pytest.raises(FileNotFoundError, match=f"lacks the file '{truth.name}'"):
+    with pytest.raises(FileNotFoundError, match=f"{truth.name} is missing in"):
         Recording.load(tmp_path / "a")
 
 
