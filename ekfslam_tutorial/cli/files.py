@@ -1,11 +1,20 @@
 """Files of the command line: those that come with the package, and those that it writes."""
 
+import contextlib
 import difflib
+import os
 import re
+import shutil
 import tempfile
 from pathlib import Path
 
+from ..toolbox.files.locks import only_here
+from ..toolbox.files.writing import beside, sweep, to_disk
 from ..toolbox.files.writing import replacing as replacing
+from ..toolbox.files.writing import written as written
+
+MANIFEST = "files.txt"
+"""The names of the files of a run, one in a line: these, and no others, go when another run writes into the folder."""
 
 PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -60,3 +69,67 @@ def writable_folder(path):
             return path
     except OSError as error:
         raise OSError(f"cannot write into the folder {path}: {error.strerror or error}") from error
+
+
+class ResultFolder:
+    """A folder that one run at a time writes into, and in which the files of one run stand, of the last.
+
+    Parameters
+    ----------
+    path : path
+        It is made if need be.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written, or another run is at it.
+    """
+
+    def __init__(self, path):
+        self.path = writable_folder(path)
+        self._stack = contextlib.ExitStack()
+
+    def __enter__(self):
+        self._stack.enter_context(only_here(self.path))
+        sweep(self.path)
+        return self
+
+    def __exit__(self, *problem):
+        self._stack.close()
+
+    def names(self):
+        """The files that a run has written here before: plain names, whatever stands in the list."""
+        try:
+            lines = (self.path / MANIFEST).read_text(encoding="utf-8").splitlines()
+        except (OSError, UnicodeDecodeError):
+            return set()
+        return {line for line in lines if line and line == Path(line).name and line not in (".", "..", MANIFEST)}
+
+    def announce(self, *names):
+        """Note names of files that are going to be written, so that they are known for ours whatever happens."""
+        with written(self.path / MANIFEST, text=True) as file:
+            file.write("".join(f"{name}\n" for name in sorted({*self.names(), *names})))
+
+    @contextlib.contextmanager
+    def results(self):
+        """Give a folder elsewhere for the files of a run; at the end they are moved here. `keep` ends the old ones."""
+        with tempfile.TemporaryDirectory(prefix="ekfslam-results-") as own:
+            yield Path(own)
+            files = sorted(Path(own).iterdir())
+            with beside(self.path) as new:  # a full disk is met before the first of the old files is touched
+                for file in files:
+                    shutil.copyfile(file, new / file.name)
+                to_disk(*new.iterdir())
+                self.announce(*(file.name for file in files))
+                for file in files:
+                    os.replace(new / file.name, self.path / file.name)
+            to_disk(self.path)
+
+    def keep(self, *names):
+        """Take away the files of runs before, but for these."""
+        for name in self.names() - set(names):
+            path = self.path / name
+            if path.is_file() or path.is_symlink():
+                path.unlink()
+        with written(self.path / MANIFEST, text=True) as file:
+            file.write("".join(f"{name}\n" for name in sorted(names)))

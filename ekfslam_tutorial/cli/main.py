@@ -1,9 +1,12 @@
 """The parser of the command line. The commands themselves are imported when they are called: `--version` is instant."""
 
 import argparse
+import contextlib
 import importlib
 import os
+import signal
 import sys
+import threading
 
 from .. import __version__
 
@@ -22,12 +25,12 @@ def main(arguments=None):
     Returns
     -------
     int
-        Exit code: 0 done, 1 a problem was found, 2 wrong input, 130 stopped by Ctrl-C.
+        Exit code: 0 done, 1 a problem was found, 2 wrong input, 130 stopped by Ctrl-C or SIGTERM.
     """
     options = parser().parse_args(arguments)
     command = importlib.import_module(f".{options.module}", __package__)
     try:
-        with threads(getattr(options, "threads", 1)):
+        with terminated_like_ctrl_c(), threads(getattr(options, "threads", 1)):
             return command.main(options)
     except BrokenPipeError:  # the reader of our output has gone, as in `ekfslam data | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -40,6 +43,19 @@ def main(arguments=None):
     except KeyboardInterrupt:
         print(f"ekfslam {options.command}: stopped", file=sys.stderr)
         return 130
+
+
+@contextlib.contextmanager
+def terminated_like_ctrl_c():
+    """SIGTERM, as of a batch system whose time is over, keeps what Ctrl-C keeps."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def threads(n):

@@ -8,7 +8,7 @@ import numpy as np
 from .. import __version__
 from ..analysis.fixes import fix_figures
 from ..analysis.rec_file import write_rec
-from .files import replacing
+from .files import replacing, written
 from .tum import write_tum
 
 SPOKEN = {
@@ -85,8 +85,8 @@ def write(out, figures, history, data, recording=None, costs=None):
     """
     from . import views
 
-    with replacing(out / "result.json") as part:
-        part.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    with written(out / "result.json", text=True) as file:
+        file.write(json.dumps(figures, indent=2, allow_nan=False) + "\n")
     _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
     _write_csv(out / "map.csv", *landmarks(history))
     names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
@@ -97,8 +97,7 @@ def write_recording(out, recorder, name, fixes=None):
     """Write recording.npz, which plays the run again."""
     played = recorder.recording(name)
     played.fixes = fixes or {}
-    with replacing(out / "recording.npz") as part:
-        played.save(part)
+    played.save(out / "recording.npz")
     return ["recording.npz"]
 
 
@@ -157,7 +156,7 @@ def _blank(values):
 
 
 def _write_csv(path, header, rows):
-    with replacing(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
+    with written(path, text=True) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows([v.item() if isinstance(v, np.generic) else v for v in row] for row in rows)

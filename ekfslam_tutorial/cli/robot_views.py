@@ -6,7 +6,7 @@ import numpy as np
 from ..analysis.consistency import md2
 from ..graphics import consistency_panel, error_panel, map_picture
 from ..graphics.panels import GAP
-from .files import replacing
+from .files import written
 
 AXES = {
     2: [("x error", "m"), ("y error", "m"), ("heading error", "deg")],
@@ -103,7 +103,7 @@ def _averaged(nis):
 
 
 def _save(fig, path):
-    with replacing(path) as part:
-        fig.savefig(part)
+    with written(path) as file:
+        fig.savefig(file, format=path.suffix[1:])
     plt.close(fig)
     return path.name

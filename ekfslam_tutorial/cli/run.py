@@ -17,10 +17,11 @@ from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
 from ..analysis.rec_file import Innovations
+from ..analysis.series import unfinished
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from ..toolbox.clock import computing_time
 from . import results, views
-from .files import file_name, find_scenario, writable_folder
+from .files import ResultFolder, file_name, find_scenario
 
 KEPT = "checkpoint.npz"
 """Where a run is kept on the way."""
@@ -46,8 +47,15 @@ def main(options):
 def run_scenario(options, models):
     """Read, run and write; return the exit code."""
     data = read(options, models)
-    out = writable_folder(options.out or Path("results") / file_name(data.name))
-    data, recording = source(options, data)
+    with ResultFolder(options.out or Path("results") / file_name(data.name)) as folder:
+        return run_into(folder, options, data)
+
+
+def run_into(folder, options, data):
+    """Run and write; the folder is ours meanwhile."""
+    out, (data, recording) = folder.path, source(options, data)
+    if unfinished(out / "runs.npz"):
+        raise ValueError(f"{out} holds an unfinished series of monte-carlo: resume it, or take another folder")
     for note in [*recording.notes, *left_out(data, recording)] if recording else ():
         print(f"note: {note}", file=sys.stderr)
     if options.live:
@@ -68,6 +76,7 @@ def run_scenario(options, models):
     if options.resume or options.checkpoint is not None:
         keeper = Checkpoint(out / KEPT, data, recording, history, history.every, len(run))
         watchers.append(keeper)
+    folder.announce(*([KEPT] if keeper else []), *([movie.name] if movie else []))
     with ExitStack() as windows:  # they close last: everything is written while they are still open
         if options.live:
             watchers.append(windows.enter_context(views.Live(data.figure)))
@@ -83,14 +92,14 @@ def run_scenario(options, models):
             return 130
 
         summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
-        written = results.write(out, summary, history, data, recording, costs if recording else None)
-        if options.record:
-            written += results.write_recording(out, recorder, data.name, recording and recording.fixes)
-            written += results.write_record(out, history, innovations)
+        with folder.results() as new:
+            written = results.write(new, summary, history, data, recording, costs if recording else None)
+            if options.record:
+                written += results.write_recording(new, recorder, data.name, recording and recording.fixes)
+                written += results.write_record(new, history, innovations)
         if movie:
             written.append(movie.name)
-        if keeper and not interrupted:
-            keeper.path.unlink(missing_ok=True)  # the whole result is there
+        folder.keep(*written, *([KEPT] if keeper and interrupted else []))  # once all of the result is there
         print(results.sentence(summary))
         for note in [*results.doubts(summary, history), *(not_compiled() if data.options.compiled else [])]:
             print(f"note: {note}", file=sys.stderr)
@@ -165,10 +174,10 @@ def consume(run, watchers, first=0):
     costs : list of float
         The same for each frame, but of this thread's processor: other programs do not count.
     interrupted : bool
-        By Ctrl-C; then the frames so far are complete.
+        By Ctrl-C or SIGTERM; then the frames so far are complete.
     """
     seconds, costs, frames = 0.0, [], iter(run)
-    with stopped_by_ctrl_c() as stop, tqdm(total=len(run), initial=first, unit=" frames", dynamic_ncols=True) as bar:
+    with stopped_by_signal() as stop, tqdm(total=len(run), initial=first, unit=" frames", dynamic_ncols=True) as bar:
         while not stop.is_set():
             start, used = time.perf_counter(), computing_time()
             snapshot = next(frames, None)
@@ -227,8 +236,8 @@ def suspected(files):
 
 
 @contextmanager
-def stopped_by_ctrl_c():
-    """An event that Ctrl-C sets, so that a frame is finished first. A second Ctrl-C stops at once."""
+def stopped_by_signal():
+    """An event that Ctrl-C and SIGTERM set, so that a frame is finished first. The second one stops at once."""
     stop = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield stop
@@ -240,11 +249,12 @@ def stopped_by_ctrl_c():
             raise KeyboardInterrupt
         stop.set()
 
-    before = signal.signal(signal.SIGINT, on_signal)
+    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield stop
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def own_models(file):

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ..graphics import MapFig, Movie, SenFig, check_movie_path, cost_panel, grab, map_picture, side_by_side, use_style
-from .files import replacing
+from .files import written
 from .robot_views import write_robot_figures
 
 FEW = 2
@@ -93,8 +93,8 @@ def _sensor(out, snapshot, sensor, figure):
 
 
 def _save(fig, path):
-    with replacing(path) as part:
-        fig.savefig(part)
+    with written(path) as file:
+        fig.savefig(file, format=path.suffix[1:])
     plt.close(fig)
     return path.name
 

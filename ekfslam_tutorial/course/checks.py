@@ -110,6 +110,8 @@ def progress(notebook: str | None = None):
     if not chosen:
         raise ValueError(f"there are no exercises of a notebook {notebook!r}")
     done = sum(bool(records.get(e.id, logbook.EMPTY)["passed"]) for e in chosen)
+    if damage := logbook.damage():
+        print(damage)
     print(f"{done} of {len(chosen)} exercises passed")
     for exercise in chosen:
         record = records.get(exercise.id, logbook.EMPTY)

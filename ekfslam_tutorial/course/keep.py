@@ -14,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from ..toolbox.files.locks import one_at_a_time
 from . import needs, registry
 from .exercise import Exercise
 from .my_file import IMPORTS, Broken, MyFile, load
@@ -62,12 +63,13 @@ def keep(*ids: str):
     name, told = path().name, []
     wanted = [id for id in sorted(set(ids or _passed)) if _can_be_kept(id, told, asked=bool(ids))]
     try:
-        file = MyFile.read(path())
-        old = str(file)
-        kept = _kept(wanted, file, told)
-        if str(file) != old:
-            file.write(path())
-            _forget_imported()
+        with one_at_a_time(path()):  # another notebook may keep something, too
+            file = MyFile.read(path())
+            old = str(file)
+            kept = _kept(wanted, file, told)
+            if str(file) != old:
+                file.write(path())
+                _forget_imported()
     except Broken as error:
         print(f"{name} stays as it is, and nothing is kept: {error}.")
         return

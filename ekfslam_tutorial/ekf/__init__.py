@@ -4,7 +4,7 @@ Lives here: a mean, a covariance, ranges in them, and matrices.
 May not: know what a range stands for. No frames, sensors, robots or landmarks here.
 """
 
-from .covariances import check_covariance
+from .covariances import check_covariance, real
 from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform, update
 from .stochastic_map import Map, MapFull
 
@@ -19,6 +19,7 @@ __all__ = [
     "cross",
     "innovation",
     "predict",
+    "real",
     "transform",
     "update",
 ]

@@ -20,6 +20,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .covariances import real, real_blocks
+
 
 @dataclass(frozen=True)
 class Innovation:
@@ -87,6 +89,7 @@ def predict(map, r, x, X_x, X_u, U):
         If the range is not in the map, for shapes that do not fit, or if the result is not finite. Nothing has been
         changed then.
     """
+    x, X_x, X_u, U = real("x", x), real("X_x", X_x), real("X_u", X_u), real("U", U)
     _check_motion(map, r, x, X_x, X_u, U)
     P_rm = X_x @ map.P[r]
     P_rr = P_rm[:, r] @ X_x.T + X_u @ U @ X_u.T
@@ -199,6 +202,7 @@ def update(map, blocks, z, R):
     ValueError
         As `innovation` and `correct`. Nothing has been changed then.
     """
+    z, R, blocks = real("z", z), real("R", R), real_blocks(blocks)
     PHt = cross(map, blocks)
     correct(map, PHt, innovation(z, covariance(PHt, blocks), R))
 
@@ -232,6 +236,7 @@ def augment(map, l, blocks, Q):
     ValueError
         For shapes that do not fit each other, or numbers that are not finite.
     """
+    l, Q, blocks = real("l", l), real("Q", Q), real_blocks(blocks)
     PLt = cross(map, blocks)
     P_ll, shape = covariance(PLt, blocks), np.shape(l) * 2
     if not P_ll.shape == np.shape(Q) == shape:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .covariances import check_covariance
+from .covariances import check_covariance, real
 from .html import map_html
 
 
@@ -93,13 +93,13 @@ class Map:
         ValueError
             For shapes that do not fit each other, numbers that are not finite, or a P_xx that is no covariance.
         """
-        x, P_xx = np.asarray(x, float), np.asarray(P_xx, float)
+        x, P_xx = real("the mean of a new state", x), real("P_xx", P_xx)
         if x.ndim != 1:
             raise ValueError(f"the mean of a new state must be a vector, got shape {x.shape}")
         check_covariance(P_xx, len(x), "P_xx")
         if not np.isfinite(x).all():
             raise ValueError(f"the mean of a new state must be finite, got {x}")
-        P_xm = np.zeros((len(x), self.n)) if P_xm is None else np.asarray(P_xm, float)
+        P_xm = np.zeros((len(x), self.n)) if P_xm is None else real("P_xm", P_xm)
         if P_xm.shape != (len(x), self.n) or not np.isfinite(P_xm).all():
             raise ValueError(f"P_xm must be finite and have shape {(len(x), self.n)}, got shape {P_xm.shape}")
 

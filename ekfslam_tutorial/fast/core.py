@@ -1,7 +1,7 @@
 """All that the wing takes from `ekf` and `slam`, public names only; and the symbols by which it traces models."""
 
-from ..ekf import MapFull, check_covariance
-from ..ekf.covariances import faults
+from ..ekf import MapFull, check_covariance, real
+from ..ekf.covariances import faults, real_blocks
 from ..ekf.html import map_html, table_html
 from ..slam.association import Jcbb, KnownIds, NearestNeighbour, gate
 from ..slam.first_estimates import check_first_estimates, first_jacobians, note_first_estimates, transport
@@ -31,6 +31,8 @@ __all__ = [
     "gate",
     "map_html",
     "note_first_estimates",
+    "real",
+    "real_blocks",
     "short",
     "table_html",
     "transport",

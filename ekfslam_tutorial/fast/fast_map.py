@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from .blas import Downdate
-from .core import MapFull, check_covariance, map_html
+from .core import MapFull, check_covariance, map_html, real
 from .extra import check_compiled, compiled
 from .notes import Notes
 from .storage import nothing, roomy, square, symmetric
@@ -150,16 +150,16 @@ class FastMap:
         ValueError
             For shapes that do not fit each other, numbers that are not finite, or a P_xx that is no covariance.
         """
-        x, P_xx = np.asarray(x, float), np.asarray(P_xx, float)
+        x, P_xx = real("the mean of a new state", x), real("P_xx", P_xx)
         if x.ndim != 1:
             raise ValueError(f"the mean of a new state must be a vector, got shape {x.shape}")
         check_covariance(P_xx, len(x), "P_xx")
         if not np.isfinite(x).all():
             raise ValueError(f"the mean of a new state must be finite, got {x}")
-        if P_xm is not None and (np.shape(P_xm) != (len(x), self.n) or not np.isfinite(P_xm).all()):
+        if P_xm is not None and (real("P_xm", P_xm).shape != (len(x), self.n) or not np.isfinite(P_xm).all()):
             raise ValueError(f"P_xm must be finite and have shape {(len(x), self.n)}, got shape {np.shape(P_xm)}")
 
-        P_xm = np.zeros((len(x), self.n)) if P_xm is None else np.asarray(P_xm, float)
+        P_xm = np.zeros((len(x), self.n)) if P_xm is None else real("P_xm", P_xm)
         self.notes.changes += 1
         return self.insert(x, symmetric(P_xx), P_xm)
 

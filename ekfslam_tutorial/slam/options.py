@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..ekf import check_covariance
+from ..ekf import check_covariance, real
 from .association import KnownIds
 
 
@@ -80,8 +80,8 @@ class Options:
     first_estimates: bool = False
 
     def __post_init__(self):
-        object.__setattr__(self, "n", np.atleast_1d(np.array(self.n, float)))
-        object.__setattr__(self, "N", np.atleast_2d(np.array(self.N, float)))
+        object.__setattr__(self, "n", np.atleast_1d(real("the mean n of the prior", self.n)).copy())
+        object.__setattr__(self, "N", np.atleast_2d(real("the covariance N of the prior", self.N)).copy())
         check_covariance(self.N, len(self.n), "the covariance N of the prior")
         self._check()
 

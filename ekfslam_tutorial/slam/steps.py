@@ -7,7 +7,7 @@ ones that it does not. The order matters: a measurement that starts a landmark h
 import numpy as np
 from scipy.linalg import block_diag
 
-from ..ekf import Map, MapFull, augment, check_covariance, correct, covariance, cross, innovation, predict
+from ..ekf import Map, MapFull, augment, check_covariance, correct, covariance, cross, innovation, predict, real
 from ..models.observation import observe, retro_project
 from .first_estimates import check_first_estimates, note_first_estimates, transport
 from .objects import Event, Lmk
@@ -263,8 +263,8 @@ def check_control(rob, dt):
     ------
     ValueError
     """
-    m = sum(rob.motion.control_fields.values())
-    if np.shape(rob.u) != (m,) or not np.isfinite(rob.u).all():
+    m, u = sum(rob.motion.control_fields.values()), real(f"robot {rob.id}: the control", rob.u)
+    if u.shape != (m,) or not np.isfinite(u).all():
         fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
     if not 0 <= dt < np.inf:
@@ -286,10 +286,10 @@ def check_raw(raw, sen):
     ValueError
     """
     m, ids, y = len(sen.model.R), np.asarray(raw.ids), np.asarray(raw.y)
-    if ids.ndim != 1:
-        raise ValueError(f"sensor {sen.id}: ids must be a list of integers, got shape {ids.shape}")
-    if ids.size and ids.dtype.kind not in "iu":
-        raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()}")
+    if ids.ndim != 1 or np.ma.is_masked(raw.ids) or (ids.size and ids.dtype.kind not in "iu"):
+        _refuse_ids(raw.ids, sen)
+    if np.ma.is_masked(raw.y) or y.dtype.kind not in "iuf":
+        real(f"sensor {sen.id}: measurements", raw.y)
     if raw.R is not None:
         if np.shape(raw.R) != (len(ids), m, m):
             raise ValueError(
@@ -303,3 +303,11 @@ def check_raw(raw, sen):
         )
     for i in np.flatnonzero(~np.isfinite(y).all(-1))[:1]:
         raise ValueError(f"sensor {sen.id}: measurement {i} of landmark {ids[i]} must be finite, got {y[i].tolist()}")
+
+
+def _refuse_ids(ids, sen):
+    if np.ma.is_masked(ids):
+        raise ValueError(f"sensor {sen.id}: ids must not have masked entries: -1 stands for an id that is not known")
+    if np.ndim(ids) != 1:
+        raise ValueError(f"sensor {sen.id}: ids must be a list of integers, got shape {np.shape(ids)}")
+    raise ValueError(f"sensor {sen.id}: ids must be integers, got {np.asarray(ids).tolist()}")

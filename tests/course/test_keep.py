@@ -484,7 +484,7 @@ def run_python(text, file):
     script.write_text(text)
     command = [sys.executable, str(script)]
     done = subprocess.run(command, cwd=file.parent, capture_output=True, text=True, env={**os.environ})
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 

@@ -14,24 +14,17 @@ The file is compiled; read `fast/filter.py`. The tests hold the two against each
 from math import isfinite, sqrt
 
 import numpy as np
-from numba import njit
 
 from .. import storage
 from ..storage import LINE, WIDTH
+from . import cache
 from .tile import COLUMNS, subtract_rows, subtract_tile
 
 CACHED = 2048  # numbers that stay in the fastest cache, and leave room for others
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
 
 
-def compiled(function):
-    """Compile a function when it is called for the first time; the machine code is kept if there is a place for it."""
-    try:
-        return njit(cache=True, **HOW)(function)
-    except RuntimeError:  # neither beside this file nor in the user's cache
-        return njit(**HOW)(function)
-
-
+compiled = cache.compiled(**HOW)
 whole, aligned = compiled(storage.whole), compiled(storage.aligned)
 
 
