@@ -70,7 +70,7 @@ def parser():
     )
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for add in (_run, _monte_carlo, _data, _notebooks, _progress, _lecture, _nbgrader, _new, _evaluate, _doctor):
+    for add in (_run, _monte_carlo, _data, _lab, _notebooks, _progress, _lecture, _nbgrader, _new, _evaluate, _doctor):
         add(commands)
     return top
 
@@ -143,6 +143,12 @@ def _data(commands):
 def _notebooks(commands):
     notebooks = _command(commands, "notebooks", "Copy the notebooks, without outputs, to a folder of your own.")
     notebooks.add_argument("destination", metavar="DEST")
+
+
+def _lab(commands):
+    lab = _command(commands, "lab", "Open JupyterLab on a copy of the notebooks of your own, at the first one.")
+    lab.add_argument("folder", nargs="?", default="my_notebooks", metavar="DIR", help="my_notebooks if not given")
+    lab.add_argument("--lab", nargs=argparse.REMAINDER, default=[], metavar="ARG", help="options of JupyterLab; last")
 
 
 def _progress(commands):
