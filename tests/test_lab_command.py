@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -102,6 +103,7 @@ def test_the_lab_opens_the_first_notebook_of_a_copy_without_other_tools(tmp_path
     assert main(["lab", str(tmp_path / "mine"), "--lab", "--no-browser"]) == 0
     assert f"--notebook-dir={tmp_path / 'mine'}" in seen["arguments"] and seen["arguments"][-1] == "--no-browser"
     assert "--LabApp.default_url=/lab/tree/00_start_here.ipynb" in seen["arguments"]
+    assert not re.search(r"token|password|--ip|disable_check", " ".join(seen["arguments"]))
     assert seen["page"]["disabledExtensions"]["@jupyter/nbgrader"] is True
     assert f"your notebooks: {tmp_path / 'mine'} (" in capsys.readouterr().out
     given = json.loads((tmp_path / "mine" / "00_start_here.ipynb").read_text(encoding="utf-8"))
