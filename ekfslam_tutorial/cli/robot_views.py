@@ -6,7 +6,7 @@ import numpy as np
 from ..analysis.consistency import md2
 from ..graphics import consistency_panel, error_panel, map_picture
 from ..graphics.panels import GAP
-from .files import replacing
+from .files import save_figure
 
 AXES = {
     2: [("x error", "m"), ("y error", "m"), ("heading error", "deg")],
@@ -34,12 +34,12 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
     names = []
     for id, track in tracks.items():
         if len(tracks) > 1:
-            names.append(_save(_path(track, lmks, data, fixes.get(id)), out / f"map-{id}.png"))
+            names.append(save_figure(_path(track, lmks, data, fixes.get(id)), out / f"map-{id}.png"))
         if track.known.sum() > 1:
-            names.append(_save(_errors(track, data.figure.k), out / f"errors-{id}.png"))
+            names.append(save_figure(_errors(track, data.figure.k), out / f"errors-{id}.png"))
         nis = history.nis(id)
         if len(nis) > 1 or np.isfinite(md2(*track.errors())).any():
-            names.append(_save(_consistency(track, nis), out / f"consistency-{id}.png"))
+            names.append(save_figure(_consistency(track, nis), out / f"consistency-{id}.png"))
     return names
 
 
@@ -101,10 +101,3 @@ def _averaged(nis):
     n = np.diff(edges, append=len(t))
     t, value, dof = (np.add.reduceat(nis, edges) / n[:, None]).T
     return t, value, dof, n
-
-
-def _save(fig, path):
-    with replacing(path) as part:
-        fig.savefig(part)
-    plt.close(fig)
-    return path.name

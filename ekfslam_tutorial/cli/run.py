@@ -11,14 +11,14 @@ import types
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
-from tqdm import tqdm
-
 from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
+from ..analysis.progress import bar
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from . import results, views
-from .files import file_name, find_scenario, writable_folder
+from .files import file_name, find_scenario, scenarios, told, writable_folder
+from .terminal import say, table
 
 KEPT = "checkpoint.npz"
 """Where a run is kept on the way."""
@@ -35,7 +35,11 @@ class KeptHistory(History):
 
 
 def main(options):
-    """Run the command."""
+    """Run the command; without a scenario, say which there are."""
+    if options.scenario is None:
+        table([[name, told(path)] for name, path in scenarios().items()], styles=["bold"], cut=True)
+        say("run one: ekfslam run range_bearing_2d; or a TOML file of your own: ekfslam run FILE.toml", "dim")
+        return 0
     models = [cls for file in options.models for cls in own_models(file)]
     with told_by_name(options.models):
         return run_scenario(options, models)
@@ -88,7 +92,7 @@ def run_scenario(options, models):
             written.append(movie.name)
         if keeper and not interrupted:
             keeper.path.unlink(missing_ok=True)  # the whole result is there
-        print(results.sentence(summary))
+        results.tell(summary)
         for note in [*results.doubts(summary, history), *(not_compiled() if data.options.compiled else [])]:
             print(f"note: {note}", file=sys.stderr)
         print(f"written to {out}: {', '.join(written)}", flush=True)
@@ -165,7 +169,7 @@ def consume(run, watchers, first=0):
         By Ctrl-C; then the frames so far are complete.
     """
     seconds, costs, frames = 0.0, [], iter(run)
-    with stopped_by_ctrl_c() as stop, tqdm(total=len(run), initial=first, unit=" frames", dynamic_ncols=True) as bar:
+    with stopped_by_ctrl_c() as stop, bar(len(run), "frames", first) as done:
         while not stop.is_set():
             start, used = time.perf_counter(), time.thread_time()
             snapshot = next(frames, None)
@@ -175,10 +179,10 @@ def consume(run, watchers, first=0):
             costs.append(time.thread_time() - used)
             for watcher in watchers:
                 watcher.add(snapshot)
-            bar.update()
-        interrupted = stop.is_set() and bar.n < len(run)
+            done.update()
+        interrupted = stop.is_set() and done.n < len(run)
     if interrupted:
-        print(f"ekfslam run: stopped after {bar.n} of {len(run)} frames; these are written", file=sys.stderr)
+        print(f"ekfslam run: stopped after {done.n} of {len(run)} frames; these are written", file=sys.stderr)
     return seconds, costs, interrupted
 
 
