@@ -1,5 +1,5 @@
 # Two commands do everything, set-up included:
-#   make lab     JupyterLab on the notebooks
+#   make lab     JupyterLab on your copy of the notebooks
 #   make test    every test and every notebook
 # All paths are relative, so the folder may have spaces and accents in its name.
 
@@ -24,10 +24,9 @@ env:  ## build .venv if it is missing, broken or older than the lock (PYTHON=pyt
 	@command -v "$(PYTHON)" >/dev/null 2>&1 || { echo "There is no program '$(PYTHON)' here: install Python 3.11 or newer, or name one: make env PYTHON=python3.12" >&2; exit 1; }
 	@"$(PYTHON)" tools/make_env.py $(ENV_ARGS)
 
-# JupyterLab's own defaults stay: it listens on loopback and asks for its token. It refuses to run as root
-# unless told; in a container there is often nobody else.
-lab: env  ## open JupyterLab on notebooks/ (LAB_ARGS is passed on, for example LAB_ARGS=--no-browser)
-	@$(VENV) -m jupyterlab --notebook-dir=notebooks $$(test "$$(id -u)" = 0 && echo --allow-root) $(LAB_ARGS)
+# JupyterLab's own defaults stay: it listens on loopback and asks for its token.
+lab: env  ## open JupyterLab on a copy of the notebooks, my_notebooks/ (LAB_ARGS is passed on: LAB_ARGS=--no-browser)
+	@$(VENV) -m ekfslam_tutorial lab my_notebooks --lab $(LAB_ARGS)
 
 test: env  ## run every test, then every notebook, unsolved and solved (TEST_ARGS is passed to pytest on tests/)
 	@$(VENV) tools/run_tests.py $(TEST_ARGS)

@@ -164,9 +164,9 @@ def test_help_lists_every_target():
 
 @needs_make
 def test_make_lab_keeps_the_token():
-    """The recipe starts JupyterLab with its own defaults: on loopback, with a token."""
+    """The recipe starts JupyterLab with its own defaults, on loopback, with a token; see test_lab_command, too."""
     recipe = make("--dry-run", "lab")
-    assert "jupyterlab" in recipe
+    assert "ekfslam_tutorial lab" in recipe
     assert not re.search(r"token|password|--ip|disable_check", recipe)
 
 

@@ -1,17 +1,18 @@
 """Files of the command line: those that come with the package, and those that it writes."""
 
 import contextlib
-import difflib
 import os
 import re
 import shutil
 import tempfile
 from pathlib import Path
 
+from ..analysis.progress import bar
 from ..toolbox.files.locks import only_here
 from ..toolbox.files.writing import beside, sweep, to_disk
 from ..toolbox.files.writing import replacing as replacing
 from ..toolbox.files.writing import written as written
+from .terminal import near
 
 MANIFEST = "files.txt"
 """The names of the files of a run, one in a line: these, and no others, go when another run writes into the folder."""
@@ -44,14 +45,46 @@ def find_scenario(name):
     stem = path.stem if path.suffix == ".toml" else path.name
     if stem in known:
         return known[stem]
-    close = difflib.get_close_matches(stem, known, n=1, cutoff=0.5)
-    hint = f"; did you mean {close[0]}?" if close else ""
-    raise FileNotFoundError(f"no scenario file {name}; known names: {', '.join(known) or 'none'}{hint}")
+    raise FileNotFoundError(f"no scenario file {name}; known names: {', '.join(known) or 'none'}{near(stem, known)}")
+
+
+def told(path):
+    """What a scenario file says of itself: the beginning of its first line, as far as that is a phrase."""
+    line = path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
+    return re.match(r".{20,}?(?=[.:;,] |[.:;,]$|$)", line)[0] if line else ""
 
 
 def file_name(name):
     """A name as the name of a file or folder: letters, digits, points and dashes of any language, never a path."""
     return re.sub(r"[^\w.-]+", "_", name).strip("._") or "unnamed"
+
+
+def save_figure(fig, path):
+    """Write a figure as a picture, close it, and say so to the bar that is shown meanwhile; return the file's name."""
+    import matplotlib.pyplot as plt
+
+    with written(path) as file:
+        fig.savefig(file, format=path.suffix[1:])
+    plt.close(fig)
+    if drawing:
+        drawing[-1].update()
+    return path.name
+
+
+@contextlib.contextmanager
+def pictures(total):
+    """Show a bar while so many figures are saved."""
+    with bar(total, "pictures") as done:
+        drawing.append(done)
+        try:
+            yield
+        finally:
+            drawing.pop()
+            done.total = done.n
+
+
+drawing = []
+"""The bar of the pictures that are being drawn, if there is one."""
 
 
 def writable_folder(path):

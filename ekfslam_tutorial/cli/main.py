@@ -4,11 +4,14 @@ import argparse
 import contextlib
 import importlib
 import os
+import re
 import signal
 import sys
 import threading
+from pathlib import Path
 
 from .. import __version__
+from .terminal import near
 
 USER_ERRORS = (ValueError, OSError)  # told in one sentence; anything else is a mistake of ours
 CHANGE = "change a key of the scenario: time.last=50, data.set=7, options.compiled=true; docs/scenarios.md has all"
@@ -27,7 +30,15 @@ def main(arguments=None):
     int
         Exit code: 0 done, 1 a problem was found, 2 wrong input, 130 stopped by Ctrl-C or SIGTERM.
     """
-    options = parser().parse_args(arguments)
+    top = parser()
+    if "_ARGCOMPLETE" in os.environ:  # the shell asks what may come next; see `ekfslam completion`
+        import argcomplete
+
+        argcomplete.autocomplete(top)
+    options = top.parse_args(arguments)
+    if options.command is None:
+        top.print_help()
+        return 0
     command = importlib.import_module(f".{options.module}", __package__)
     try:
         with terminated_like_ctrl_c(), threads(getattr(options, "threads", 1)):
@@ -77,28 +88,51 @@ def _sentence(error):
     return str(error)
 
 
+class Parser(argparse.ArgumentParser):
+    """One that names the nearest word for a command or an option that it does not know."""
+
+    def error(self, message):
+        """Say what is wrong in a line or two, and stop."""
+        choice = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
+        strange = re.search(r"unrecognized arguments: (--[\w-]+)", message)
+        if choice:
+            message += near(choice[1], [word.strip(" '") for word in choice[2].split(",")])
+        elif strange:
+            message += near(strange[1], self.all_options())
+        self.exit(2, f"{self.prog}: {message}\n{self.prog} --help says what is possible\n")
+
+    def all_options(self):
+        """The options of this parser and of all its commands."""
+        words = {word for action in self._actions for word in action.option_strings}
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                words.update(*(command.all_options() for command in action.choices.values()))
+        return words
+
+
+def _scenario(command, **more):
+    """The argument that names a scenario; the shell completes its name, or that of a file."""
+    action = command.add_argument("scenario", help="a TOML file, or the name of one in the package", **more)
+    action.completer = _scenarios
+
+
+def _scenarios(prefix, **_):
+    from .files import scenarios
+
+    return [*scenarios(), *map(str, Path().glob(f"{prefix}*"))]
+
+
 def parser():
     """The argument parser with all commands."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="ekfslam",
         description="EKF mapping and EKF-SLAM: course and toolbox.",
         epilog="Linear algebra (BLAS) is limited to one thread; see `run --threads`.",
     )
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
-    commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for add in (
-        _run,
-        _monte_carlo,
-        _data,
-        _notebooks,
-        _progress,
-        _lecture,
-        _nbgrader,
-        _new,
-        _evaluate,
-        _audit,
-        _doctor,
-    ):
+    commands = top.add_subparsers(title="commands", dest="command", metavar="COMMAND")
+    course = _lab, _notebooks, _progress, _lecture, _nbgrader
+    for add in (_run, _monte_carlo, _data, *course, _new, _evaluate, _audit, _doctor, _completion):
         add(commands)
     return top
 
@@ -111,7 +145,7 @@ def _command(commands, name, help, module=None, **more):
 
 def _run(commands):
     run = _command(commands, "run", "Run a scenario and write result.json, trajectory.csv, map.csv and figures.")
-    run.add_argument("scenario", help="a TOML file, or the name of a scenario that comes with the package")
+    _scenario(run, nargs="?")
     run.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=CHANGE)
     run.add_argument("--out", metavar="DIR", help="folder for the results; results/NAME if not given")
     run.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
@@ -137,7 +171,7 @@ def _monte_carlo(commands):
     many = _command(
         commands, "monte-carlo", "Run a scenario with many seeds: errors, NEES and their bands.", "monte_carlo"
     )
-    many.add_argument("scenario", help="a TOML file, or the name of a scenario that comes with the package")
+    _scenario(many)
     many.add_argument("--runs", type=int, required=True, metavar="N", help="how many runs")
     many.add_argument(
         "--workers", type=int, metavar="W", help="so many processes; as many as there are cores if not given"
@@ -171,6 +205,12 @@ def _data(commands):
 def _notebooks(commands):
     notebooks = _command(commands, "notebooks", "Copy the notebooks, without outputs, to a folder of your own.")
     notebooks.add_argument("destination", metavar="DEST")
+
+
+def _lab(commands):
+    lab = _command(commands, "lab", "Open JupyterLab on a copy of the notebooks of your own, at the first one.")
+    lab.add_argument("folder", nargs="?", default="my_notebooks", metavar="DIR", help="my_notebooks if not given")
+    lab.add_argument("--lab", nargs=argparse.REMAINDER, default=[], metavar="ARG", help="options of JupyterLab; last")
 
 
 def _progress(commands):
@@ -238,3 +278,8 @@ def _audit(commands):
 
 def _doctor(commands):
     _command(commands, "doctor", "Check the installation; a one-line cure for each problem.")
+
+
+def _completion(commands):
+    shells = _command(commands, "completion", "Print what lets the Tab key of a shell complete words.")
+    shells.add_argument("shell", choices=("bash", "zsh", "fish", "powershell"), nargs="?", default="bash")

@@ -8,15 +8,19 @@ import numpy as np
 from .. import __version__
 from ..analysis.fixes import fix_figures
 from ..analysis.rec_file import write_rec
-from .files import replacing, written
+from .files import pictures, replacing, written
+from .terminal import say, table
 from .tum import write_tum
 
-SPOKEN = {
-    "ate_rmse_m": "ATE {:.3g} m",
-    "landmark_rmse_m": "landmark RMSE {:.3g} m",
-    "gps_rmse_best95_m": "{:.3g} m RMSE to the best 95 % of GPS",
-}
-"""Figures that are said in one line, where they are known."""
+TOLD = [
+    ("position error (ATE)", "ate_rmse_m", "{:.3g} m", "dead reckoning: {dead_reckoning_ate_m:.3g} m"),
+    ("heading error", "heading_rmse_deg", "{:.3g} deg", ""),
+    ("landmark error", "landmark_rmse_m", "{:.3g} m", ""),
+    ("RMSE to the best 95 % of GPS", "gps_rmse_best95_m", "{:.3g} m", ""),
+    ("NEES of the pose", "nees_mean", "{:.3g}", "expected: {nees_dof:.3g}"),
+    ("NIS", "nis_mean", "{:.3g}", "expected: {nis_dof:.3g}"),
+]
+"""Figures that are told where they are known, each on a line: what it is, its value, and what to hold it against."""
 SURPRISED = 10
 """Squared innovations so many times as large as expected are not a question of tuning: something is wrong."""
 FEW = 50
@@ -55,15 +59,24 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
 
 
-def sentence(figures):
-    """The figures of a run in one line."""
+def tell(figures):
+    """Print what has come out: how much there was, and a line for each figure with what was expected beside it."""
     words = [f"{figures['frames']} frames", f"{figures['n_landmarks']} landmarks"]
-    for key, text in SPOKEN.items():
-        if figures.get(key) is not None:
-            words.append(text.format(figures[key]))
     if figures["n_landmarks_refused"]:
         words.append(f"{figures['n_landmarks_refused']} landmarks not started: the map was full")
-    return f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s"
+    say(f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s", "bold")
+    known = {key: value for key, value in figures.items() if value is not None}
+    rows = [[f"  {what}", text.format(known[key]), beside(text_of, known)] for what, key, text, text_of in TOLD
+            if key in known]  # fmt: skip
+    table(rows, styles=["", "bold", "dim"])
+
+
+def beside(text, figures):
+    """The text with its figure put in; nothing if that is not known."""
+    try:
+        return text.format_map(figures)
+    except KeyError:
+        return ""
 
 
 def doubts(figures, history):
@@ -90,7 +103,8 @@ def write(out, figures, history, data, recording=None, costs=None):
     _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
     _write_csv(out / "map.csv", *landmarks(history))
     names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
-    return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs)]
+    with pictures(views.how_many(history, data, costs)):
+        return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs)]
 
 
 def write_recording(out, recorder, name, fixes=None):

@@ -6,7 +6,7 @@ import numpy as np
 from ..analysis.consistency import md2
 from ..graphics import consistency_panel, error_panel, map_picture
 from ..graphics.panels import GAP
-from .files import written
+from .files import save_figure
 
 AXES = {
     2: [("x error", "m"), ("y error", "m"), ("heading error", "deg")],
@@ -34,13 +34,13 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
     names = []
     for id, track in tracks.items():
         if len(tracks) > 1:
-            names.append(_save(_path(track, lmks, data, fixes.get(id)), out / f"map-{id}.png"))
+            names.append(save_figure(_path(track, lmks, data, fixes.get(id)), out / f"map-{id}.png"))
         e, P = history.errors(id)
         if track.known.sum() > 1:
-            names.append(_save(_errors(track, e, P, data.figure.k), out / f"errors-{id}.png"))
+            names.append(save_figure(_errors(track, e, P, data.figure.k), out / f"errors-{id}.png"))
         nees, nis = md2(e, P), history.nis(id)
         if len(nis) > 1 or np.isfinite(nees).any():
-            names.append(_save(_consistency(track, nees, nis), out / f"consistency-{id}.png"))
+            names.append(save_figure(_consistency(track, nees, nis), out / f"consistency-{id}.png"))
     return names
 
 
@@ -100,10 +100,3 @@ def _averaged(nis):
     n = np.diff(edges, append=len(t))
     t, value, dof = (np.add.reduceat(nis, edges) / n[:, None]).T
     return t, value, dof, n
-
-
-def _save(fig, path):
-    with written(path) as file:
-        fig.savefig(file, format=path.suffix[1:])
-    plt.close(fig)
-    return path.name

@@ -11,17 +11,17 @@ import types
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
-from tqdm import tqdm
-
 from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
+from ..analysis.progress import bar
 from ..analysis.rec_file import Innovations
 from ..analysis.series import unfinished
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from ..toolbox.clock import computing_time
 from . import results, views
-from .files import ResultFolder, file_name, find_scenario
+from .files import ResultFolder, file_name, find_scenario, scenarios, told
+from .terminal import say, table
 
 KEPT = "checkpoint.npz"
 """Where a run is kept on the way."""
@@ -38,7 +38,11 @@ class KeptHistory(History):
 
 
 def main(options):
-    """Run the command."""
+    """Run the command; without a scenario, say which there are."""
+    if options.scenario is None:
+        table([[name, told(path)] for name, path in scenarios().items()], styles=["bold"], cut=True)
+        say("run one: ekfslam run range_bearing_2d; or a TOML file of your own: ekfslam run FILE.toml", "dim")
+        return 0
     models = [cls for file in options.models for cls in own_models(file)]
     with told_by_name(options.models):
         return run_scenario(options, models)
@@ -100,7 +104,7 @@ def run_into(folder, options, data):
         if movie:
             written.append(movie.name)
         folder.keep(*written, *([KEPT] if keeper and interrupted else []))  # once all of the result is there
-        print(results.sentence(summary))
+        results.tell(summary)
         for note in [*results.doubts(summary, history), *(not_compiled() if data.options.compiled else [])]:
             print(f"note: {note}", file=sys.stderr)
         print(f"written to {out}: {', '.join(written)}", flush=True)
@@ -177,7 +181,7 @@ def consume(run, watchers, first=0):
         By Ctrl-C or SIGTERM; then the frames so far are complete.
     """
     seconds, costs, frames = 0.0, [], iter(run)
-    with stopped_by_signal() as stop, tqdm(total=len(run), initial=first, unit=" frames", dynamic_ncols=True) as bar:
+    with stopped_by_signal() as stop, bar(len(run), "frames", first) as done:
         while not stop.is_set():
             start, used = time.perf_counter(), computing_time()
             snapshot = next(frames, None)
@@ -187,10 +191,10 @@ def consume(run, watchers, first=0):
             costs.append(computing_time() - used)
             for watcher in watchers:
                 watcher.add(snapshot)
-            bar.update()
-        interrupted = stop.is_set() and bar.n < len(run)
+            done.update()
+        interrupted = stop.is_set() and done.n < len(run)
     if interrupted:
-        print(f"ekfslam run: stopped after {bar.n} of {len(run)} frames; these are written", file=sys.stderr)
+        print(f"ekfslam run: stopped after {done.n} of {len(run)} frames; these are written", file=sys.stderr)
     return seconds, costs, interrupted
 
 

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ..graphics import MapFig, Movie, SenFig, check_movie_path, cost_panel, grab, map_picture, side_by_side, use_style
-from .files import written
+from .files import save_figure
 from .robot_views import write_robot_figures
 
 FEW = 2
@@ -36,11 +36,17 @@ def write_figures(out, history, data, fixes=None, costs=None):
         return names + ([_costs(out, history, costs)] if costs is not None and len(costs) > 1 else [])
 
 
+def how_many(history, data, costs=None):
+    """Say how many pictures there will be, or one or two more."""
+    each = 3 if len(history.robots) > 1 else 2
+    return 1 + len(data.sensors) + each * len(history.robots) + (costs is not None)
+
+
 def _costs(out, history, costs):
     """Draw what each frame has cost, and the size of the map."""
     t = next(history.track(id).t for id in history.robots)
     ax = cost_panel(t[-len(costs) :], np.array(costs), np.array(history.n_landmarks[-len(costs) :]))
-    return _save(ax.figure, out / "cost.png")
+    return save_figure(ax.figure, out / "cost.png")
 
 
 def _landmarks(s, align):
@@ -76,7 +82,7 @@ def _map(out, s, tracks, lmks, data, align, fixes):
         k=data.figure.k,
         title=f"{data.name}: {s.k - data.time.first + 1} frames" + ", map laid on the truth" * (align is not None),
     )
-    return _save(axes.figure, out / "map.png")
+    return save_figure(axes.figure, out / "map.png")
 
 
 def _laid(track):
@@ -89,14 +95,7 @@ def _laid(track):
 
 def _sensor(out, snapshot, sensor, figure):
     fig = SenFig(snapshot, sensor, k=figure.k, labels=figure.labels).fig
-    return _save(fig, out / f"sensor-{sensor}.png")
-
-
-def _save(fig, path):
-    with written(path) as file:
-        fig.savefig(file, format=path.suffix[1:])
-    plt.close(fig)
-    return path.name
+    return save_figure(fig, out / f"sensor-{sensor}.png")
 
 
 def movie_path(out):

@@ -92,14 +92,17 @@ def shorter(number: re.Match) -> str:
     return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
 
 
-def png(fig, dpi: float = DPI, places: Places | None = None, close: bool = True) -> bytes:
-    """Return the figure as a PNG file and close it. `places`: of the figures drawn before it at the same spot."""
-    buffer = io.BytesIO()
+def png(fig, dpi: float = DPI, places: Places | None = None, close: bool = True, quick: bool = False) -> bytes:
+    """Return the figure as a PNG file and close it.
+
+    `places`: of the figures drawn before it at the same spot. `quick`: it is not to be stored, and may take more bytes.
+    """
+    buffer, how = io.BytesIO(), {"compress_level": 1} if quick else {}
     if places is not None and places.apply(fig):
         fig.set_dpi(dpi)
-        FigureCanvasAgg(fig).print_png(buffer, metadata={"Software": None})  # draws once; savefig draws twice
+        FigureCanvasAgg(fig).print_png(buffer, metadata={"Software": None}, pil_kwargs=how)  # savefig draws twice
     else:
-        fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+        fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None}, pil_kwargs=how)
     if places is not None:
         places.remember(fig)
     if close:
