@@ -5,6 +5,7 @@
 
 PYTHON ?= python3
 VENV   := .venv/bin/python
+SITE   := build/site
 
 # One BLAS thread: faster than two on these small matrices, and the same result everywhere.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -45,8 +46,8 @@ pictures: env  ## draw the moving pictures of the README anew
 	@$(VENV) tools/readme_pictures.py
 
 site: env  ## build the course site in build/site (no network is needed, neither here nor to read it)
-	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d build/trees . build/site
-	@echo "The site is ready: build/site/index.html"
+	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d "$(SITE)/../trees" . "$(SITE)"
+	@echo "The site is ready: $(SITE)/index.html"
 
 # The benchmark has an environment of its own, with the peers in it. Leave the machine alone meanwhile.
 bench:  ## measure the speed beside other programs: at most 10 minutes, writes benchmarks/RESULTS.md
