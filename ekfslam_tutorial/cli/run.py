@@ -61,7 +61,8 @@ def run_scenario(options, models):
         history.every = options.checkpoint
     run = universal_slam(data, recording, resume=state)
     print(f"engine: {run.engine}", file=sys.stderr)
-    watchers: list = [history, recorder] if options.record else [history]
+    replay = views.Replay(data.name, len(run), data.figure.k)
+    watchers: list = [history, replay, *([recorder] if options.record else [])]
     keeper = None
     if options.resume or options.checkpoint is not None:
         keeper = Checkpoint(out / KEPT, data, recording, history, history.every, len(run))
@@ -82,6 +83,7 @@ def run_scenario(options, models):
 
         summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
         written = results.write(out, summary, history, data, recording, costs if recording else None)
+        written.append(replay.write(out))
         if options.record:
             written += results.write_recording(out, recorder, data.name, recording and recording.fixes)
         if movie:

@@ -7,7 +7,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.backends.registry import BackendFilter, backend_registry
 
-from ..graphics import MapFig, Movie, SenFig, check_movie_path, cost_panel, grab, map_picture, side_by_side, use_style
+from ..graphics import (
+    MapFig,
+    Movie,
+    SenFig,
+    StateLog,
+    check_movie_path,
+    cost_panel,
+    grab,
+    map_picture,
+    side_by_side,
+    use_style,
+    write_player_html,
+)
 from .files import replacing
 from .robot_views import write_robot_figures
 
@@ -116,6 +128,34 @@ def check_display():
     interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
     if plt.get_backend().lower() not in (name.lower() for name in interactive):
         raise ValueError("--live needs a display, and there is none here; take --movie and watch it afterwards")
+
+
+class Replay:
+    """A page that plays the run, `view.html`: the plane as a plan, space as bodies that can be walked around.
+
+    Parameters
+    ----------
+    title : str
+    frames : int
+        Of the run. The page plays at most `MOST_FRAMES` of them, so that it stays small.
+    k : float
+        Ellipses are drawn at k sigma.
+    """
+
+    MOST_FRAMES = 300
+
+    def __init__(self, title, frames, k):
+        self.log = StateLog(title, k, period=max(1, -(-frames // self.MOST_FRAMES)))
+
+    def add(self, snapshot):
+        """Take a snapshot."""
+        self.log.add(snapshot)
+
+    def write(self, out):
+        """Write the page; return its name."""
+        with replacing(out / "view.html") as part:
+            write_player_html(part, self.log)
+        return "view.html"
 
 
 class _Figures:
