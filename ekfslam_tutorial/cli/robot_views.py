@@ -12,8 +12,8 @@ AXES = {
     2: [("x error", "m"), ("y error", "m"), ("heading error", "deg")],
     3: [*((f"{a} error", "m") for a in "xyz"), *((f"rotation about {a}", "deg") for a in "xyz")],
 }
-MOST_POINTS = 1500
-"""NIS of a long run is averaged, so that no picture has more points than can be told apart."""
+MOST_POINTS = 120
+"""NIS of a long run is averaged: single values would only zigzag, and a mean of many has a narrower band."""
 
 
 def write_robot_figures(out, history, tracks, lmks, data, fixes):
@@ -64,8 +64,14 @@ def _errors(track, k):
     scale = np.array([1.0 if unit == "m" else 180 / np.pi for _, unit in names])
     fig, panels = plt.subplots(len(names), 1, figsize=(9, 2.3 * len(names) + 0.7), sharex=True, layout="constrained")
     for i, ((name, unit), ax) in enumerate(zip(names, panels, strict=True)):
-        error_panel(track.t[track.known], scale[i] * e[:, i], scale[i] * sigma[:, i], k, name, unit, ax=ax)
+        t, scaled = track.t[track.known], scale[i]
+        error_panel(t, scaled * e[:, i], scaled * sigma[:, i], k, name, unit, ax=ax, legend=False)
         ax.label_outer()
+    entries = {}
+    for ax in panels:  # what they share is said once
+        for handle, words in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(words.split(":")[0], handle)
+    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=3, frameon=False)
     fig.suptitle(f"robot {track.id}")
     return fig
 

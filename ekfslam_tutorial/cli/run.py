@@ -62,7 +62,8 @@ def run_scenario(options, models):
     run = universal_slam(data, recording, resume=state)
     print(f"engine: {run.engine}", file=sys.stderr)
     replay = views.Replay(data.name, len(run), data.figure.k)
-    watchers: list = [history, replay, *([recorder] if options.record else [])]
+    richest = views.Richest()
+    watchers: list = [history, replay, richest, *([recorder] if options.record else [])]
     keeper = None
     if options.resume or options.checkpoint is not None:
         keeper = Checkpoint(out / KEPT, data, recording, history, history.every, len(run))
@@ -82,7 +83,7 @@ def run_scenario(options, models):
             return 130
 
         summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
-        written = results.write(out, summary, history, data, recording, costs if recording else None)
+        written = results.write(out, summary, history, data, recording, costs if recording else None, richest.kept)
         written.append(replay.write(out))
         if options.record:
             written += results.write_recording(out, recorder, data.name, recording and recording.fixes)

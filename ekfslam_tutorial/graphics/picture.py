@@ -12,12 +12,14 @@ from .artists import Labels, dim_of, draw_legend, new_line, put_path
 from .bodies import ground_grid, nice_step
 from .clip import box, clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated, sigma_label
-from .style import BLACK, DEAD_RECKONING, ESTIMATE, LIGHT_GREY, MEASUREMENT, TRUTH, line, points
+from .style import BLACK, DEAD_RECKONING, ESTIMATE, LIGHT_GREY, MEASUREMENT, ROBOTS, TRUTH, line, points
 from .views import View, fit_limits
 
 Array = np.ndarray
 MANY = 100
 """More landmarks than this are small points without labels, which would hide the map."""
+LONG = 1500
+"""A path of more points than this crosses itself often: a thin line."""
 
 
 def map_picture(
@@ -128,14 +130,21 @@ def _by_name(path) -> dict[str, Array]:
 
 
 def _plot_paths(ax, paths, style, label, zorder) -> None:
-    ends = {}
+    """Draw paths; where there are several estimated ones, each has the colour of its robot and its name."""
+    ends, several = {}, len(paths) > 1 and style is ESTIMATE
     for i, (name, p) in enumerate(paths.items()):
-        put_path(new_line(ax, **line(style, linewidth=1.8), zorder=zorder, label=label if i == 0 else None), p)
+        look = {"linewidth": 1.8 if len(p) < LONG else 1.1, "label": name if several else label if i == 0 else None}
+        if len(paths) > 1 and style is TRUTH:  # it may lie on the others
+            look |= {"linewidth": 0.7, "alpha": 0.7}
+        if several:
+            look["color"] = ROBOTS[i % len(ROBOTS)]
+        put_path(new_line(ax, **line(style, **look), zorder=zorder), p)
         known = np.flatnonzero(np.isfinite(p).all(axis=1))
         if len(known):
             ends[name] = p[known[-1]]
-    if len(paths) > 1 and style is ESTIMATE:  # one robot needs no name
-        Labels(ax, size=12, shift=(12.0, 8.0), color=style["color"], zorder=8).put(ends)
+    if several:
+        for i, (name, p) in enumerate(ends.items()):
+            Labels(ax, size=12, shift=(12.0, 8.0), color=ROBOTS[i % len(ROBOTS)], zorder=8).put({name: p})
 
 
 def _frame(ax, limits) -> None:
