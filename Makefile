@@ -5,6 +5,7 @@
 
 PYTHON ?= python3
 VENV   := .venv/bin/python
+SITE   := build/site
 
 # One BLAS thread: faster than two on these small matrices, and the same result everywhere.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -15,7 +16,7 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures site lite lint format lock audit sbom clean
+.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures ogl site lite lint format lock audit sbom clean
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
@@ -43,9 +44,14 @@ contents: env  ## write the tables of contents anew: README, docs/notebooks.md, 
 pictures: env  ## draw the moving pictures of the README anew
 	@$(VENV) tools/readme_pictures.py
 
+ogl:  ## join the parts of the WebGL library OGL that the player in space uses, anew (needs npm)
+	@command -v npm >/dev/null 2>&1 || { echo "make ogl needs the program npm, a part of Node" >&2; exit 1; }
+	@mkdir -p build/ogl && cp tools/ogl/* build/ogl && npm install --prefix build/ogl --silent --no-audit --no-fund
+	@cd build/ogl && npx esbuild entry.js --bundle --minify --format=iife --global-name=OGL --log-level=warning --banner:js='/* OGL 1.0.11 by Nathan Gordon and contributors, in the public domain (Unlicense); joined by `make ogl` */' --outfile=../../ekfslam_tutorial/graphics/player/ogl.min.js
+
 site: env  ## build the course site in build/site (no network is needed, neither here nor to read it)
-	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d build/trees . build/site
-	@echo "The site is ready: build/site/index.html"
+	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d "$(SITE)/../trees" . "$(SITE)"
+	@echo "The site is ready: $(SITE)/index.html"
 
 # The first time it fetches JupyterLite and Pyodide, about 80 MB; afterwards it needs no network.
 lite: env  ## build the course as a static site in build/lite: Python in the browser, nothing to install

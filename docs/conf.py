@@ -6,6 +6,7 @@ GitHub: ``make site`` calls ``sphinx-build -c docs . build/site``. The README is
 
 import json
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import ekfslam_tutorial
@@ -19,7 +20,7 @@ author = "The ekfslam_tutorial authors"
 copyright = author  # Sphinx's name for it
 release = version = ekfslam_tutorial.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "numpydoc", "sphinx-mathjax-offline"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "numpydoc"]
 root_doc = "README"
 include_patterns = ["*.md", "docs/**", "notebooks/*.ipynb", "benchmarks/*.md"]
 exclude_patterns = ["**/.ipynb_checkpoints"]
@@ -38,7 +39,10 @@ html_theme = "sphinx_book_theme"
 html_title = "EKF-SLAM: a course and a toolbox"
 html_favicon = "_site/favicon.svg"
 html_context = {"default_mode": "light"}
-html_static_path = ["_site"]
+# MathJax is taken from the files of sphinx-mathjax-offline. As an extension it does not say whether pages may be read
+# by several processes at once, which is a warning, and a warning is a failure here.
+html_static_path = ["_site", str(Path(find_spec("sphinx-mathjax-offline").origin).parent / "static")]
+mathjax_path = "mathjax/tex-chtml.js"
 html_css_files = ["site.css"]
 html_js_files = ["site.js"]
 html_additional_pages = {"index": "redirect.html"}

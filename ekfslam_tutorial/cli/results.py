@@ -91,10 +91,10 @@ def doubts(figures, history):
         yield f"the mean NIS is {figures['nis_mean']:.3g}, and {figures['nis_dof']:.3g} is expected: {ask}"
 
 
-def write(out, figures, history, data, recording=None, costs=None):
+def write(out, figures, history, data, recording=None, costs=None, richest=None):
     """Write all files; each appears whole or not at all. Returns their names.
 
-    `costs` are the seconds that each frame took.
+    `costs` are the seconds that each frame took, `richest` the frames that the sensors' figures show (`views.Richest`).
     """
     from . import views
 
@@ -104,7 +104,7 @@ def write(out, figures, history, data, recording=None, costs=None):
     _write_csv(out / "map.csv", *landmarks(history))
     names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
     with pictures(views.how_many(history, data, costs)):
-        return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs)]
+        return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs, richest)]
 
 
 def write_recording(out, recorder, name, fixes=None):

@@ -12,8 +12,8 @@ AXES = {
     2: [("x error", "m"), ("y error", "m"), ("heading error", "deg")],
     3: [*((f"{a} error", "m") for a in "xyz"), *((f"rotation about {a}", "deg") for a in "xyz")],
 }
-MOST_POINTS = 1500
-"""NIS of a long run is averaged, so that no picture has more points than can be told apart."""
+MOST_POINTS = 120
+"""NIS of a long run is averaged: single values would only zigzag, and a mean of many has a narrower band."""
 
 
 def write_robot_figures(out, history, tracks, lmks, data, fixes):
@@ -62,10 +62,20 @@ def _errors(track, e, P, k):
     sigma = np.sqrt(np.diagonal(P, axis1=1, axis2=2).clip(0))
     names = AXES[track.frame.dim]
     scale = np.array([1.0 if unit == "m" else 180 / np.pi for _, unit in names])
-    fig, panels = plt.subplots(len(names), 1, figsize=(9, 2.3 * len(names) + 0.7), sharex=True, layout="constrained")
+    columns = len(names) // 3  # in space rotations stand beside positions
+    size = (9 + 5 * (columns - 1), 7.6)
+    fig, table = plt.subplots(3, columns, figsize=size, sharex=True, squeeze=False, layout="constrained")
+    panels = table.T.ravel()
     for i, ((name, unit), ax) in enumerate(zip(names, panels, strict=True)):
-        error_panel(track.t[track.known], scale[i] * e[:, i], scale[i] * sigma[:, i], k, name, unit, ax=ax)
-        ax.label_outer()
+        t, scaled = track.t[track.known], scale[i]
+        error_panel(t, scaled * e[:, i], scaled * sigma[:, i], k, name, unit, ax=ax, legend=False)
+        if ax not in table[-1]:
+            ax.set_xlabel("")
+    entries = {}
+    for ax in panels:  # what they share is said once
+        for handle, words in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(words.split(":")[0], handle)
+    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=3, frameon=False)
     fig.suptitle(f"robot {track.id}")
     return fig
 
@@ -79,7 +89,7 @@ def _consistency(track, value, nis):
         consistency_panel(t, value, track.frame.dof, name="NEES of the pose", ax=panels[0, 0])
     if len(nis):
         t, value, dof, n = _averaged(nis)
-        name = "NIS" if n.max() == 1 else f"NIS, mean of {n.max()} at a time"
+        name = "NIS" if n.max() == 1 else f"NIS, means of {n.max()}"
         consistency_panel(t, value, dof, runs=n, name=name, ax=panels[-1, 0])
         panels[-1, 0].set_ylabel("NIS (-)")
     fig.suptitle(f"robot {track.id}" if track.known.any() else f"robot {track.id}, whose true pose is not known")

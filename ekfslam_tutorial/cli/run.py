@@ -75,7 +75,8 @@ def run_into(folder, options, data):
         history.every = options.checkpoint
     run = universal_slam(data, recording, resume=state)
     print(f"engine: {run.engine}", file=sys.stderr)
-    watchers: list = [history, recorder, innovations] if options.record else [history]
+    replay, richest = views.Replay(data.name, len(run), data.figure.k), views.Richest()
+    watchers: list = [history, replay, richest, *([recorder, innovations] if options.record else [])]
     keeper = None
     if options.resume or options.checkpoint is not None:
         keeper = Checkpoint(out / KEPT, data, recording, history, history.every, len(run))
@@ -97,7 +98,8 @@ def run_into(folder, options, data):
 
         summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
         with folder.results() as new:
-            written = results.write(new, summary, history, data, recording, costs if recording else None)
+            written = results.write(new, summary, history, data, recording, costs if recording else None, richest.kept)
+            written.append(replay.write(new))
             if options.record:
                 written += results.write_recording(new, recorder, data.name, recording and recording.fixes)
                 written += results.write_record(new, history, innovations)

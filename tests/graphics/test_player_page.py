@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,13 +39,23 @@ def run(run):
     return lambda flat, **changes: run(flat, **{k.replace("time_", "time."): v for k, v in changes.items()})
 
 
-def test_the_player_is_one_module_that_needs_nothing():
-    module = player_module()
+@pytest.mark.parametrize("space, most", [(False, 50_000), (True, 112_000)])
+def test_the_player_is_one_module_that_needs_nothing(space, most):
+    module = player_module(space)
     assert not re.search(r"\bimport\b|\bfetch\b|XMLHttpRequest|WebSocket|https?://|\beval\b", module)
     assert len(re.findall(r"^export default", module, re.MULTILINE)) == 1
     assert "export function mount(" in module
     assert "</script" not in module.lower() and "<!--" not in module  # it stands in a script element
-    assert len(module) <= 50_000  # it stands in every notebook output
+    assert len(module) <= most  # it stands in every notebook output
+    assert ("OGL.Renderer" in module) is space
+
+
+def test_the_library_says_which_it_is():
+    asked = json.loads((Path(__file__).parents[2] / "tools" / "ogl" / "package.json").read_text())["dependencies"][
+        "ogl"
+    ]
+    assert player_module().split("*/")[0].endswith("(Unlicense); joined by `make ogl` ")
+    assert f"/* OGL {asked} by Nathan Gordon and contributors, in the public domain" in player_module()
 
 
 def test_colours_and_shapes_are_those_of_the_figures():

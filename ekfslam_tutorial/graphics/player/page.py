@@ -14,11 +14,12 @@ import numpy as np
 
 from ..bodies import robot_body, sensor_body
 from ..ellipses import sigma_label
-from ..style import ESTIMATE, GREY, MEASUREMENT, PREDICTED, REJECTED, TRUTH, UPDATED
+from ..style import ESTIMATE, GREY, MEASUREMENT, PREDICTED, REJECTED, ROBOTS, TRUTH, UPDATED
 from .state_log import StateLog
 
 PARTS = ("log", "camera", "element", "pen", "scene", "legend", "readout", "hands", "player", "live")
-"""The source files of the player, each before those that import it."""
+SPACE = ("orbit", "shaders", "stage", "space")
+"""The source files of the player, each before those that import it; the others are for space only."""
 
 HEIGHT = "clamp(540px, 1120px - 75vw, 860px)"
 """Of the player in a notebook: on a narrow screen the legend and the readout stand below the picture."""
@@ -35,16 +36,20 @@ _STYLES = {
 
 
 @cache
-def player_module() -> str:
+def player_module(space: bool = True) -> str:
     """Return the player as one JavaScript module: `mount`, and the live view as its default export.
 
     The source files import each other; here they follow one another, without these imports and without comments.
+    For `space` the library OGL comes first: its parts that the player uses, as `make ogl` has joined them.
     """
     folder = files(__name__.rpartition(".")[0])
     read = lambda name: (folder / name).read_text(encoding="utf-8")
     css = re.sub(r"\s+", " ", read("player.css"))
     lines = [f"const CSS = {json.dumps(css)}"]
-    for part in PARTS:
+    if space:
+        lines += read("ogl.min.js").splitlines()
+    after = PARTS.index("scene") + 1
+    for part in [*PARTS[:after], *(SPACE if space else ()), *PARTS[after:]]:
         lines += [
             line.strip() for line in read(f"{part}.js").splitlines() if not re.match(r"import .* from '\./", line)
         ]
@@ -55,7 +60,7 @@ def player_options(dim: int, k: float, **others: Any) -> dict[str, Any]:
     """Return what the player takes from the package: styles, shapes of robot and sensor, words for the legend."""
     bodies = {"robot": robot_body(dim, 1.0), "sensor": sensor_body(dim, 1.0)}
     shapes = {name: [np.round(face, 3).tolist() for face in faces] for name, faces in bodies.items()}
-    return {"styles": _STYLES, "bodies": shapes, "sigma": sigma_label(k, dim), **others}
+    return {"styles": _STYLES, "robots": ROBOTS, "bodies": shapes, "sigma": sigma_label(k, dim), **others}
 
 
 def player_html(log: StateLog, page: bool = False) -> str:
@@ -72,7 +77,7 @@ def player_html(log: StateLog, page: bool = False) -> str:
     title = html.escape(log.title or "Replay", quote=False)
     state = log.to_json().replace("<", "\\u003c")  # a title could end the script
     script = (
-        f"{player_module()}\nconst host = document.getElementById('player')\n"
+        f"{player_module(data['dim'] == 3)}\nconst host = document.getElementById('player')\n"
         f"window.player = mount(host, {state}, {options})\n"
     )
     return (
