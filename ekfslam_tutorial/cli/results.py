@@ -16,10 +16,6 @@ SPOKEN = {
     "gps_rmse_best95_m": "{:.3g} m RMSE to the best 95 % of GPS",
 }
 """Figures that are said in one line, where they are known."""
-SURPRISED = 10
-"""Squared innovations so many times as large as expected are not a question of tuning: something is wrong."""
-FEW = 50
-"""So many frames may pass without a landmark being measured a second time."""
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
 
@@ -50,7 +46,7 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     head |= {"complete": not interrupted, "frames_wanted": len(run)}
     tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
     tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
-    tail["notes"] = recording.notes if recording else []
+    tail["notes"] = recording.notes if recording else []  # `run` adds what it has to say
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
 
 
@@ -60,21 +56,13 @@ def sentence(figures):
     for key, text in SPOKEN.items():
         if figures.get(key) is not None:
             words.append(text.format(figures[key]))
+    if figures["correction_ratio"] is not None:
+        words.append(
+            f"correction ratio {figures['correction_ratio']:.2f} (below {figures['correction_ratio_limit']:.2f})"
+        )
     if figures["n_landmarks_refused"]:
         words.append(f"{figures['n_landmarks_refused']} landmarks not started: the map was full")
     return f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s"
-
-
-def doubts(figures, history):
-    """Sentences on a run whose measurements do not fit what the filter expects of them."""
-    used, refused = sum(len(history.nis(id)) for id in history.robots), figures["n_refused"]
-    ask = "are units, signs, mounting, ids and noise right?"
-    if not used + refused and figures["frames"] > FEW:
-        yield f"no landmark was measured a second time: {ask}"
-    if refused > used:
-        yield f"of {used + refused} innovations {refused} did not pass the gate: {ask}"
-    if (figures["nis_mean"] or 0.0) > SURPRISED * (figures["nis_dof"] or 0.0):
-        yield f"the mean NIS is {figures['nis_mean']:.3g}, and {figures['nis_dof']:.3g} is expected: {ask}"
 
 
 def write(out, figures, history, data, recording=None, costs=None):

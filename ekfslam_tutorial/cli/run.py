@@ -1,5 +1,6 @@
 """`ekfslam run`: a scenario from its file to figures, with a progress bar, and nothing lost on Ctrl-C."""
 
+import argparse
 import importlib.machinery
 import inspect
 import signal
@@ -16,8 +17,11 @@ from tqdm import tqdm
 from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
+from ..analysis.notes import notes
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
+from ..toolbox.adjusted import is_adjusted
 from . import results, views
+from .effects import without_effect
 from .files import file_name, find_scenario, writable_folder
 
 KEPT = "checkpoint.npz"
@@ -43,11 +47,15 @@ def main(options):
 
 def run_scenario(options, models):
     """Read, run and write; return the exit code."""
-    data = read(options, models)
-    out = writable_folder(options.out or Path("results") / file_name(data.name))
-    data, recording = source(options, data)
-    for note in [*recording.notes, *left_out(data, recording)] if recording else ():
-        print(f"note: {note}", file=sys.stderr)
+    written_data = read(options, models)
+    out = writable_folder(options.out or Path("results") / file_name(written_data.name))
+    data, recording = source(options, written_data)
+    said = say(notes_before(options, models, written_data, data, recording))
+    if options.record and is_adjusted(data):
+        raise ValueError(
+            "--record writes what the filter was told: with noise_factor, bias or clock_offset it would be "
+            "changed twice when it is played again; record without them"
+        )
     if options.live:
         views.check_display()
     movie = views.movie_path(out) if options.movie else None
@@ -81,6 +89,8 @@ def run_scenario(options, models):
             return 130
 
         summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
+        doubts = notes(summary, data, recording)
+        summary["notes"] = said + doubts
         written = results.write(out, summary, history, data, recording, costs if recording else None)
         if options.record:
             written += results.write_recording(out, recorder, data.name, recording and recording.fixes)
@@ -89,10 +99,29 @@ def run_scenario(options, models):
         if keeper and not interrupted:
             keeper.path.unlink(missing_ok=True)  # the whole result is there
         print(results.sentence(summary))
-        for note in [*results.doubts(summary, history), *(not_compiled() if data.options.compiled else [])]:
-            print(f"note: {note}", file=sys.stderr)
+        say([*doubts, *(not_compiled() if data.options.compiled else [])])
         print(f"written to {out}: {', '.join(written)}", flush=True)
     return 130 if interrupted else 0
+
+
+def notes_before(options, models, written, data, recording):
+    """What is to be said before the run: of the recording, of what is not used of it, of settings without effect.
+
+    `written` is the scenario as it was read; `data` has the robots of the recording.
+    """
+    again = lambda texts: read(argparse.Namespace(**vars(options) | {"set": texts}), models)
+    return [
+        *(recording.notes if recording else []),
+        *(left_out(data, recording) if recording else []),
+        *without_effect(options, again, written, recording),
+    ]
+
+
+def say(notes):
+    """Print notes, a line each; return them."""
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    return notes
 
 
 def not_compiled():
