@@ -11,11 +11,14 @@ import numpy as np
 
 from ..geometry import align
 from .consistency import honesty, md2
+from .corrections import GROSS, SecondSums, correction_ratio
 from .gauge import MapGauge, distance_weights, start_gauge
 from .tracks import Track, rmse
 
 SURPRISING = 60.0
 """Squared Mahalanobis distance between the first pose and its truth from which on the two are in different frames."""
+
+NIS_OF = "innovations that passed the gate"
 
 
 class History:
@@ -43,7 +46,7 @@ class History:
         self._rows, self._states, self._frames = {}, {}, {}
         self._in_map_gauge = {}
         self._starts = False
-        self._nis, self._seen = {}, {}
+        self._nis, self._seen, self._sums = {}, {}, {}
         self.n_landmarks = []
         self.n_refused = self.n_recoveries = 0
         self.last: Any = None
@@ -64,6 +67,8 @@ class History:
         for o in s.obs.values():
             if o.updated:
                 self._nis[carrier[o.sen]].append((s.t, o.md2, len(o.z)))
+        for id, *poses in s.corrected:
+            self._sums[id].add(s.t, *poses)
         for e in s.events:
             if e.kind in ("initialisation", "correction"):
                 self._seen[e.rob].add(e.lmk)
@@ -73,12 +78,14 @@ class History:
 
     def state(self):
         """All that has been kept, as plain values, for a file."""
-        return {name: value for name, value in vars(self).items() if name not in ("last", "_frames")}
+        kept = {name: value for name, value in vars(self).items() if name not in ("last", "_frames")}
+        return kept | {"_sums": {id: sums.rows for id, sums in self._sums.items()}}
 
     def restore(self, state, frames):
         """Take up what another history had kept; `frames` are the frame types by robot id."""
         vars(self).update(state)
         self._frames = {id: frames[id] for id in self._rows}
+        self._sums = {id: SecondSums(frames[id], rows) for id, rows in self._sums.items()}
 
     def watch(self, run):
         """Pass the snapshots of a run on, adding each."""
@@ -94,6 +101,7 @@ class History:
         else:
             self._states[rob.id], self._frames[rob.id] = np.array(state), rob.motion.frame
             self._rows[rob.id], self._nis[rob.id], self._seen[rob.id] = [], [], set()
+            self._sums[rob.id] = SecondSums(rob.motion.frame)
         P = np.zeros((n, n)) if rob.r is None else s.map.block(rob.r)[:n, :n]
         truth = np.array(s.truth.get(rob.id, np.full(n, np.nan)), float)
         self._rows[rob.id].append((s.t, np.array(state[:n]), P, truth, self._states[rob.id][:n]))
@@ -141,6 +149,10 @@ class History:
     def nis(self, id):
         """Innovations of a robot that were used, shape (K, 3): time, s; squared Mahalanobis distance; its dof."""
         return np.array(self._nis[id], float).reshape(-1, 3)
+
+    def correction_ratio(self, robots=None):
+        """How much larger than expected the sums of corrections are, of some robots or of all: a `CorrectionRatio`."""
+        return correction_ratio([self._sums[id].arrays for id in (self.robots if robots is None else robots)])
 
     @property
     def gauge(self):
@@ -223,8 +235,10 @@ class History:
             frames, n_landmarks, gauge ('fixed' or 'free'), alignment (what map and truth were aligned by, if the
             gauge is free), ate_rmse_m, heading_rmse_deg, landmark_rmse_m, dead_reckoning_ate_m; nees_mean, nis_mean
             with the degrees of freedom nees_dof and nis_dof they should be near to; ate_aligned_m and
-            landmark_rmse_aligned_m, after alignment in any case; n_refused innovations, n_recoveries; and `robots`, by
-            id: the same for each.
+            landmark_rmse_aligned_m, after alignment in any case; correction_ratio (see `analysis.corrections`: 1 is
+            right), the length of the blocks that it was found with, correction_ratio_s, and what an honest filter stays
+            below, correction_ratio_limit; n_innovations, of which n_refused did not pass the gate, which nis_mean does
+            not count, as nis_of says; n_recoveries; and `robots`, by id: the same for each.
 
             With a free gauge all errors are those after one alignment, of the final map, in which a landmark weighs
             what is known of its place; and the dead reckoning of each robot is laid on its true trajectory as well as
@@ -235,7 +249,9 @@ class History:
         free = self.gauge == "free"
         robots = {str(id): self._figures([id], F, free) for id in self.robots}
         head = {"frames": len(self.n_landmarks), "gauge": self.gauge, "alignment": basis if free else "none"}
-        tail = {"n_refused": self.n_refused, "n_recoveries": self.n_recoveries, "robots": robots}
+        n_innovations = self.n_refused + sum(map(len, self._nis.values()))
+        tail = {"n_innovations": n_innovations, "n_refused": self.n_refused, "nis_of": NIS_OF}
+        tail |= {"n_recoveries": self.n_recoveries, "robots": robots}
         return head | self._figures(self.robots, F, free) | tail
 
     def _figures(self, robots, F, free):
@@ -258,6 +274,7 @@ class History:
             R = F.R if free and F is not None else np.eye(d)
             n, nees_dof = md2(lmk_aligned if free else lmk, R @ covs @ R.T), d
         pairs = np.concatenate([self.nis(id) for id in robots])[:, 1:]
+        ratio = self.correction_ratio(robots)
         return {
             "n_landmarks": len(seen),
             "ate_rmse_m": _known(rmse(e[:, :d])),
@@ -270,6 +287,9 @@ class History:
             "nees_dof": nees_dof,
             "nis_mean": _known(_mean(pairs[:, 0])),
             "nis_dof": _known(_mean(pairs[:, 1])),
+            "correction_ratio": _known(ratio.value),
+            "correction_ratio_s": ratio.seconds or None,
+            "correction_ratio_limit": _known(max(ratio.limit, GROSS)),
         }
 
     def honesty(self, confidence=0.999):

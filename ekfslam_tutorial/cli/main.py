@@ -132,7 +132,7 @@ def parser():
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", metavar="COMMAND")
     course = _lab, _notebooks, _progress, _lecture, _nbgrader
-    for add in (_run, _monte_carlo, _data, *course, _new, _evaluate, _audit, _doctor, _completion):
+    for add in (_run, _tune, _monte_carlo, _data, *course, _new, _evaluate, _audit, _doctor, _completion):
         add(commands)
     return top
 
@@ -165,6 +165,20 @@ def _run(commands):
     run.add_argument(
         "--threads", type=_positive, default=1, metavar="N", help="of the linear algebra (BLAS); default 1"
     )
+
+
+def _tune(commands):
+    help = "Find noise, mounting, clock and bias from a log alone; writes a scenario that `run` takes."
+    tune = _command(commands, "tune", help)
+    tune.add_argument("log", metavar="LOG", help="a scenario, TOML file or name; or a recording (.npz or CSV folder)")
+    tune.add_argument(
+        "--scenario", dest="models_of", metavar="NAME", help="of a recording: the scenario that it belongs to"
+    )
+    tune.add_argument("--recording", metavar="PATH", help="tune with this recording, instead of the scenario's data")
+    tune.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=CHANGE)
+    tune.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
+    tune.add_argument("--out", metavar="FILE.toml", help="scenario to write; results/NAME-tuned.toml if not given")
+    tune.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
 
 
 def _monte_carlo(commands):

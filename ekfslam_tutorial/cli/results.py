@@ -19,12 +19,9 @@ TOLD = [
     ("RMSE to the best 95 % of GPS", "gps_rmse_best95_m", "{:.3g} m", ""),
     ("NEES of the pose", "nees_mean", "{:.3g}", "expected: {nees_dof:.3g}"),
     ("NIS", "nis_mean", "{:.3g}", "expected: {nis_dof:.3g}"),
+    ("correction ratio", "correction_ratio", "{:.2f}", "honest below: {correction_ratio_limit:.2f}"),
 ]
 """Figures that are told where they are known, each on a line: what it is, its value, and what to hold it against."""
-SURPRISED = 10
-"""Squared innovations so many times as large as expected are not a question of tuning: something is wrong."""
-FEW = 50
-"""So many frames may pass without a landmark being measured a second time."""
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
 
@@ -55,7 +52,7 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     head |= {"complete": not interrupted, "frames_wanted": len(run)}
     tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
     tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
-    tail["notes"] = recording.notes if recording else []
+    tail["notes"] = recording.notes if recording else []  # `run` adds what it has to say
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
 
 
@@ -77,18 +74,6 @@ def beside(text, figures):
         return text.format_map(figures)
     except KeyError:
         return ""
-
-
-def doubts(figures, history):
-    """Sentences on a run whose measurements do not fit what the filter expects of them."""
-    used, refused = sum(len(history.nis(id)) for id in history.robots), figures["n_refused"]
-    ask = "are units, signs, mounting, ids and noise right?"
-    if not used + refused and figures["frames"] > FEW:
-        yield f"no landmark was measured a second time: {ask}"
-    if refused > used:
-        yield f"of {used + refused} innovations {refused} did not pass the gate: {ask}"
-    if (figures["nis_mean"] or 0.0) > SURPRISED * (figures["nis_dof"] or 0.0):
-        yield f"the mean NIS is {figures['nis_mean']:.3g}, and {figures['nis_dof']:.3g} is expected: {ask}"
 
 
 def write(out, figures, history, data, recording=None, costs=None, richest=None):

@@ -1,5 +1,6 @@
 """`ekfslam run`: a scenario from its file to figures, with a progress bar, and nothing lost on Ctrl-C."""
 
+import argparse
 import importlib.machinery
 import inspect
 import signal
@@ -14,12 +15,15 @@ from pathlib import Path
 from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
+from ..analysis.notes import notes
 from ..analysis.progress import bar
 from ..analysis.rec_file import Innovations
 from ..analysis.series import unfinished
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
+from ..toolbox.adjusted import is_adjusted
 from ..toolbox.clock import computing_time
 from . import results, views
+from .effects import without_effect
 from .files import ResultFolder, file_name, find_scenario, scenarios, told
 from .terminal import say, table
 
@@ -52,16 +56,20 @@ def run_scenario(options, models):
     """Read, run and write; return the exit code."""
     data = read(options, models)
     with ResultFolder(options.out or Path("results") / file_name(data.name)) as folder:
-        return run_into(folder, options, data)
+        return run_into(folder, options, models, data)
 
 
-def run_into(folder, options, data):
+def run_into(folder, options, models, written_data):
     """Run and write; the folder is ours meanwhile."""
-    out, (data, recording) = folder.path, source(options, data)
+    out, (data, recording) = folder.path, source(options, written_data)
     if unfinished(out / "runs.npz"):
         raise ValueError(f"{out} holds an unfinished series of monte-carlo: resume it, or take another folder")
-    for note in [*recording.notes, *left_out(data, recording)] if recording else ():
-        print(f"note: {note}", file=sys.stderr)
+    said = tell_notes(notes_before(options, models, written_data, data, recording))
+    if options.record and is_adjusted(data):
+        raise ValueError(
+            "--record writes what the filter was told: with noise_factor, bias or clock_offset it would be "
+            "changed twice when it is played again; record without them"
+        )
     if options.live:
         views.check_display()
     movie = views.movie_path(out) if options.movie else None
@@ -97,6 +105,8 @@ def run_into(folder, options, data):
             return 130
 
         summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
+        doubts = notes(summary, data, recording)
+        summary["notes"] = said + doubts
         with folder.results() as new:
             written = results.write(new, summary, history, data, recording, costs if recording else None, richest.kept)
             written.append(replay.write(new))
@@ -107,10 +117,29 @@ def run_into(folder, options, data):
             written.append(movie.name)
         folder.keep(*written, *([KEPT] if keeper and interrupted else []))  # once all of the result is there
         results.tell(summary)
-        for note in [*results.doubts(summary, history), *(not_compiled() if data.options.compiled else [])]:
-            print(f"note: {note}", file=sys.stderr)
+        tell_notes([*doubts, *(not_compiled() if data.options.compiled else [])])
         print(f"written to {out}: {', '.join(written)}", flush=True)
     return 130 if interrupted else 0
+
+
+def notes_before(options, models, written, data, recording):
+    """What is to be said before the run: of the recording, of what is not used of it, of settings without effect.
+
+    `written` is the scenario as it was read; `data` has the robots of the recording.
+    """
+    again = lambda texts: read(argparse.Namespace(**vars(options) | {"set": texts}), models)
+    return [
+        *(recording.notes if recording else []),
+        *(left_out(data, recording) if recording else []),
+        *without_effect(options, again, written, recording),
+    ]
+
+
+def tell_notes(notes):
+    """Print notes, a line each; return them."""
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    return notes
 
 
 def not_compiled():
