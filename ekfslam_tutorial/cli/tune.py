@@ -4,8 +4,8 @@ import shlex
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
+from ..analysis.progress import bar
 from ..analysis.tuning import BLIND, Stopped, tune
 from ..toolbox import parse_override
 from ..toolbox.scenario.overrides import override
@@ -40,8 +40,8 @@ def tune_scenario(options, models):
     writable_folder(out.parent)
     tell_notes(recording.notes if recording else ["no log: the scenario is simulated, and its simulation is tuned"])
 
-    with stopped_by_signal() as stop:
-        found = tune(data, recording, Progress(stop))
+    with stopped_by_signal() as stop, bar(0, "frames") as done:
+        found = tune(data, recording, Progress(stop, done))
     print("\n".join(report(found)))
     if not np.isfinite(found.factor):
         return 130 if not found.complete else 0
@@ -55,19 +55,18 @@ def tune_scenario(options, models):
 
 
 class Progress:
-    """A bar for each run; Ctrl-C ends the search after a frame."""
+    """A bar for all runs; Ctrl-C ends the search after a frame."""
 
-    def __init__(self, stop):
-        self.stop = stop
+    def __init__(self, stop, done):
+        self.stop, self.done = stop, done
 
     def __call__(self, name, n_frames):
         """Begin a run."""
-        bar = tqdm(total=n_frames, desc=name, unit=" frames", dynamic_ncols=True)
+        self.done.total += n_frames
+        self.done.tell(f"frames, {name}")
 
         def after_frame():
-            bar.update()
-            if bar.n == n_frames or self.stop.is_set():
-                bar.close()
+            self.done.update()
             if self.stop.is_set():
                 raise Stopped
 
