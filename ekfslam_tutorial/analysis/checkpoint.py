@@ -7,7 +7,7 @@ from ..toolbox.files import value_file
 from ..toolbox.run_state import run_state
 from .series import fingerprint
 
-FORMAT = "ekfslam checkpoint 1"
+FORMAT = "ekfslam checkpoint 2"
 
 
 class Checkpoint:
