@@ -108,13 +108,13 @@ class History:
 
     @staticmethod
     def _gauge_of(s):
-        """The gauge of the map of this frame and the landmarks that fix it, None where they do not."""
+        """The gauge of the map of this frame, the landmarks by the states, and P; None where they do not fix it."""
         ids, points, truth = _surveyed(s)
         if len(ids) < points.shape[1]:
             return None
-        B = _points_by_states(s, ids)
+        B, P = _points_by_states(s, ids), _covariance(s.map)
         try:
-            return MapGauge(points, truth, B @ s.map.P @ B.T), B
+            return MapGauge(points, truth, B @ P @ B.T), B, P
         except ValueError:  # they are on a line, or on top of each other
             return None
 
@@ -339,7 +339,13 @@ def joint_map(s):
     """
     ids, points, truth = _surveyed(s)
     B = _points_by_states(s, ids)
-    return ids, points, B @ s.map.P @ B.T, truth
+    return ids, points, B @ _covariance(s.map) @ B.T, truth
+
+
+def _covariance(map):
+    """Covariance of all states: a copy. (To ask a compressed map for its P would bring it up to date: who only looks on
+    must not change the last digits of a run.)"""
+    return map.block(slice(0, map.n))
 
 
 def _points_by_states(s, ids):
@@ -359,11 +365,11 @@ def _in_map_gauge(s, rob, gauge):
     truth = np.array(s.truth.get(rob.id, np.full(frame.size, np.nan)), float)
     if gauge is None or rob.r is None or not np.isfinite(truth).all():
         return np.full(frame.dof, np.nan), np.full((frame.dof, frame.dof), np.nan)
-    landmarks, B = gauge
+    landmarks, B, P = gauge
     e, E_x, E_l = landmarks.error(rob.frame(s.map), frame(truth))
     E = E_l @ B
     E[:, rob.r.start : rob.r.start + frame.size] += E_x
-    return e, E @ s.map.P @ E.T
+    return e, E @ P @ E.T
 
 
 def _pooled(tracks):
