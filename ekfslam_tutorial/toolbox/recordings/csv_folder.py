@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from ...simulation import SimLmk
-from ..files.archives import brief
+from ..files.archives import brief, check_regular
 from ..files.locks import only_here
 from ..files.writing import beside, to_disk, written
 from ..user_input import errors_at, short_text
@@ -174,9 +174,10 @@ class _Table:
         if not path.exists():
             raise FileNotFoundError(f"{path} is missing")
         try:
+            check_regular(path)
             text = path.read_text(encoding="utf-8-sig")
             lines = list(csv.reader(text.splitlines(), strict=True))
-        except (csv.Error, UnicodeDecodeError) as error:
+        except (csv.Error, ValueError) as error:
             raise ValueError(f"{path} is not a CSV file in UTF-8: {brief(error)}") from error
         if not lines:
             raise ValueError(f"{path}, line 1: the file is empty; its first line names the columns")
@@ -310,8 +311,9 @@ def _check_names(folder, rows):
 def _json(path):
     """Read the head of a recording of any state; ValueError for anything else."""
     try:
+        check_regular(path)
         head = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is not JSON, or nested too deeply: {brief(error)}") from error
     if not isinstance(head, dict) or head.get("format") not in (FORMAT, HALF):
         raise ValueError(f"{path} is no head of a recording")
@@ -322,8 +324,9 @@ def _head(path):
     if not path.exists():
         raise FileNotFoundError(f"{path} is missing: this folder is not a recording")
     try:
+        check_regular(path)
         head = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is not JSON, or nested too deeply: {brief(error)}") from error
     if isinstance(head, dict) and head.get("format") == HALF:
         raise ValueError(f"{path.parent} is not a whole recording: whoever wrote it was stopped; write it anew")

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...models.motion import Odometry2
+from ...simulation import MOST_CLUTTER
 from ..user_input import check_id, check_model, covariance_stack, finite_array, short_text, sized_vector, std_vector
 from .poses import n_angles, pose
 
@@ -239,6 +240,8 @@ class Sensor:
             raise ValueError(f"p_detect is a probability above 0, got {self.p_detect}")
         if not finite_array("clutter", self.clutter) >= 0:
             raise ValueError(f"clutter is a mean number and must not be negative, got {self.clutter}")
+        if self.clutter > MOST_CLUTTER:
+            raise ValueError(f"clutter is a mean number in a frame, {MOST_CLUTTER} at most, got {self.clutter:g}")
         name = f"the noise covariance R of {type(self.model).__name__}"
         try:
             covariance_stack(name, [self.model.R], len(self.model.R))
