@@ -78,19 +78,21 @@ def columns(console):
     """Return what rich shows of a bar, on one line of 80 columns. No thread draws it: long work is not disturbed."""
     from rich import progress as p
 
-    words = p.TextColumn("{task.description:9}"), p.BarColumn(24), p.MofNCompleteColumn(), Speed()
+    words = p.TextColumn("{task.description:9}"), p.BarColumn(24), p.MofNCompleteColumn(), speed()
     return p.Progress(*words, p.TimeRemainingColumn(compact=True), console=console, auto_refresh=False)
 
 
-def Speed():
+def speed():
     """Return the column that says how many are done in a second."""
     from rich.progress import ProgressColumn
     from rich.text import Text
 
-    class Column(ProgressColumn):
+    class Speed(ProgressColumn):
+        """How many are done in a second."""
+
         def render(self, task):
             """Return the speed, once it is known."""
-            speed = task.finished_speed or task.speed
-            return Text(f"{speed:,.0f} /s" if speed else "", style="progress.data.speed")
+            known = task.finished_speed or task.speed
+            return Text(f"{known:,.0f} /s" if known else "", style="progress.data.speed")
 
-    return Column()
+    return Speed()

@@ -46,7 +46,6 @@ from .figures import DPI, SCREEN, Places, one_line, picture, png, publish, show,
 QUICK = 0.1  # seconds of the processor: a picture that takes longer does not follow a control that is dragged
 REST = 0.3  # seconds without a change: then the picture is drawn with all its dots
 SHARP = max(2 * SCREEN, DPI)  # dots of an inch, for a screen with two dots to each CSS pixel
-ROW = "1 1 360px"  # of a control: two stand side by side where there is room
 LIVE = "ekfslam-live"
 SAID = '<div aria-live="polite" style="line-height: 1.4">{}</div>'
 HIDE = """<style>
@@ -245,7 +244,7 @@ class Panel:
             return widget
         play = w.Play(min=control.low, max=control.high, step=control.step, value=control.value, interval=control.play)
         w.jslink((play, "value"), (widget, "value"))
-        return w.HBox([widget, play], layout=w.Layout(flex=ROW, max_width="700px"))
+        return w.HBox([widget, play], layout=w.Layout(flex=room(widget.description, 130), max_width="700px"))
 
 
 class Picture(w.Image):
@@ -277,8 +276,8 @@ def knob(control: Control, name: str) -> w.ValueWidget:
         "description": text,
         "tooltip": control.tip or label,
         "style": {"description_width": "max-content"},
-        "layout": w.Layout(width="auto", flex=ROW, max_width="560px"),
-    }
+        "layout": w.Layout(width="auto", height="auto", flex=room(text), max_width="560px", flex_flow="row wrap"),
+    }  # on a telephone the track stands under its label
     if isinstance(control, Toggle):
         return w.Checkbox(value=control.value, indent=False, **common)
     if isinstance(control, Choice):
@@ -286,6 +285,11 @@ def knob(control: Control, name: str) -> w.ValueWidget:
         return w.Dropdown(options=list(options), value=control.value, **common)
     slider = w.IntSlider if isinstance(control, Int) else w.FloatSlider
     return slider(value=control.value, min=control.low, max=control.high, step=control.step, **common)
+
+
+def room(label: str, more: int = 0) -> str:
+    """Return how wide a control wants to be: two stand side by side where there is room for label, track and number."""
+    return f"1 1 {240 + 7 * len(label) + more}px"
 
 
 def sweep(draw: Callable, corners: int = 20, seed: int = 0, together: int = 16, given: tuple = ()) -> int:
