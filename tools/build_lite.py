@@ -14,6 +14,7 @@ begins again where it was: what is there and right is not fetched twice, so that
 """
 
 import hashlib
+import html
 import importlib.util
 import json
 import os
@@ -61,7 +62,7 @@ def main():
         f"The course is ready: {SITE.relative_to(ROOT)}, {size / 1e6:.0f} MB. Any server of files will do, for example"
     )
     print(f"    python3 -m http.server --directory {SITE.relative_to(ROOT)} 8000")
-    print("and then http://localhost:8000/lab/index.html?path=00_start_here.ipynb in a browser")
+    print("and then http://localhost:8000 in a browser")
     return 0
 
 
@@ -75,7 +76,13 @@ def fingerprint():
     folders = [ROOT / "ekfslam_tutorial", ROOT / "notebooks", ROOT / "data", HERE]
     paths = [path for folder in folders for path in folder.rglob("*") if path.is_file()]
     paths = [path for path in paths if not {"__pycache__", ".ipynb_checkpoints"} & set(path.parts)]
-    paths = [*sorted(paths), ROOT / "pyproject.toml", ROOT / "README.md", Path(__file__)]
+    paths = [
+        *sorted(paths),
+        ROOT / "docs" / "_site" / "favicon.svg",
+        ROOT / "pyproject.toml",
+        ROOT / "README.md",
+        Path(__file__),
+    ]
     lines = [f"{path.relative_to(ROOT).as_posix()} {digest(path.read_bytes())}" for path in paths]
     return digest("\n".join(lines).encode())
 
@@ -301,6 +308,7 @@ def site():
     if run.returncode or not (SITE / "lab" / "index.html").exists():
         raise SystemExit(f"make lite: JupyterLite failed.\n{run.stdout[-3000:]}")
     configure()
+    front()
 
 
 def configure():
@@ -313,6 +321,27 @@ def configure():
     work = {"name": "ekfslam-work", "extension": "./extension", "load": "static/remoteEntry.js"}
     settings["jupyter-config-data"]["federated_extensions"].append(work)
     path.write_text(json.dumps(settings, indent=1) + "\n", encoding="utf-8", newline="\n")
+
+
+def front():
+    """Write the first page, the list of the notebooks, and give each page its icon."""
+    icon = ROOT / "docs" / "_site" / "favicon.svg"
+    shutil.copyfile(icon, SITE / icon.name)
+    rows = []
+    for path in sorted((WORK / "files").glob("*.ipynb")):
+        text = "".join(json.loads(path.read_text(encoding="utf-8"))["cells"][0]["source"])
+        title, question = (
+            re.search(form, text, re.MULTILINE)[1] for form in (r"^# (.+)$", r"\*\*The question: (.+)\*\*")
+        )
+        link = f'<a href="lab/index.html?path={path.name}">{html.escape(title)}</a>'
+        rows.append(f"<li>{link}<br />{html.escape(question[0].upper() + question[1:])}</li>")
+    page = (HERE / "front.html").read_text(encoding="utf-8").replace("NOTEBOOKS", "\n        ".join(rows))
+    (SITE / "index.html").write_text(page, encoding="utf-8", newline="\n")
+    for app in ("lab", "notebooks"):
+        path = SITE / app / "index.html"
+        link = '<link rel="icon" type="image/svg+xml" href="../favicon.svg" />'
+        text = path.read_text(encoding="utf-8").replace("<head>", f"<head>\n    {link}", 1)
+        path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def merged(one, other):

@@ -1,21 +1,28 @@
 """Pages in a real browser, and a JupyterLab to open them in. A page must not ask any other host for anything."""
 
+import contextlib
+import functools
+import http.server
 import json
 import os
 import shutil
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from urllib.parse import urlsplit
 
 import pytest
 
 from ekfslam_tutorial.graphics.player import StateLog, write_player_html
 from ekfslam_tutorial.toolbox import UserData, universal_slam
+from tools import build_lite
 
 ROOT = Path(__file__).resolve().parents[2]
 START_S, RUN_S = 200, 600  # for JupyterLab to start, and for a notebook in it: for what hangs, not for what is slow
+LONGEST_S = 1800  # of a notebook whose Python runs in the browser, beside eight other programs
 PATIENCE_MS = 200_000  # for what must come in a page; beside eight other programs it may take long
 
 
@@ -134,3 +141,59 @@ def open_log(page, tmp_path):
 
     yield open_log
     assert page.problems == []
+
+
+# ---- the course as a static site ----
+
+
+@contextlib.contextmanager
+def alone(path):
+    """Wait until no other process is in here with the same file."""
+    path.parent.mkdir(exist_ok=True)
+    with path.open("w") as file:
+        with contextlib.suppress(ImportError):  # on Windows the tests run in one process
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+@pytest.fixture(scope="session")
+def lite_site():
+    """The folder of the site, built anew if it is older than its sources."""
+    with alone(build_lite.BUILD / "lite-lock.txt"):
+        command = [sys.executable, ROOT / "tools" / "build_lite.py"]
+        run = subprocess.run(command, capture_output=True, text=True)
+    if run.returncode and any(words in run.stderr for words in ("pip failed", "not to be had")):
+        pytest.skip(f"the parts of the site cannot be fetched: {run.stderr.strip()[-300:]}")
+    assert run.returncode == 0, run.stderr[-2000:]
+    return build_lite.SITE
+
+
+class CountingServer(http.server.SimpleHTTPRequestHandler):
+    """A plain server of files. It notes what it sends: bytes by path."""
+
+    def __init__(self, *args, sent, **options):
+        self.sent = sent
+        super().__init__(*args, **options)
+
+    def log_message(self, *_):
+        pass
+
+    def send_header(self, keyword, value):
+        if keyword == "Content-Length":
+            self.sent[self.path] = int(value)
+        super().send_header(keyword, value)
+
+
+@pytest.fixture(scope="session")
+def lite(lite_site, tmp_path_factory):
+    """The site two folders below the root of its host: its `address`, and what was `sent`."""
+    root, sent = tmp_path_factory.mktemp("www"), {}
+    (root / "some").mkdir()
+    (root / "some" / "course").symlink_to(lite_site.resolve(), target_is_directory=True)
+    handler = functools.partial(CountingServer, directory=root, sent=sent)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield SimpleNamespace(address=f"http://127.0.0.1:{server.server_port}/some/course/", sent=sent)
+        server.shutdown()

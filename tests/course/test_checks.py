@@ -1,6 +1,7 @@
 """What a student sees: check, hint, reveal, progress; and a check that nothing can hang, flood or break."""
 
 import inspect
+import itertools
 import json
 import re
 import subprocess
@@ -332,6 +333,26 @@ def test_without_threads_a_check_still_works(monkeypatch, capsys):
     monkeypatch.setattr(threading.Thread, "start", none)
     check("02.3", own)
     assert capsys.readouterr().out == "[02.3] passed\n"
+
+
+@pytest.mark.skipif(sys.version_info < (3, 12), reason="Python looks at itself from 3.12 on")
+def test_without_threads_a_loop_is_stopped_by_a_look_at_the_clock(monkeypatch):
+    def none(self):
+        raise RuntimeError("can't start new thread")
+
+    def stubborn():
+        while True:
+            try:
+                pass
+            except:  # noqa: E722
+                pass
+
+    monkeypatch.setattr(threading.Thread, "start", none)
+    for job in (stubborn, lambda: [i for i in itertools.count()]):
+        with pytest.raises(deadline.TookTooLong):
+            deadline.run(job, 0.1)
+    assert deadline.run(lambda: sum(i for i in range(1000)), 200) == (499500, "")
+    assert sys.monitoring.get_tool(deadline._TOOL) is None
 
 
 # --- comparing results ---

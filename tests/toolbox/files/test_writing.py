@@ -3,6 +3,7 @@
 import errno
 import os
 import shutil
+import stat
 
 import pytest
 
@@ -33,3 +34,11 @@ def test_other_files_and_other_words_stay_as_they_are(tmp_path):
     assert caught.value.filename == str(tmp_path / "source")
     with pytest.raises(ConnectionError, match="^the host is gone$"), replacing(tmp_path / "copy"):
         raise ConnectionError("the host is gone")
+
+
+def test_where_the_mask_leaves_the_owner_nothing_the_file_can_still_be_read(tmp_path, monkeypatch):
+    """As in Python in a browser."""
+    monkeypatch.setattr(os, "umask", lambda mask: 0o777)
+    with replacing(tmp_path / "a.txt") as part:
+        part.write_text("x")
+    assert stat.S_IMODE((tmp_path / "a.txt").stat().st_mode) & 0o600 == 0o600
