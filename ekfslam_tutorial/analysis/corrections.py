@@ -34,6 +34,8 @@ FLAT = 1e-6
 """Directions in which the blocks' corrections have less of their variance, as correlation, are left out: rounding."""
 CHANCE = 1e-4
 """Probability that an honest filter is above `CorrectionRatio.limit`."""
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""A quarter turn: a small turn theta of the world moves a point p by theta QUARTER p."""
 GROSS = 1.5
 """A ratio up to here is nothing to warn of: an honest filter that is not linear has it, too."""
 
@@ -70,10 +72,15 @@ class CorrectionRatio:
         return max(1.0, self.value) if np.isfinite(self.value) else 1.0
 
 
-def corrections(frame, x0, P0, x1, P1):
+def corrections(frame, x0, P0, x1, P1, turned=False):
     """Corrections of a pose and their covariances, from the pose before and after.
 
         a = x1 - x0,    A = P0 - P1 = K S K'
+
+    The invariant error turns P1 with the world, about its origin, P1 = T (P0 - K S K') T'. Then it is turned back: the
+    turn theta of the world stays, and a position goes with it by (p1 - p0) x theta less.
+
+        A = P0 - T^-1 P1 T^-T
 
     Parameters
     ----------
@@ -82,6 +89,8 @@ def corrections(frame, x0, P0, x1, P1):
     x0, x1 : ndarray, shape (N, size)
         Before and after.
     P0, P1 : ndarray, shape (N, size, size)
+    turned : bool or ndarray of bool, shape (N,)
+        P1 has been turned.
 
     Returns
     -------
@@ -89,10 +98,26 @@ def corrections(frame, x0, P0, x1, P1):
         [metres; radians], in the tangent space at x0.
     A : ndarray, shape (N, dof, dof)
     """
-    before = frame(x0)
-    a, _ = frame(x1).minus(before)
-    _, E = before.minus(before)
-    return a, E @ (P0 - P1) @ np.swapaxes(E, -1, -2)
+    F0, F1 = frame(x0), frame(x1)
+    a, _ = F1.minus(F0)
+    _, E0 = F0.minus(F0)
+    _, E1 = F1.minus(F1)
+    turned = np.broadcast_to(turned, len(x0))[:, None, None]
+    E1 = np.where(turned, turned_back(F0, F1) @ E1, E0)
+    return a, E0 @ P0 @ np.swapaxes(E0, -1, -2) - E1 @ P1 @ np.swapaxes(E1, -1, -2)
+
+
+def turned_back(F0, F1):
+    """T^-1 in the tangent spaces of the poses after and before a correction, shape (N, dof, dof)."""
+    d = F0.dim
+    T = np.tile(np.eye(F0.dof), (len(F0.x), 1, 1))
+    way = (F1.t - F0.t)[..., None]
+    if d == 2:
+        T[:, :2, 2:] = -QUARTER @ way
+    else:
+        T[:, 3:, 3:] = np.swapaxes(F0.R, -1, -2) @ F1.R  # angles are seen from the robot: to the world, and back
+        T[:, :3, 3:] = np.cross(way, F1.R, axis=1)  # dp = dp1 + (p1 - p0) x theta
+    return T
 
 
 def block_sums(t, a, A, seconds):
@@ -183,9 +208,9 @@ class SecondSums:
     def __init__(self, frame, rows=()):
         self._frame, self._rows, self._new = frame, list(rows), []
 
-    def add(self, t, x0, P0, x1, P1):
-        """Take one correction: time, s; pose and covariance before and after."""
-        self._new.append((t, x0, P0, x1, P1))
+    def add(self, t, x0, P0, x1, P1, turned=False):
+        """Take one correction: time, s; the rest as for `corrections`."""
+        self._new.append((t, x0, P0, x1, P1, turned))
         if len(self._new) >= self.AT_ONCE:
             self._sum()
 

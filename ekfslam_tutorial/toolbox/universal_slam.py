@@ -162,7 +162,7 @@ def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
         now = source.frame(i)
 
         # 2. ESTIMATION
-        events, watch = [], Watch(map, robs)
+        events, watch = [], Watch(map, robs, opt)
         for key in [key for key in obs if key[0] in now.idle]:
             del obs[key]
         for rob in robs:

@@ -11,16 +11,20 @@ class Watch:
     map : Map
     robs : list of Rob
         Those with a known pose are passed over.
+    opt : Options
+        With its `error` "invariant" the covariance after a correction refers to the world as it is believed to lie
+        then: it has been turned.
 
     Attributes
     ----------
     seen : list of tuple
-        One entry (rob.id, x0, P0, x1, P1) for each robot and correction: mean and covariance of its pose, as the state
-        vector has them, before and after.
+        One entry (rob.id, x0, P0, x1, P1, turned) for each robot and correction: mean and covariance of its pose, as
+        the state vector has them, before and after; and whether P1 has been turned.
     """
 
-    def __init__(self, map, robs):
+    def __init__(self, map, robs, opt):
         self._map, self.seen = map, []
+        self._turned = getattr(opt, "error", "additive") == "invariant" and not opt.first_estimates
         self._ranges = {rob.id: pose_range(rob) for rob in robs if rob.r is not None}
 
     def __enter__(self):
@@ -30,7 +34,7 @@ class Watch:
     def __exit__(self, *_):
         for (id, x0, P0), (_, x1, P1) in zip(self._before, self._poses(), strict=True):
             if (x1 != x0).any():
-                self.seen.append((id, x0, P0, x1, P1))
+                self.seen.append((id, x0, P0, x1, P1, self._turned))
 
     def _poses(self):
         map = self._map

@@ -129,7 +129,8 @@ def test_what_is_summed_on_the_way_is_the_sum():
         sums.add(*rows[-1])
         if k == 300:
             sums = SecondSums(Frame2, sums.rows)  # as a checkpoint does it
-    t, a, A = (np.array(column) for column in zip(*[(r[0], *corrections(Frame2, *r[1:])) for r in rows], strict=True))
+    t, *poses = (np.array(column) for column in zip(*rows, strict=True))
+    a, A = corrections(Frame2, *poses)
     for mine, plain in zip(sums.arrays, block_sums(t, a, A, 1), strict=True):
         np.testing.assert_allclose(mine, plain, atol=1e-12)
 
@@ -145,6 +146,35 @@ def test_in_space_a_correction_has_six_numbers():
     a, A = corrections(Frame3, F.x[None], (J @ P @ J.T)[None], (F.x + J @ v)[None], (J @ (P - S) @ J.T)[None])
     np.testing.assert_allclose(A[0], S, atol=1e-12)
     np.testing.assert_allclose(a[0], v, atol=1e-10)
+
+
+@pytest.mark.parametrize("frame", [Frame2, Frame3])
+def test_a_covariance_that_was_turned_with_the_world_is_turned_back(frame):
+    """T as it is derived: what a small turn of the world does to the state, before and after; differences by hand."""
+    rng = np.random.default_rng(5)
+    n, dof = frame.size, frame.dof
+    F0 = frame(rng.standard_normal(n)).normalized()[0]
+    F1 = frame(F0.x + 0.3 * rng.standard_normal(n)).normalized()[0]
+
+    def turn_of_the_world(F):
+        k, h = dof - F.dim, 1e-6
+        steps = np.eye(k) * h
+        if k == 1:
+            turned = [Frame2([0, 0, s[0]]).compose(F)[0].x for s in steps]
+        else:
+            turned = [Frame3(np.r_[0, 0, 0, 1, s / 2]).normalized()[0].compose(F)[0].x for s in steps]
+        return np.array([(x - F.x) / h for x in turned]).T
+
+    B0, B1 = turn_of_the_world(F0), turn_of_the_world(F1)
+    T = np.eye(n) + (B1 - B0) @ np.linalg.pinv(np.where(np.arange(n)[:, None] < F0.dim, 0, B0))
+    E0 = F0.minus(F0)[1]
+    J = np.linalg.pinv(E0)
+    P, S = np.diag(rng.uniform(1, 2, dof)), np.diag(rng.uniform(0.1, 0.5, dof))
+    P1 = T @ J @ (P - S) @ J.T @ T.T
+    _, A = corrections(frame, F0.x[None], (J @ P @ J.T)[None], F1.x[None], P1[None], np.array([True]))
+    np.testing.assert_allclose(A[0], S, atol=1e-5)
+    _, wrong = corrections(frame, F0.x[None], (J @ P @ J.T)[None], F1.x[None], P1[None], np.array([False]))
+    assert abs(wrong[0] - S).max() > 0.01
 
 
 # --- in a run ---
