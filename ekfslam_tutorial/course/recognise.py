@@ -81,7 +81,7 @@ def _unlike_chance(exercise, calls, truth, part):
 
 
 def _pair_unlike_chance(exercise, calls, truth):
-    """The one pair of mistakes that answers all calls; empty if others do, too, or if so many pairs may fit by chance."""
+    """The one pair of mistakes that answers all calls; empty if others do, too, or if one of so many may by chance."""
     sample = _sample(exercise, calls, truth, None)
     if any(isinstance(call.result, guard.Raised) for call in sample):
         return []

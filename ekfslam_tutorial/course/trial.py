@@ -197,8 +197,8 @@ def run_trial(data, loop, seed, seconds, recording=None, watch=None) -> Trial:
         trial.failed = Failed(
             f"your loop took more than {seconds:g} s for {world.k} of {len(world)} frames and was stopped",
             "Look for a loop that does not end, for an inverse of a large matrix (only Z, of the size of a "
-            "measurement, is ever inverted), and for landmarks that are added again and again. If it is only the computer "
-            "that is slow or busy: give it more time with the environment variable EKFSLAM_CHECK_SECONDS.",
+            "measurement, is ever inverted), and for landmarks that are added again and again. If only the computer is "
+            "slow or busy, give it more time with the environment variable EKFSLAM_CHECK_SECONDS.",
         )
     except Failed as failed:
         trial.failed = failed
