@@ -79,6 +79,7 @@ def player_html(log: StateLog, page: bool = False) -> str:
     script = (
         f"{player_module(data['dim'] == 3)}\nconst host = document.getElementById('player')\n"
         f"window.player = mount(host, {state}, {options})\n"
+        "if (location.hash === '#play' && !matchMedia('(prefers-reduced-motion: reduce)').matches) player.play()\n"
     )
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
