@@ -229,7 +229,7 @@ def runs_needed(dof, confidence=0.95, factor=FACTOR, wanted=POWER):
     Examples
     --------
     >>> runs_needed(3), runs_needed(60)
-    (205, 11)
+    (209, 11)
     """
     low, high = 0, 1
     while power(high * dof, factor, confidence) < wanted:
