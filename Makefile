@@ -16,7 +16,7 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures ogl site lite lint format lock audit sbom clean
+.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures ogl site lite lint format lock audit sbom clean mutants
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
@@ -34,6 +34,9 @@ test: env  ## run every test, then every notebook, unsolved and solved (TEST_ARG
 
 test-browser: env  ## only the tests in a real browser, a part of make test (EKFSLAM_BROWSER=all: every notebook)
 	@$(VENV) -m pytest tests/browser $(TEST_ARGS)
+
+mutants: env  ## change the core in one place at a time and see whether its tests find out: 30 minutes, goes on where it was stopped
+	@$(VENV) tools/mutants.py $(MUTANTS_ARGS)
 
 notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs (NB=notebooks/02_... takes one)
 	@$(VENV) tools/build_notebooks.py $(NB)
