@@ -7,7 +7,8 @@ import pytest
 
 from ekfslam_tutorial.analysis import History
 from ekfslam_tutorial.cli import main, robot_views, views
-from ekfslam_tutorial.graphics import SenFig
+from ekfslam_tutorial.graphics import SenFig, map_picture
+from ekfslam_tutorial.graphics.style import ROBOTS
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
 ROBOT = {"motion": "odometry2", "dx": [0.25, 0.0], "da_deg": 7.2, "dx_std": [0.01, 0.004], "da_std_deg": 0.2}
@@ -63,6 +64,25 @@ def test_errors_are_those_of_the_history_in_metres_and_degrees(run):
         np.testing.assert_allclose(drawn.get_ydata(), scale * e[:, i])
         np.testing.assert_allclose(ax.lines[0].get_ydata(), 3 * scale * np.sqrt(P[:, i, i]))
         assert ax.get_ylabel().endswith("(m)" if scale == 1 else "(deg)")
+
+
+def test_a_robot_has_the_same_colour_in_all_maps(run, monkeypatch):
+    data, history = run
+    drawn = {}
+    real = robot_views.map_picture
+
+    def spy(path, **more):
+        axes, words = real(path, **more)
+        drawn[more["title"]] = [l.get_color() for l in axes.lines if l.get_label() == "estimated path"]
+        return axes, words
+
+    monkeypatch.setattr(robot_views, "map_picture", spy)
+    lmks = {"mean": np.zeros((0, 2)), "cov": np.zeros((0, 2, 2))}
+    for id, color in zip((1, 2), ROBOTS, strict=False):
+        robot_views._path(history.track(id), lmks, data, None, color)
+        assert drawn[f"{data.name}: robot {id}"] == [color]
+    axes, _ = map_picture({f"r{id}": history.track(id).x[:, :2] for id in (1, 2)}, **lmks)
+    assert [l.get_color() for l in axes.lines if l.get_label() in ("r1", "r2")] == list(ROBOTS[:2])
 
 
 def test_the_panels_of_errors_share_one_legend(run):

@@ -6,6 +6,7 @@ import numpy as np
 from ..analysis.consistency import md2
 from ..graphics import consistency_panel, error_panel, map_picture
 from ..graphics.panels import GAP
+from ..graphics.style import ROBOTS
 from .files import save_figure
 
 AXES = {
@@ -34,7 +35,8 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
     names = []
     for id, track in tracks.items():
         if len(tracks) > 1:
-            names.append(save_figure(_path(track, lmks, data, fixes.get(id)), out / f"map-{id}.png"))
+            color = ROBOTS[list(tracks).index(id) % len(ROBOTS)]
+            names.append(save_figure(_path(track, lmks, data, fixes.get(id), color), out / f"map-{id}.png"))
         e, P = history.errors(id)
         if track.known.sum() > 1:
             names.append(save_figure(_errors(track, e, P, data.figure.k), out / f"errors-{id}.png"))
@@ -44,7 +46,7 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
     return names
 
 
-def _path(track, lmks, data, fixes):
+def _path(track, lmks, data, fixes, color):
     dim = track.frame.dim
     axes, _ = map_picture(
         track.x[:, :dim],
@@ -53,6 +55,7 @@ def _path(track, lmks, data, fixes):
         fixes=fixes,
         k=data.figure.k,
         title=f"{data.name}: robot {track.id}",
+        colors=[color],
     )
     return axes.figure
 

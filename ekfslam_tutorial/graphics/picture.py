@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -38,6 +38,7 @@ def map_picture(
     title: str = "",
     ax: Any = None,
     figsize=(9, 8),
+    colors: Sequence[str] = (),
 ):
     """Draw trajectories and map over the truth.
 
@@ -62,6 +63,8 @@ def map_picture(
         2D or 3D, like the data; by default a new figure.
     figsize : (width, height)
         Of the new figure, inches.
+    colors : sequence of colours, optional
+        Of the estimated paths; by default those of the robots, in their order.
 
     Returns
     -------
@@ -101,7 +104,7 @@ def map_picture(
             label="GPS" if not i else None,
         )
     _plot_paths(ax, dead, DEAD_RECKONING, "dead reckoning", zorder=2)
-    _plot_paths(ax, paths, ESTIMATE, "estimated path", zorder=4)
+    _plot_paths(ax, paths, ESTIMATE, "estimated path", zorder=4, colors=colors or ROBOTS)
     _plot_paths(ax, truths, TRUTH, "true path", zorder=5)
     curves = (ellipse_points if d == 2 else ellipsoid_wires)(mean, cov, k)
     vague = (spread > VAGUE * size) & (d == 3)
@@ -136,22 +139,22 @@ def _by_name(path) -> dict[str, Array]:
     return {name: np.asarray(p, dtype=float) for name, p in path.items()}
 
 
-def _plot_paths(ax, paths, style, label, zorder) -> None:
+def _plot_paths(ax, paths, style, label, zorder, colors=()) -> None:
     """Draw paths; where there are several estimated ones, each has the colour of its robot and its name."""
     ends, several = {}, len(paths) > 1 and style is ESTIMATE
     for i, (name, p) in enumerate(paths.items()):
         look = {"linewidth": 1.8 if len(p) < LONG else 1.1, "label": name if several else label if i == 0 else None}
         if len(paths) > 1 and style is TRUTH:  # it may lie on the others
             look |= {"linewidth": 0.7, "alpha": 0.7}
-        if several:
-            look["color"] = ROBOTS[i % len(ROBOTS)]
+        if colors:
+            look["color"] = colors[i % len(colors)]
         put_path(new_line(ax, **line(style, **look), zorder=zorder), p)
         known = np.flatnonzero(np.isfinite(p).all(axis=1))
         if len(known):
             ends[name] = p[known[-1]]
     if several:
         for i, (name, p) in enumerate(ends.items()):
-            Labels(ax, size=12, shift=(16.0, 13.0), color=ROBOTS[i % len(ROBOTS)], zorder=8).put({name: p})
+            Labels(ax, size=12, shift=(16.0, 13.0), color=colors[i % len(colors)], zorder=8).put({name: p})
 
 
 def _frame(ax, limits) -> None:

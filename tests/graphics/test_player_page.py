@@ -1,6 +1,8 @@
 """The player as HTML, as a live view, as strip and caption: what can be said without a browser."""
 
+import base64
 import builtins
+import gzip
 import html
 import json
 import re
@@ -75,7 +77,10 @@ def test_the_frame_is_one_element_in_a_sandbox(log):
     frame = player_frame(log)
     (tag,) = re.findall(r"<iframe ([^']*)srcdoc='[^']*'></iframe>", frame)
     assert 'sandbox="allow-scripts"' in tag and 'title="Player: a run"' in tag
-    assert html.unescape(re.search(r"srcdoc='([^']*)'", frame)[1]) == player_html(log)
+    document = html.unescape(re.search(r"srcdoc='([^']*)'", frame)[1])
+    packed = re.search(r'atob\("([^"]*)"\)', document)[1]
+    assert gzip.decompress(base64.b64decode(packed)).decode() == player_html(log)
+    assert player_frame(log) == frame and len(frame) < 0.6 * len(player_html(log))
 
 
 def test_the_page_holds_the_log(log, tmp_path):
