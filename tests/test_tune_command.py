@@ -34,7 +34,11 @@ def test_what_it_writes_can_be_run(walk, tmp_path, capsys):
     out = tmp_path / "walk-tuned.toml"
     assert main(["tune", str(walk), "--scenario", "range_bearing_2d", "--out", str(out)]) == 0
     said, progress = capsys.readouterr()
-    assert re.search(r"ranges too long by: \+0\.[78]\d* \+- \S+ m \(kept\)", said) and "R and U times " in said and "blind to: " in said
+    assert (
+        re.search(r"ranges too long by: \+0\.[78]\d* \+- \S+ m \(kept\)", said)
+        and "R and U times " in said
+        and "blind to: " in said
+    )
     assert "as it is: 100%" in progress
     assert f"next: ekfslam run {out} --recording {walk}" in said
     text = out.read_text(encoding="utf-8")
