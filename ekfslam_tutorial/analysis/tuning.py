@@ -295,11 +295,13 @@ class _Search:
 
     def factor(self):
         """One factor on R and U, and a last run with it."""
-        r, n = self.now.innovations.whiteness()
-        white = bool(n and abs(r) < WHITE + SURE / np.sqrt(n)) and not self.now.ratio.too_large
-        if white:
+        as_it_is, (r, n) = self.now, self.now.innovations.whiteness()
+        if n and abs(r) < WHITE + SURE / np.sqrt(n):
             self.by_size(r)
-        elif np.isfinite(self.found.factor):
+        if self.now.ratio.too_large:  # not white, or white and not enough
+            self.now = as_it_is
+            self.settle_factor()
+        if np.isfinite(self.found.factor) and self.now is as_it_is:
             self.found.by += f" over {self.now.ratio.seconds} s; innovations correlate by {r:.2f}"
             self.now = self.with_factor(self.found.factor)
         self.found.after = self.now.ratio

@@ -48,7 +48,7 @@ def test_of_an_honest_log_the_factor_is_one():
 def test_noise_told_too_small(log):
     """A third of R and of U is told: 3 is needed."""
     found = tune(scenario(sensor__noise_factor=1 / 3, robot__noise_factor=1 / 3), log)
-    assert 2.5 < found.factor < 3.6
+    assert 2.5 < found.factor < 3.6 and found.by.startswith("likelihood")
 
 
 def test_errors_that_last_have_their_factor_by_the_corrections(log):
