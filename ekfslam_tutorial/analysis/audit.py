@@ -68,6 +68,11 @@ class RunErrors:
         """Size of a position."""
         return {3: 2, 6: 3}[self.e.shape[1]]
 
+    @property
+    def nees(self):
+        """NEES of each pose, shape (F,); NaN where there is none."""
+        return md2(self.e, self.P)
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -332,7 +337,7 @@ class Audit:
             "bias": [known(v) for v in self.bias],
             "whiteness": {"correlation": known(self.whiteness[0]), "band": known(self.whiteness[1])},
             "per_run": [
-                {"name": run.name, "nees_mean": known(_mean(md2(run.e, run.P))), "map_nees": known(run.map_nees)}
+                {"name": run.name, "nees_mean": known(_mean(run.nees)), "map_nees": known(run.map_nees)}
                 for run in self.runs
             ],
         }

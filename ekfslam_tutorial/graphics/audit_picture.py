@@ -35,23 +35,11 @@ def audit_picture(found):
     return fig
 
 
-def _nees(run):
-    """NEES of each pose of a run, NaN where not known."""
-    out = np.full(len(run.t), np.nan)
-    good = np.isfinite(run.P).all((1, 2)) & np.isfinite(run.e).all(1)
-    scale = np.sqrt(np.diagonal(run.P, axis1=1, axis2=2).clip(1e-300))
-    C = run.P / (scale[:, :, None] * scale[:, None, :])
-    good[good] = np.linalg.eigvalsh(C[good])[:, 0] > 1e-12
-    w = run.e[good] / scale[good]
-    out[good] = (w * np.linalg.solve(C[good], w[..., None])[..., 0]).sum(1)
-    return out
-
-
 def _over_time(ax, found):
     """Mean NEES over the runs, where all have the same number of poses; else of each run by itself."""
     runs = found.runs
     if len({len(run.t) for run in runs}) == 1:
-        t, values = runs[0].t - runs[0].t[0], np.array([_nees(run) for run in runs])
+        t, values = runs[0].t - runs[0].t[0], np.array([run.nees for run in runs])
         n = np.isfinite(values).sum(0)
         mean = np.where(n > 0, np.nansum(values, 0) / np.maximum(n, 1), np.nan)
         name = "NEES of the pose" + f", mean of {len(runs)} runs" * (len(runs) > 1)
@@ -59,7 +47,7 @@ def _over_time(ax, found):
         ax.set_xlabel("t (s)")
         return
     for run in runs:
-        ax.plot(run.t - run.t[0], _nees(run), color=BLUE, linewidth=0.8, alpha=0.6)
+        ax.plot(run.t - run.t[0], run.nees, color=BLUE, linewidth=0.8, alpha=0.6)
     ax.axhline(runs[0].e.shape[1], **line(TRUTH), label="mean of an honest estimator")
     ax.set(xlabel="t (s)", ylabel="NEES of the pose (-)")
     ax.legend(loc="upper left", bbox_to_anchor=(0, 1.12), frameon=False)
@@ -67,7 +55,7 @@ def _over_time(ax, found):
 
 def _coverage(ax, found):
     """Share of the poses inside regions of all sizes, against the share that they should hold."""
-    nees = np.concatenate([_nees(run) for run in found.runs])
+    nees = np.concatenate([run.nees for run in found.runs])
     nees = np.sort(nees[np.isfinite(nees)])
     ax.plot([0, 100], [0, 100], **line(TRUTH), label="honest")
     if len(nees):
