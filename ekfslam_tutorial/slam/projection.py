@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..ekf import covariance, cross, transform
+from ..ekf import covariance, cross, real, transform
 from ..models.observation import expect
 from .first_estimates import first_jacobians
 from .objects import Obs, states
@@ -24,10 +24,11 @@ def place(map, obj, x, P=None):
         If the state is not finite or has the wrong length, or P is not a covariance.
     """
     size = obj.motion.size if hasattr(obj, "motion") else obj.frame_type.size
-    if np.shape(x) != (size,) or not np.isfinite(x).all():
+    x = real(f"{type(obj).__name__} {obj.id}: the state", x)
+    if x.shape != (size,) or not np.isfinite(x).all():
         raise ValueError(f"{type(obj).__name__} {obj.id}: the state must be {size} finite numbers, got {x}")
     if P is None:
-        obj.x, obj.r = np.array(x, float), None
+        obj.x, obj.r = x.copy(), None
     else:
         obj.x, obj.r = None, map.add(x, P)
 

@@ -86,6 +86,16 @@ def test_lists_and_whole_numbers_are_numbers(call, name):
             np.testing.assert_allclose(map.block(one), other.block(two), rtol=1e-13, atol=1e-15)
 
 
+@each_kind
+@each_map
+def test_a_start(name, kind):
+    make, words = KINDS[kind]
+    rob = Rob(1, Unicycle())
+    for P in (None, np.eye(3)):
+        with pytest.raises(ValueError, match=f"Rob 1: the state {words}"):
+            slam.place(MAPS[name][2](), rob, make(np.array([1.0, 2.0, 0.5])), P)
+
+
 # --- the steps -------------------------------------------------------------------------------------------------------
 
 
