@@ -150,11 +150,11 @@ def _draw(ax, frames, d, k) -> None:
     lmks = {id: (p, L) for id, (p, L) in frame.lmks.items() if np.isfinite(p).all() and np.isfinite(L).all()}
     true = np.array([p for p in frame.world.values() if np.isfinite(p).all()]).reshape(-1, d)
     map_picture(
-        {str(id): _path(frames, id, d) for id in frame.robots},
+        {f"robot {id}": _path(frames, id, d) for id in frame.robots},
         np.array([p for p, _ in lmks.values()]).reshape(-1, d),
         np.array([L @ L.T for _, L in lmks.values()]).reshape(-1, d, d),
         ids=list(lmks),
-        true_path={str(id): _path(frames, id, d, truth=True) for id in frame.truth} or None,
+        true_path={f"robot {id}": _path(frames, id, d, truth=True) for id in frame.truth} or None,
         true_points=true,
         k=k,
         ax=ax,
