@@ -73,7 +73,7 @@ class History:
             if e.kind in ("initialisation", "correction"):
                 self._seen[e.rob].add(e.lmk)
         self.n_refused += sum(e.kind == "innovation" and not e.flag for e in s.events)
-        self.n_recoveries += sum(e.kind == "recovery" for e in s.events)
+        self.n_recoveries += sum(e.kind == "recovery" and e.lmk < 0 for e in s.events)
         self.n_landmarks.append(len(s.lmks))
 
     def state(self):

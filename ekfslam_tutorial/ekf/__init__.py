@@ -5,7 +5,18 @@ May not: know what a range stands for. No frames, sensors, robots or landmarks h
 """
 
 from .covariances import check_covariance, real
-from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform, update
+from .filter import (
+    Innovation,
+    augment,
+    carry,
+    correct,
+    covariance,
+    cross,
+    innovation,
+    predict,
+    transform,
+    update,
+)
 from .stochastic_map import Map, MapFull
 
 __all__ = [
@@ -13,6 +24,7 @@ __all__ = [
     "Map",
     "MapFull",
     "augment",
+    "carry",
     "check_covariance",
     "correct",
     "covariance",

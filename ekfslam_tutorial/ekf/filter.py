@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from .covariances import real, real_blocks
+from .stochastic_map import symmetric
 
 
 @dataclass(frozen=True)
@@ -121,8 +122,7 @@ def cross(map, blocks):
     -------
     ndarray, shape (n, m)
     """
-    nothing = np.zeros((len(map.x), len(blocks[0][1])))
-    return sum((map.P[:, r] @ J.T for r, J in blocks if r is not None), start=nothing)
+    return sum((map.P[:, r] @ J.T for r, J in blocks if r is not None), np.zeros((len(map.x), len(blocks[0][1]))))
 
 
 def covariance(PHt, blocks):
@@ -134,8 +134,7 @@ def covariance(PHt, blocks):
         From `cross`. That of another thing, with blocks of its own, gives the covariance between the two.
     blocks : sequence of (slice or None, ndarray of shape (m, k))
     """
-    nothing = np.zeros((len(blocks[0][1]), PHt.shape[1]))
-    return sum((J @ PHt[r] for r, J in blocks if r is not None), start=nothing)
+    return sum((J @ PHt[r] for r, J in blocks if r is not None), np.zeros((len(blocks[0][1]), PHt.shape[1])))
 
 
 def innovation(z, E, R):
@@ -182,6 +181,29 @@ def correct(map, PHt, inn):
     W = PHt @ inn.iL.T
     map.x[:] += W @ inn.w
     map.P[:] -= W @ W.T
+
+
+def carry(map, r, B, B2):
+    """Carry the covariance along, from the estimate before a correction to that after it.
+
+        P = T P T',    T = I + (B2 - B) E,    E B_r = I
+
+    B = dx/dg says how the whole state changes if the world is moved by a little g, and E reads g from the state in
+    range r: g = E x_r. So T B = B2: what is known of moving the world stays what it was. A correction alone does not
+    see to that, because B is another one at the new estimate. (`slam.gauge` has B, and says why it matters.)
+
+    Parameters
+    ----------
+    map : Map
+    r : slice
+        Of a state that moves with the world in all ways: the pose of a robot.
+    B, B2 : ndarray, shape (n, k)
+        At the estimate before the correction, and at that after it.
+    """
+    Q, R = np.linalg.qr(B[r])  # of what was shifted first and then turned: exact, however far from the origin it is
+    D, E = B2 - B, np.linalg.solve(R, Q.T)
+    TP = map.P + D @ (E @ map.P[r])
+    map.P = symmetric(TP + (TP[:, r] @ E.T) @ D.T)
 
 
 def update(map, blocks, z, R):

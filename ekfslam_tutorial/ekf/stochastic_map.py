@@ -29,12 +29,14 @@ class Map:
         Covariance.
     ranges : list of slice
         The states in use, in the order of the map.
+    robs : list
+        Who has been put into it as a robot, by `slam.place`. The map itself does nothing with it.
     """
 
     def __init__(self, capacity=None):
         if capacity is not None and (not isinstance(capacity, (int, np.integer)) or capacity < 1):
             raise ValueError(f"the capacity of a map must be a positive number of states, got {capacity!r}")
-        self.capacity, self.x, self.P, self.ranges = capacity, np.zeros(0), np.zeros((0, 0)), []
+        self.capacity, self.x, self.P, self.ranges, self.robs = capacity, np.zeros(0), np.zeros((0, 0)), [], []
 
     def __repr__(self):
         room = "" if self.capacity is None else f" of {self.capacity}"

@@ -54,6 +54,7 @@ class FastMap:
             check_compiled(ImportError)
         self.capacity, self.compiled = capacity, compiled
         self.n = self.n_used = 0
+        self.robs = []  # as in `ekf.Map`
         self._lower = False  # only the lower triangle of P is up to date
         self._starts = set()  # where the states in use begin
         size = roomy(1)  # not zero: that array would be row-major as well, and compiled code asks for one order
@@ -312,6 +313,21 @@ class FastMap:
         """P = P - W W', given W' of shape (m, n); if it has fewer columns, of the first states only."""
         if not self.compiled or not compiled().subtract(self, Wt):
             self._downdate(Wt, self.keep_one_triangle())
+
+    def referred(self):
+        """Return the estimate that P refers to, for the invariant error: a copy of the present one."""
+        return self._xn.copy()
+
+    def carry(self, at, D, r, E):
+        """P = T P T', T = I + D E, as `ekf.carry`: D has rows for the states at these indices, E is of range r."""
+        if self.compiled:
+            compiled().carry(self, at, D, r, E)
+            return
+        whole = np.zeros((self.n, len(E)))
+        whole[at] = D
+        S = E.dot(self.rows(r))
+        P = whole.dot(S + 0.5 * S[:, r].dot(E.T).dot(whole.T))
+        self._Pn += P + P.T
 
     def keep_one_triangle(self):
         """Change only the lower triangle, if the map is large, until `P` is asked for. Returns True if so."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..ekf.html import map_html
-from ..slam import correct_met_robots, reopen_gate
+from ..slam import reopen_gate, retry_lmks
 from . import engines
 from .run_state import restore
 from .scenario.agreement import can_start, started_by
@@ -175,14 +175,15 @@ def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
                 raw = now.raw[sen.id]
                 with watch:
                     done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
-                events += done + reopen_gate(map, rob, done, opt, lmks)
+                done += reopen_gate(map, rob, done, opt, lmks)
+                events += done + retry_lmks(map, rob, done, opt, lmks)
                 if starts[sen.id]:
                     n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                     events += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
                 with watch:
-                    events += correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt)
+                    events += engine.correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt, lmks)
 
         # 3. VISUALIZATION, or whatever the caller does with a frame
         refused = {*refused, *(e.lmk for e in events if e.kind == "refused")}.difference(lmks)
