@@ -86,7 +86,7 @@ def test_a_robot_has_the_same_colour_in_all_maps(run, monkeypatch):
 
 
 def test_the_panels_of_errors_share_one_legend(run):
-    fig = robot_views._errors(run[1].track(1), 3)
+    fig = robot_views._errors(run[1].track(1), *run[1].errors(1), 3)
     assert len(fig.legends) == 1 and all(ax.get_legend() is None for ax in fig.axes)
     assert all(any("outside: " in text.get_text() for text in ax.texts) for ax in fig.axes)
 
