@@ -28,7 +28,12 @@ PACKAGE = ROOT / "ekfslam_tutorial"
 CORE = "geometry", "models", "ekf", "slam"
 TESTS = [*(f"tests/{folder}/test_*.py" for folder in ("geometry", "models", "ekf", "slam", "numerics", "toolbox"))]
 TESTS += ["tests/fast/test_alike.py", "tests/fast/test_own_noise.py", "tests/fast/test_kinds_of_numbers.py"]
-TESTS += ["tests/fast/test_inputs.py", "tests/fast/test_errors.py", "tests/fast/test_gating.py"]
+TESTS += [
+    "tests/fast/test_inputs.py",
+    "tests/fast/test_errors.py",
+    "tests/fast/test_gating.py",
+    "tests/fast/test_symbols.py",
+]
 SECONDS = 20.0
 """Of tests for one mutant, and ..."""
 LONG = 4.0
