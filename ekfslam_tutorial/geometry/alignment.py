@@ -51,7 +51,8 @@ def align(points, targets, weights=None):
     w = w / w.sum() if w.any() else w
     mean_a, mean_b = w @ a, w @ b
     U, s, Vt = np.linalg.svd((w[:, None] * (b - mean_b)).T @ (a - mean_a))
-    if len(a) < d or s[d - 2] <= 1e-12 * max(s[0], 1e-300):
+    rounding = 1e-24 * np.abs(a).max(initial=0) * np.abs(b).max(initial=0)  # of points in one place
+    if len(a) < d or s[d - 2] <= max(1e-12 * s[0], rounding):
         raise ValueError(f"{len(a)} points do not fix a rotation in {d}D: they are too few, or on top of each other")
     sign = np.ones(d)
     sign[-1] = np.sign(np.linalg.det(U @ Vt))
