@@ -17,6 +17,8 @@ import pytest
 
 from ekfslam_tutorial.course import check, keep, own, registry
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.my_file import MyFile
+from ekfslam_tutorial.toolbox.files import locks
 
 module = importlib.import_module("ekfslam_tutorial.course.keep")  # the package has the function of this name
 
@@ -458,6 +460,40 @@ def test_a_folder_that_cannot_be_written_is_one_sentence(notebook, file, monkeyp
     monkeypatch.setenv(module.VARIABLE, str(file.parent / "no" / "my_slam.py"))
     told = notebook.run("keep()")
     assert len(told.splitlines()) == 1 and "nothing is kept" in told
+
+
+def test_two_kernels_keep_one_after_the_other(notebook, file, monkeypatch):
+    """From the reading of the file to its writing nobody else may change it; afterwards there is no trace of that."""
+    seen, read = [], MyFile.read
+
+    def looked_at(path):
+        with pytest.raises(locks.Taken):
+            locks._locked(path)
+        seen.append(path)
+        return read(path)
+
+    monkeypatch.setattr(MyFile, "read", looked_at)
+    notebook.solve("05.1")
+    keep()
+    notebook.solve("05.2")
+    keep()
+    assert len(seen) == 2 and {"05.1", "05.2"} <= read(file).sections().keys()
+    os.close(locks._locked(file))
+    assert not [p for p in file.parent.iterdir() if p.name.startswith(".") or p.suffix in (".lock", ".part")]
+
+
+def test_a_full_disk_leaves_the_file(notebook, file, monkeypatch):
+    notebook.solve("05.1")
+    keep()
+    before = file.read_text()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    notebook.solve("05.2")
+    assert "cannot be written, and nothing is kept: No space left" in notebook.run("keep()")
+    assert file.read_text() == before and not [p for p in file.parent.iterdir() if p.name.startswith(".")]
 
 
 # --- in a real notebook's kernel, and in a script ---

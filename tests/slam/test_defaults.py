@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial import slam
-from ekfslam_tutorial.ekf import Map, MapFull
+from ekfslam_tutorial.ekf import Map, MapFull, augment
 from ekfslam_tutorial.models import motion, sensors
 from ekfslam_tutorial.slam import Jcbb, KnownIds, Lmk, NearestNeighbour, Options, Rob
 
@@ -150,3 +150,15 @@ def test_what_is_removed_is_zero_and_only_that():
         i in kept for i in range(7)
     ]
     assert slam.new_map(3).capacity == 3
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_new_state_with_one_number_that_is_none(bad):
+    """Told as what it is, a new state, before the map is asked."""
+    r = (map := a_map()).ranges[0]
+    l, Q, before = np.ones(2), np.eye(2), map.P.tobytes()
+    l[1], Q[1, 1] = bad, 2.0
+    for x, P in ((l, np.eye(2)), (np.ones(2), np.where(Q == 2.0, bad, Q))):
+        with pytest.raises(ValueError, match="a new state must be finite, got .* with the covariance"):
+            augment(map, x, ((r, np.eye(2)),), P)
+    assert map.P.tobytes() == before and len(map.ranges) == 3
