@@ -143,6 +143,8 @@ class Batch:
         Q, U = np.linalg.qr(B[:, r])
         D, E = B2 - B, np.linalg.solve(U, np.swapaxes(Q, -1, -2))
         some = D.any((0, 1))  # to shift the world is most often the same at every estimate
+        if not some.any():
+            return
         D, E = np.ascontiguousarray(np.moveaxis(D[..., some], 0, -1)), _runs_last(E[:, some])
         S = _times(E, self._P[r])  # V = S + S E' D' / 2, and P + D V + V' D'
         half = 0.5 * _times(E, _at(S, r))

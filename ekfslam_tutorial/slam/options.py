@@ -86,7 +86,7 @@ class Options:
     min_inlier_ratio: float = 0.0
     min_rho: float = 1e-3
     joint: bool = False
-    error: str = "additive"
+    error: str = "invariant"
     first_estimates: bool = False
 
     def __post_init__(self):

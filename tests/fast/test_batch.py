@@ -65,6 +65,7 @@ def test_the_covariance_is_carried_along_as_in_the_filter(rng, k):
     if k > 1:
         after[..., 1] = before[..., 1]
     batch.carry(slice(1, 5), before, after)
+    batch.carry(slice(1, 5), before, before)  # nothing has moved
     for map, B, B2 in zip(maps, before, after, strict=True):
         carry(map, slice(1, 5), B, B2)
     assert_same(batch, maps)
