@@ -80,9 +80,10 @@ def one_at_a_time(path):
     moments must not wait for ever for a program that hangs.
     """
     path, handle, until = Path(path), None, time.monotonic() + PATIENCE
-    while handle is None and time.monotonic() < until:
+    while time.monotonic() < until:
         try:
             handle = _alone(path.with_name(path.name + ".lock")) if fcntl is None else _locked(path)
+            break
         except Taken:
             time.sleep(0.02)
         except OSError:  # it cannot be written; who tries to will hear of it

@@ -11,6 +11,7 @@ import pytest
 
 from ekfslam_tutorial.simulation import SimLmk, SimObs
 from ekfslam_tutorial.toolbox import Recording
+from ekfslam_tutorial.toolbox.files import locks
 from ekfslam_tutorial.toolbox.files.locks import Taken, one_at_a_time, only_here
 from ekfslam_tutorial.toolbox.files.writing import PREFIX, replacing, sweep, written
 
@@ -170,6 +171,7 @@ def test_a_folder_is_held_by_one(tmp_path):
 ADD = """
 import sys
 from pathlib import Path
+from ekfslam_tutorial.toolbox.files import locks
 from ekfslam_tutorial.toolbox.files.locks import one_at_a_time
 from ekfslam_tutorial.toolbox.files.writing import written
 path = Path(sys.argv[1])
@@ -186,6 +188,16 @@ def test_two_that_change_a_file_lose_nothing(tmp_path):
     both = [subprocess.Popen([sys.executable, "-c", ADD, str(path)]) for _ in range(2)]
     assert [one.wait() for one in both] == [0, 0]
     assert path.read_text() == "100" and [p.name for p in tmp_path.iterdir()] == ["count"]
+
+
+def test_where_nothing_can_be_locked_nobody_waits(tmp_path, monkeypatch):
+    """As in a browser: no locks, and no files that go with a program."""
+    monkeypatch.setattr(locks, "fcntl", None)
+    monkeypatch.delattr(os, "O_TEMPORARY", raising=False)
+    start = time.monotonic()
+    with one_at_a_time(tmp_path / "a"), only_here(tmp_path), written(tmp_path / "a") as file:
+        file.write(b"1")
+    assert (tmp_path / "a").read_bytes() == b"1" and time.monotonic() - start < locks.PATIENCE
 
 
 def test_a_lock_alone_leaves_no_file(tmp_path):
