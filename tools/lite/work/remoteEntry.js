@@ -25,6 +25,9 @@
     app.commands.addCommand("ekfslam:take-home", { label: "Download my work", execute: () => takeHome(app) });
     app.commands.addCommand("ekfslam:take-up", { label: "Take up my work…", execute: () => choose(app) });
     menu?.fileMenu.addGroup([{ command: "ekfslam:take-home" }, { command: "ekfslam:take-up" }], 1);
+    // A key pressed on a slider is for the slider: ArrowRight must not go to the notebook's next heading as well.
+    const suppress = event => event.target.closest?.(".jupyter-widgets")?.setAttribute("data-lm-suppress-shortcuts", "true");
+    window.addEventListener("keydown", suppress, true);
   }
 
   // ---- out ----
