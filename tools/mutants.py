@@ -107,7 +107,7 @@ class Chosen:
 
 def main():
     """Run as many mutants as asked for, or as fit into the time."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--minutes", type=float, default=30, help="stop after so many minutes; default 30")
     parser.add_argument("--sample", type=int, help="stop after so many mutants")
     parser.add_argument("--seed", type=int, default=1, help="of the order in which they are drawn")
@@ -222,7 +222,8 @@ def _pytest(paths, plugin, said):
 
     os.environ |= {"OPENBLAS_NUM_THREADS": "1", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     with open(said, "w", encoding="utf-8") as file:
-        os.dup2(file.fileno(), 1), os.dup2(file.fileno(), 2)
+        for output in (1, 2):
+            os.dup2(file.fileno(), output)
         words = ["-x"] if isinstance(plugin, Chosen) else []
         return pytest.main(["-q", "-p", "no:cacheprovider", "-p", "pytest_timeout", *words, *paths], [plugin])
 

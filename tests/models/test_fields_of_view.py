@@ -37,3 +37,39 @@ def test_the_edges_belong_to_the_view(name):
     assert sensor.visible(y, p).all()
     y[..., -1] *= 1 + 1e-9
     assert not sensor.visible(y, p).any()
+
+
+@pytest.mark.parametrize(
+    ("make", "limit"),
+    [
+        (lambda fov: RangeBearing(0.1, 0.02, fov=fov), 2 * np.pi),
+        (lambda fov: BearingOnly2(0.02, fov=fov), 2 * np.pi),
+        (lambda std: RangeBearing(0.1, std), np.pi),
+        (lambda std: BearingOnly2(std), np.pi),
+    ],
+)
+def test_angles_that_are_meant_in_degrees(make, limit):
+    """A whole turn is an angle, with its rounding; more is none."""
+    make(limit)
+    make(limit * (1 + 1e-12))
+    with pytest.raises(ValueError, match="is in radians and at most .* degrees"):
+        make(limit * (1 + 1e-6))
+
+
+@pytest.mark.parametrize("name", ["max_range", "fov", "bearing_std"])
+def test_only_a_range_may_be_infinite(name):
+    for make in (lambda **more: RangeBearing(**{"range_std": 0.1, "bearing_std": 0.1} | more), BearingOnly2):
+        given = {"bearing_std": 0.1, name: np.inf}
+        if name == "max_range":
+            assert make(**given).max_range == np.inf
+        else:
+            with pytest.raises(ValueError, match=f"{name} must be a positive number, got inf"):
+                make(**given)
+
+
+@pytest.mark.parametrize("c", [((0.1, 0.2),), (((0.1,),),), 3.0, "text", None])
+def test_a_list_of_numbers_is_one_row(c):
+    from ekfslam_tutorial.models.sensors import PinHole
+
+    with pytest.raises(ValueError, match="d must be a list of finite numbers"):
+        PinHole(d=c)

@@ -10,25 +10,28 @@ import os
 import tempfile
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numba
 from numba import njit
 from numba.core import config
 
+settings: Any = config  # made of the environment: what it has, nobody can see in its text
 HERE = Path(__file__).resolve().parent
 INLINED = "storage", "smallness", "triangle"
 """Files beside this folder whose functions and constants are in machine code."""
 
 
-def compiled(function=None, **how):
+def compiled(function=None, **how) -> Any:
     """Compile a function when it is called for the first time; the machine code is kept."""
     if function is None:
         return lambda function: compiled(function, **how)
-    before, config.CACHE_DIR = config.CACHE_DIR, str(_beside())  # as NUMBA_CACHE_DIR says it for all programs
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = str(_beside())  # as NUMBA_CACHE_DIR says it for all programs
     try:
         return njit(cache=True, **how)(function)
     finally:
-        config.CACHE_DIR = before
+        settings.CACHE_DIR = before
 
 
 @cache

@@ -5,11 +5,11 @@ What a program leaves that is killed in between has a name of its own, ``.ekfsla
 
 import contextlib
 import errno
-import io
 import os
 import shutil
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from .locks import lock_file, only_here
 
@@ -131,7 +131,7 @@ def sweep(folder):
             shutil.rmtree(part) if part.is_dir() else part.unlink()
 
 
-def _opened(file, text) -> io.IOBase:
+def _opened(file, text) -> Any:
     return open(file, "w", newline="", encoding="utf-8") if text else open(file, "wb")
 
 
