@@ -1,10 +1,11 @@
 # Two commands do everything, set-up included:
-#   make lab     JupyterLab on the notebooks
+#   make lab     JupyterLab on your copy of the notebooks
 #   make test    every test and every notebook
 # All paths are relative, so the folder may have spaces and accents in its name.
 
 PYTHON ?= python3
 VENV   := .venv/bin/python
+SITE   := build/site
 
 # One BLAS thread: faster than two on these small matrices, and the same result everywhere.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -15,7 +16,7 @@ ENV_ARGS := --this-python
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures site lite lint format lock audit sbom clean
+.PHONY: help env lab test test-browser notebooks bench bench-quick contents pictures ogl site lite lint format lock audit sbom clean mutants
 
 help:  ## list these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' Makefile | while IFS='	' read -r name text; do printf 'make %-13s %s\n' "$$name" "$$text"; done
@@ -24,16 +25,18 @@ env:  ## build .venv if it is missing, broken or older than the lock (PYTHON=pyt
 	@command -v "$(PYTHON)" >/dev/null 2>&1 || { echo "There is no program '$(PYTHON)' here: install Python 3.11 or newer, or name one: make env PYTHON=python3.12" >&2; exit 1; }
 	@"$(PYTHON)" tools/make_env.py $(ENV_ARGS)
 
-# JupyterLab's own defaults stay: it listens on loopback and asks for its token. It refuses to run as root
-# unless told; in a container there is often nobody else.
-lab: env  ## open JupyterLab on notebooks/ (LAB_ARGS is passed on, for example LAB_ARGS=--no-browser)
-	@$(VENV) -m jupyterlab --notebook-dir=notebooks $$(test "$$(id -u)" = 0 && echo --allow-root) $(LAB_ARGS)
+# JupyterLab's own defaults stay: it listens on loopback and asks for its token.
+lab: env  ## open JupyterLab on a copy of the notebooks, my_notebooks/ (LAB_ARGS is passed on: LAB_ARGS=--no-browser)
+	@$(VENV) -m ekfslam_tutorial lab my_notebooks --lab $(LAB_ARGS)
 
 test: env  ## run every test, then every notebook, unsolved and solved (TEST_ARGS is passed to pytest on tests/)
 	@$(VENV) tools/run_tests.py $(TEST_ARGS)
 
 test-browser: env  ## only the tests in a real browser, a part of make test (EKFSLAM_BROWSER=all: every notebook)
 	@$(VENV) -m pytest tests/browser $(TEST_ARGS)
+
+mutants: env  ## change the core in one place at a time and see whether its tests find out: 30 minutes, goes on where it was stopped
+	@$(VENV) tools/mutants.py $(MUTANTS_ARGS)
 
 notebooks: env  ## re-run every notebook on a fresh kernel and store its outputs (NB=notebooks/02_... takes one)
 	@$(VENV) tools/build_notebooks.py $(NB)
@@ -44,9 +47,14 @@ contents: env  ## write the tables of contents anew: README, docs/notebooks.md, 
 pictures: env  ## draw the moving pictures of the README anew
 	@$(VENV) tools/readme_pictures.py
 
+ogl:  ## join the parts of the WebGL library OGL that the player in space uses, anew (needs npm)
+	@command -v npm >/dev/null 2>&1 || { echo "make ogl needs the program npm, a part of Node" >&2; exit 1; }
+	@mkdir -p build/ogl && cp tools/ogl/* build/ogl && npm install --prefix build/ogl --silent --no-audit --no-fund
+	@cd build/ogl && npx esbuild entry.js --bundle --minify --format=iife --global-name=OGL --log-level=warning --banner:js='/* OGL 1.0.11 by Nathan Gordon and contributors, in the public domain (Unlicense); joined by `make ogl` */' --outfile=../../ekfslam_tutorial/graphics/player/ogl.min.js
+
 site: env  ## build the course site in build/site (no network is needed, neither here nor to read it)
-	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d build/trees . build/site
-	@echo "The site is ready: build/site/index.html"
+	@$(VENV) -m sphinx -q -W --keep-going -j auto -c docs -d "$(SITE)/../trees" . "$(SITE)"
+	@echo "The site is ready: $(SITE)/index.html"
 
 # The first time it fetches JupyterLite and Pyodide, about 80 MB; afterwards it needs no network.
 lite: env  ## build the course as a static site in build/lite: Python in the browser, nothing to install

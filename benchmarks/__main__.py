@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
-from tqdm import tqdm
+
+from ekfslam_tutorial.analysis.progress import bar
 
 from . import agreement, circuit, grid, machine, mono, monte_carlo, overhead, scenario, startup
 from .peers.registry import find
@@ -114,16 +115,16 @@ def measure(results, plan, name, only):
     cells = [(n, m) for n in plan.sizes for m in plan.seen] if "grid" in only else []
     total = 3 + len(cells) + len([s for s in only if s != "grid"])
     try:
-        with tqdm(total=total, unit="part", disable=None) as bar:
-            with part(bar, "peers"):
+        with bar(total, "parts", shown=sys.stderr.isatty()) as done:
+            with part(done, "peers"):
                 peers = find()
                 data["versions"] |= peers.versions
                 data["missing"] = [{"name": name, "reason": reason} for name, reason in peers.missing.items()]
-            with part(bar, "calibration"):
+            with part(done, "calibration"):
                 data["calibration"] = machine.calibrate(plan.budget, plan.sizes_mb)
-            with part(bar, "agreement"):
+            with part(done, "agreement"):
                 data["agreement"] = agreement.check(peers) + mono.check()
-            sections(data, plan, only, peers, cells, bar)
+            sections(data, plan, only, peers, cells, done)
     except KeyboardInterrupt:
         return False
     finally:
@@ -131,16 +132,16 @@ def measure(results, plan, name, only):
     return True
 
 
-def sections(data, plan, only, peers, cells, bar):
+def sections(data, plan, only, peers, cells, done):
     """Grid, circuit and the others; each row is in the results as soon as it is there."""
     data["grid"], data["failed"], expected = [], {}, grid.Expected()
     for n, m in cells:
-        with part(bar, f"N = {n}, m = {m}"):
+        with part(done, f"N = {n}, m = {m}"):
             data["grid"] += grid.cell(n, m, peers, plan.budget, expected, plan.too_slow)
     if "circuit" in only:
-        with part(bar, "circuit"):
+        with part(done, "circuit"):
             data["circuit"] = []
-            tell = lambda n: bar.set_postfix_str(f"circuit, N = {n}")
+            tell = lambda n: done.tell(f"circuit, N = {n}")
             how = plan.circuit_repeats, plan.circuit_spend, plan.circuit_too_slow
             for row in circuit.run(plan.circuits, peers, *how, tell):
                 data["circuit"].append(row)
@@ -152,7 +153,7 @@ def sections(data, plan, only, peers, cells, bar):
         ("startup", lambda: startup.run(plan.repeats)),
     ):
         if name in only:
-            with part(bar, name):
+            with part(done, name):
                 try:
                     data[name] = run()
                 except Exception as error:  # the rest of ten minutes is not thrown away for it
@@ -160,11 +161,11 @@ def sections(data, plan, only, peers, cells, bar):
 
 
 @contextmanager
-def part(bar, text):
+def part(done, text):
     """One part of the work on the progress bar."""
-    bar.set_postfix_str(text)
+    done.tell(text)
     yield
-    bar.update()
+    done.update()
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ ENV = ROOT / "build" / "bench-env"
 PYTHON = ENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 CHECKOUTS = ROOT / "build" / "bench-peers"
 PYTHON_ROBOTICS = "https://github.com/AtsushiSakai/PythonRobotics"
-NEEDED = ("numpy", "scipy", "matplotlib", "tqdm", "threadpoolctl", "ipywidgets")
+NEEDED = ("numpy", "scipy", "matplotlib", "rich", "threadpoolctl", "ipywidgets")
 
 
 def main():

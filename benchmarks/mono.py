@@ -32,7 +32,7 @@ class Scene:
         self.house, self.map, kind = house, house.new_map(**how), IdpPnt()
         camera = PinHole(image_size=(640, 480), k=(320, 240, 320, 320), pixel_std=1.0)
         self.rob, self.sen = Rob(1, ConstantVelocity(), sensors=[1]), Sen(1, 1, camera, Frame3)
-        self.opt = Options(lmk_type=kind, n_updates=UPDATES, joint=joint)
+        self.opt = Options(lmk_type=kind, n_updates=UPDATES, joint=joint, error="additive")
         place(self.map, self.sen, AHEAD)
 
         pose = np.concatenate([np.eye(7)[3], np.zeros(6)])

@@ -81,7 +81,7 @@ class Step:
         self.rob = Rob(1, Odometry2(), U=U, sensors=[1])
         self.sen = Sen(1, 1, RangeBearing(*np.sqrt(np.diag(R)), max_range=world.max_range), Frame2)
         self.lmks, self.obs = {}, {}
-        self.opt = Options(lmk_type=EucPnt(2), joint=joint)
+        self.opt = Options(lmk_type=EucPnt(2), joint=joint, error="additive")  # as the peers and the oracle
         place(map, self.sen, np.zeros(3))
         if len(world.x0) == 3:
             place(map, self.rob, world.x0, world.P0)

@@ -64,9 +64,10 @@ def chromium():
     if program is None:
         pytest.skip("no Chromium here: on Debian, apt install chromium")
     playwright = pytest.importorskip("playwright.sync_api", reason="the package playwright is not installed")
-    # No sandbox: it does not start as root, and it shows our own pages only. The others keep it from calling home.
+    # No sandbox: it does not start as root, and it shows our own pages only. The last one gives it WebGL without a
+    # graphics card, the others keep it from calling home.
     quiet = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
-    quiet += ["--disable-component-update", "--disable-sync"]
+    quiet += ["--disable-component-update", "--disable-sync", "--enable-unsafe-swiftshader"]
     with playwright.sync_playwright() as p:
         browser = p.chromium.launch(executable_path=program, args=quiet)
         yield browser

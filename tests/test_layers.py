@@ -35,7 +35,7 @@ FLOORS = [
 CORE = ["geometry", "models", "ekf", "slam"]
 CORE_MAY_IMPORT = {"numpy", "scipy", NAME} | sys.stdlib_module_names - {"importlib", "runpy", "pkgutil"}
 MAY_IMPORT_FAST = {"fast", "toolbox", "analysis", "cli"}
-HEAVY = {"matplotlib", "ipywidgets", "IPython", "tqdm"}
+HEAVY = {"matplotlib", "ipywidgets", "IPython", "rich"}
 OF_MACHINES = "compiled|numba|cache|triangle|blas|microsecond"
 FILES = sorted(PACKAGE.rglob("*.py"))
 

@@ -14,7 +14,7 @@ from ekfslam_tutorial.cli import main
 from ekfslam_tutorial.graphics import monte_carlo_picture
 from ekfslam_tutorial.toolbox import UserData
 
-FILES = {"monte_carlo.json", "runs.csv", "over_time.csv", "monte_carlo.png", "runs.npz"}
+FILES = {"files.txt", "monte_carlo.json", "runs.csv", "over_time.csv", "monte_carlo.png", "runs.npz"}
 TEXTS = "monte_carlo.json", "runs.csv", "over_time.csv"
 SHORT = "--set", "time.last=10"
 

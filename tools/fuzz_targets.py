@@ -130,7 +130,7 @@ def recording():
 def series_file(folder):
     """A file of a series of Monte-Carlo runs."""
     path = folder / "series.npz"
-    head = {"fingerprint": "0", "version": "1", "seed": 1, "failures": {"3": "why"}, "wanted": 5}
+    head = {"program": "1", "inputs": {}, "seed": 1, "failures": {"3": "why"}, "wanted": 5}
     np.savez(path, head=json.dumps(head), runs=np.arange(3), ate=np.ones(3), nees=np.ones((3, 2)))
     return path
 

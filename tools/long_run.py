@@ -13,9 +13,9 @@ import time
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from ekfslam_tutorial.analysis.consistency import md2
+from ekfslam_tutorial.analysis.progress import bar
 from ekfslam_tutorial.toolbox import UserData
 from ekfslam_tutorial.toolbox.universal_slam import universal_slam
 
@@ -25,6 +25,14 @@ WORLDS = {
     "plane": ("range_bearing_2d", {"sensor.max_range": 3.5}),
     "space": ("depth_camera", {"options.n_updates": 4, "options.max_lmks": 24, "options.capacity": 79}),
 }
+
+
+def counted(run, frames, shown):
+    """Pass the snapshots of a run on, and show a bar meanwhile."""
+    with bar(frames, "frames", shown=shown) as done:
+        for s in run:
+            yield s
+            done.update()
 
 
 def long_run(world, frames, looks=200, progress=False):
@@ -50,7 +58,7 @@ def long_run(world, frames, looks=200, progress=False):
     data = UserData.from_toml(SCENARIOS / f"{scenario}.toml", {**changes, "time.last": frames})
     worst = {"asymmetry": 0.0, "smallest_eigenvalue": 0.0, "norm_error": 0.0}
     run, every, began, last = universal_slam(data), max(1, frames // looks), time.process_time(), {}
-    for k, s in enumerate(tqdm(run, total=frames, disable=not progress, dynamic_ncols=True), 1):
+    for k, s in enumerate(counted(run, frames, progress), 1):
         if k % every and k != frames:
             continue
         P, rob = s.map.P, s.robs[0]

@@ -89,7 +89,14 @@ def batch_slam(data, seeds):
     return Run(_frames(data, _Worlds(data, seeds, n_frames), tim.first, n_frames), n_frames, "fast, all runs at once")
 
 
-ONLY = {"engine": "fast", "joint": False, "reopen_after": None, "n_inits": None, "init_margin": 0.0}
+ONLY = {
+    "engine": "fast",
+    "joint": False,
+    "reopen_after": None,
+    "retry_after": None,
+    "n_inits": None,
+    "init_margin": 0.0,
+}
 ONLY |= {"max_lmks": None, "capacity": None, "min_match_ratio": 0.0, "min_inlier_ratio": 0.0}
 """Options that batched runs have no other values of."""
 
@@ -108,8 +115,8 @@ def why_not_batched(data):
     if (sensor.landmark or data.landmark.model) != POINT:
         return f"landmarks of type {type(sensor.landmark or data.landmark.model).__name__} are no EucPnt"
     for what, it, wanted in (
-        ("robot", robot, {"in_map": True}),
-        ("sensor", sensor, {"frame_in_map": False, "clutter": 0.0}),
+        ("robot", robot, {"in_map": True, "noise_factor": 1.0}),
+        ("sensor", sensor, {"frame_in_map": False, "clutter": 0.0, "noise_factor": 1.0}),
         ("landmark", data.landmark, {"in_map": True}),
         ("options", opt, ONLY),
     ):
@@ -276,7 +283,18 @@ class _Slam:
             md2 = (z * np.linalg.solve(np.moveaxis(Z, -1, 0), z[..., None])[..., 0]).sum(-1)
             refused = ~(md2 < self.opt.md2_threshold)
             PHt[..., refused], z[refused] = 0.0, 0.0
+        carried = self.opt.error == "invariant" and self.first is None
+        B = self._gauge() if carried else None
         self.batch.update(PHt, Z, z)
+        if carried:
+            self.batch.carry(ROB, B, self._gauge())
+
+    def _gauge(self):
+        """How the states of all runs move with the world, shape (R, n, 3); see `slam.gauge`."""
+        x, B = self.x, np.zeros((*self.x.shape, 3))
+        B[:, 0, 0], B[:, 1, 1], B[:, 2, 2], B[:, 3::2, 0], B[:, 4::2, 1] = 1.0, 1.0, 1.0, 1.0, 1.0
+        B[:, 0, 2], B[:, 1, 2], B[:, 3::2, 2], B[:, 4::2, 2] = -x[:, 1], x[:, 0], -x[:, 4::2], x[:, 3::2]
+        return B
 
     def init(self, y, new):
         """New landmarks, by ascending id."""

@@ -2,12 +2,11 @@
 
 from pathlib import Path
 
-from .. import __version__
+from ..toolbox import identity
 from ..toolbox.files import value_file
 from ..toolbox.run_state import run_state
-from .series import fingerprint
 
-FORMAT = "ekfslam checkpoint 1"
+FORMAT = "ekfslam checkpoint 2"
 
 
 class Checkpoint:
@@ -71,25 +70,24 @@ def resume(path, data, recording, history):
     Raises
     ------
     ValueError
-        If the file is damaged, or was made of another scenario, recording or version.
+        If the file is damaged, or was made of other inputs or by another version; it says what has changed.
     FileNotFoundError
     """
     kept = value_file.load(path)
     if not isinstance(kept, dict) or kept.get("format") != FORMAT:
         raise ValueError(f"{path} is no checkpoint of a run")
     head = _head(data, recording)
-    for key, what in ("version", "version of the program"), ("scenario", "scenario"), ("recording", "recording"):
-        if kept[key] != head[key]:
-            raise ValueError(f"{path} is of another {what}: resume with the same one, or run without --resume")
+    if kept["program"] != head["program"]:
+        raise ValueError(
+            f"{path} is of another version of the program ({kept['program']}, not {head['program']}): "
+            "resume with that one, or run without --resume"
+        )
+    if what := identity.changed(kept["inputs"], head["inputs"]):
+        raise ValueError(f"{path} is of another run, changed is: {what}; resume with the same, or without --resume")
     history.restore(kept["history"], {robot.id: robot.frame for robot in data.robots})
     return kept["run"]
 
 
 def _head(data, recording):
-    played = None if recording is None else f"{recording.name}, {len(recording)} frames, {recording.t.sum()!r}"
-    return {
-        "format": FORMAT,
-        "version": __version__,
-        "scenario": f"{fingerprint(data)} seed {data.seed}",
-        "recording": played,
-    }
+    inputs = {"seed": repr(data.seed)} | identity.of_scenario(data) | identity.of_recording(recording)
+    return {"format": FORMAT, "program": identity.program(), "inputs": inputs}

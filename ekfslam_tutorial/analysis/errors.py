@@ -1,18 +1,24 @@
 """Errors of a run against the truth, as far as that is known: robots, landmarks, dead reckoning, consistency.
 
 `History` looks at every snapshot of a run and keeps what is needed; its `summary()` is what goes into `result.json`.
+NEES needs the error and the covariance in one gauge: `gauge.py` says what that is.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..geometry import align
 from .consistency import honesty, md2
+from .corrections import GROSS, SecondSums, correction_ratio
+from .gauge import MapGauge, distance_weights, start_gauge
 from .tracks import Track, rmse
 
 SURPRISING = 60.0
 """Squared Mahalanobis distance between the first pose and its truth from which on the two are in different frames."""
+
+NIS_OF = "innovations that passed the gate"
 
 
 class History:
@@ -38,8 +44,9 @@ class History:
             raise ValueError(f"unknown gauge {gauge!r}; known: auto, free, fixed")
         self._asked = gauge
         self._rows, self._states, self._frames = {}, {}, {}
+        self._in_map_gauge = {}
         self._starts = False
-        self._nis, self._seen = {}, {}
+        self._nis, self._seen, self._sums = {}, {}, {}
         self.n_landmarks = []
         self.n_refused = self.n_recoveries = 0
         self.last: Any = None
@@ -51,27 +58,34 @@ class History:
         if not self.n_landmarks:
             self._starts = self._same_frame(s)
         self.last = s
+        gauge = self._gauge_of(s) if self.gauge == "free" else None
         for rob in s.robs:
             self._add_robot(s, rob)
+            if self.gauge == "free":
+                self._in_map_gauge.setdefault(rob.id, []).append(_in_map_gauge(s, rob, gauge))
         carrier = {id: rob.id for rob in s.robs for id in rob.sensors}
         for o in s.obs.values():
             if o.updated:
                 self._nis[carrier[o.sen]].append((s.t, o.md2, len(o.z)))
+        for id, *poses in s.corrected:
+            self._sums[id].add(s.t, *poses)
         for e in s.events:
             if e.kind in ("initialisation", "correction"):
                 self._seen[e.rob].add(e.lmk)
         self.n_refused += sum(e.kind == "innovation" and not e.flag for e in s.events)
-        self.n_recoveries += sum(e.kind == "recovery" for e in s.events)
+        self.n_recoveries += sum(e.kind == "recovery" and e.lmk < 0 for e in s.events)
         self.n_landmarks.append(len(s.lmks))
 
     def state(self):
         """All that has been kept, as plain values, for a file."""
-        return {name: value for name, value in vars(self).items() if name not in ("last", "_frames")}
+        kept = {name: value for name, value in vars(self).items() if name not in ("last", "_frames")}
+        return kept | {"_sums": {id: sums.rows for id, sums in self._sums.items()}}
 
     def restore(self, state, frames):
         """Take up what another history had kept; `frames` are the frame types by robot id."""
         vars(self).update(state)
         self._frames = {id: frames[id] for id in self._rows}
+        self._sums = {id: SecondSums(frames[id], rows) for id, rows in self._sums.items()}
 
     def watch(self, run):
         """Pass the snapshots of a run on, adding each."""
@@ -87,9 +101,22 @@ class History:
         else:
             self._states[rob.id], self._frames[rob.id] = np.array(state), rob.motion.frame
             self._rows[rob.id], self._nis[rob.id], self._seen[rob.id] = [], [], set()
+            self._sums[rob.id] = SecondSums(rob.motion.frame)
         P = np.zeros((n, n)) if rob.r is None else s.map.block(rob.r)[:n, :n]
         truth = np.array(s.truth.get(rob.id, np.full(n, np.nan)), float)
         self._rows[rob.id].append((s.t, np.array(state[:n]), P, truth, self._states[rob.id][:n]))
+
+    @staticmethod
+    def _gauge_of(s):
+        """The gauge of the map of this frame, the landmarks by the states, and P; None where they do not fix it."""
+        ids, points, truth = _surveyed(s)
+        if len(ids) < points.shape[1]:
+            return None
+        B, P = _points_by_states(s, ids), _covariance(s.map)
+        try:
+            return MapGauge(points, truth, B @ P @ B.T), B, P
+        except ValueError:  # they are on a line, or on top of each other
+            return None
 
     @staticmethod
     def _same_frame(s):
@@ -123,6 +150,10 @@ class History:
         """Innovations of a robot that were used, shape (K, 3): time, s; squared Mahalanobis distance; its dof."""
         return np.array(self._nis[id], float).reshape(-1, 3)
 
+    def correction_ratio(self, robots=None):
+        """How much larger than expected the sums of corrections are, of some robots or of all: a `CorrectionRatio`."""
+        return correction_ratio([self._sums[id].arrays for id in (self.robots if robots is None else robots)])
+
     @property
     def gauge(self):
         """'fixed' if the map is in the frame of the truth, else 'free'."""
@@ -139,17 +170,10 @@ class History:
         covs : ndarray, shape (N, d, d)
         truth : ndarray, shape (N, d)
         """
-        s = self.last
-        if s is None:
-            raise ValueError("this history has no frames yet; call add(snapshot) for each snapshot of a run")
-        known = [] if s.sim_lmk is None else zip(s.sim_lmk.ids, s.sim_lmk.points, strict=True)
-        places = {int(id): p for id, p in known}
-        ids = [i for i in s.lmks if i in places]
-        d = s.robs[0].motion.frame.dim
-        estimates = [s.lmks[i].point(s.map) for i in ids]
-        points = np.array([p for p, _ in estimates]).reshape(-1, d)
-        covs = np.array([P for _, P in estimates]).reshape(-1, d, d)
-        return np.array(ids, int), points, covs, np.array([places[i] for i in ids]).reshape(-1, d)
+        ids, points, truth = _surveyed(self.last)
+        d = points.shape[1]
+        covs = [self.last.lmks[i].point(self.last.map)[1] for i in ids]
+        return np.array(ids, int), points, np.array(covs).reshape(-1, d, d), truth
 
     def alignment(self):
         """The frame that aligns map and truth, found from the landmarks if they suffice, else from the trajectories.
@@ -160,15 +184,47 @@ class History:
         basis : str
             'landmarks', 'trajectories', or 'none' where there is too little truth.
         """
-        _, points, _, truth = self.landmarks()
+        ids, points, P, truth = joint_map(self.last)
+        weights = distance_weights(points, P) if ids else None
         tracks = [self.track(i) for i in self.robots]
         trajectories = [np.concatenate([track.positions(name) for track in tracks]) for name in ("x", "truth")]
-        for basis, pairs in (("landmarks", (points, truth)), ("trajectories", trajectories)):
+        for basis, pairs in (("landmarks", (points, truth, weights)), ("trajectories", trajectories)):
             try:
                 return align(*pairs), basis
             except ValueError:  # too few of them
                 continue
         return None, "none"
+
+    def errors(self, id):
+        """Errors of a robot and their covariances in one gauge, where its true pose is known.
+
+        With a fixed gauge that is the frame of the truth. With a free gauge it is the map's, frame by frame: pose and
+        landmarks of that instant, with their joint covariance, after the alignment of these landmarks with their true
+        places. Where no landmark has a true place it is the start's: poses relative to the first one.
+
+        Returns
+        -------
+        e : ndarray, shape (K, 3) or (K, 6)
+            As `Track.errors` has them. NaN where there is no gauge: too few landmarks so far, or the true start not
+            known.
+        P : ndarray, shape (K, 3, 3) or (K, 6, 6)
+
+        See Also
+        --------
+        MapGauge : The gauge of the map.
+        start_gauge : The gauge of the start.
+        """
+        track = self.track(id)
+        if self.gauge == "fixed":
+            return track.errors()
+        if len(_surveyed(self.last)[0]):
+            e, P = map(np.array, zip(*self._in_map_gauge[id], strict=True))
+            return e[track.known], P[track.known]
+        k = track.known
+        x, truth = track.frame(track.x[k]), track.frame(track.truth[k])
+        _, E_x = x.minus(x)
+        e, P = start_gauge(x, E_x @ track.P[k] @ np.swapaxes(E_x, -1, -2), truth) if k.any() else track.errors()
+        return (e, P) if k[:1].all() else (e * np.nan, P * np.nan)
 
     def summary(self):
         """The figures of the run, for `result.json`; None where the truth is not known.
@@ -179,18 +235,23 @@ class History:
             frames, n_landmarks, gauge ('fixed' or 'free'), alignment (what map and truth were aligned by, if the
             gauge is free), ate_rmse_m, heading_rmse_deg, landmark_rmse_m, dead_reckoning_ate_m; nees_mean, nis_mean
             with the degrees of freedom nees_dof and nis_dof they should be near to; ate_aligned_m and
-            landmark_rmse_aligned_m, after alignment in any case; n_refused innovations, n_recoveries; and `robots`, by
-            id: the same for each.
+            landmark_rmse_aligned_m, after alignment in any case; correction_ratio (see `analysis.corrections`: 1 is
+            right), the length of the blocks that it was found with, correction_ratio_s, and what an honest filter stays
+            below, correction_ratio_limit; n_innovations, of which n_refused did not pass the gate, which nis_mean does
+            not count, as nis_of says; n_recoveries; and `robots`, by id: the same for each.
 
-            With a free gauge all errors are those after alignment, and the dead reckoning of each robot is laid on its
-            true trajectory as well as it can be. NEES is that of the robots; where all robots are known, as in mapping,
-            that of the landmarks.
+            With a free gauge all errors are those after one alignment, of the final map, in which a landmark weighs
+            what is known of its place; and the dead reckoning of each robot is laid on its true trajectory as well as
+            it can be. NEES is that of the robots, of the errors and covariances in one gauge (`errors`); where all
+            robots are known, as in mapping, that of the landmarks.
         """
         F, basis = self.alignment()
         free = self.gauge == "free"
         robots = {str(id): self._figures([id], F, free) for id in self.robots}
         head = {"frames": len(self.n_landmarks), "gauge": self.gauge, "alignment": basis if free else "none"}
-        tail = {"n_refused": self.n_refused, "n_recoveries": self.n_recoveries, "robots": robots}
+        n_innovations = self.n_refused + sum(map(len, self._nis.values()))
+        tail = {"n_innovations": n_innovations, "n_refused": self.n_refused, "nis_of": NIS_OF}
+        tail |= {"n_recoveries": self.n_recoveries, "robots": robots}
         return head | self._figures(self.robots, F, free) | tail
 
     def _figures(self, robots, F, free):
@@ -205,14 +266,15 @@ class History:
         lmk = points - truth
         lmk_aligned = F.from_frame(points)[0] - truth if F is not None and len(points) else np.zeros((0, d))
 
-        e, P = _pooled(moved if free else plain)
+        e, _ = _pooled(moved if free else plain)
         e_aligned, _ = _pooled(moved)
-        n = md2(e, P)
+        n = np.concatenate([md2(*self.errors(id)) for id in robots])
         nees_dof = e.shape[1]
         if not np.isfinite(n).any():
             R = F.R if free and F is not None else np.eye(d)
             n, nees_dof = md2(lmk_aligned if free else lmk, R @ covs @ R.T), d
         pairs = np.concatenate([self.nis(id) for id in robots])[:, 1:]
+        ratio = self.correction_ratio(robots)
         return {
             "n_landmarks": len(seen),
             "ate_rmse_m": _known(rmse(e[:, :d])),
@@ -225,6 +287,9 @@ class History:
             "nees_dof": nees_dof,
             "nis_mean": _known(_mean(pairs[:, 0])),
             "nis_dof": _known(_mean(pairs[:, 1])),
+            "correction_ratio": _known(ratio.value),
+            "correction_ratio_s": ratio.seconds or None,
+            "correction_ratio_limit": _known(max(ratio.limit, GROSS)),
         }
 
     def honesty(self, confidence=0.999):
@@ -232,12 +297,10 @@ class History:
         that of one pose only."""
         F, _ = self.alignment()
         tracks = [self.track(id) for id in self.robots]
-        tracks = [t.moved(F) for t in tracks] if self.gauge == "free" and F is not None else tracks
-        e, P = _pooled(tracks)
+        moved = [t.moved(F) for t in tracks] if self.gauge == "free" and F is not None else tracks
         pairs = np.concatenate([self.nis(id) for id in self.robots])[:, 1:]
-        return honesty(
-            e,
-            P,
+        meter = honesty(
+            *map(np.concatenate, zip(*(self.errors(id) for id in self.robots), strict=True)),
             nis=pairs[:, 0],
             nis_dof=_mean(pairs[:, 1]) if len(pairs) else 2.0,
             dim=tracks[0].frame.dim,
@@ -245,6 +308,68 @@ class History:
             runs=1,
             confidence=confidence,
         )
+        return replace(meter, rmse=rmse(_pooled(moved)[0][:, : tracks[0].frame.dim]))
+
+
+def _surveyed(s):
+    """Landmarks of a map whose true places are known and whose estimates are finite: ids, points, true places."""
+    if s is None:
+        raise ValueError("this history has no frames yet; call add(snapshot) for each snapshot of a run")
+    known = [] if s.sim_lmk is None else zip(s.sim_lmk.ids, s.sim_lmk.points, strict=True)
+    places = {int(id): p for id, p in known}
+    points = {i: lmk.point(s.map)[0] for i, lmk in s.lmks.items() if i in places}
+    d = s.robs[0].motion.frame.dim
+    return (
+        list(points),
+        np.array(list(points.values())).reshape(-1, d),
+        np.array([places[i] for i in points]).reshape(-1, d),
+    )
+
+
+def joint_map(s):
+    """Landmarks of a snapshot whose true places are known.
+
+    Returns
+    -------
+    ids : list of int
+    points : ndarray, shape (n, d)
+    P : ndarray, shape (n d, n d)
+        Their joint covariance.
+    truth : ndarray, shape (n, d)
+    """
+    ids, points, truth = _surveyed(s)
+    B = _points_by_states(s, ids)
+    return ids, points, B @ _covariance(s.map) @ B.T, truth
+
+
+def _covariance(map):
+    """Covariance of all states: a copy. (To ask a compressed map for its P would bring it up to date: who only looks on
+    must not change the last digits of a run.)"""
+    return map.block(slice(0, map.n))
+
+
+def _points_by_states(s, ids):
+    """Derivative of the points of some landmarks by the whole map, shape (n d, N)."""
+    d = s.robs[0].motion.frame.dim
+    B = np.zeros((len(ids), d, s.map.n))
+    for row, id in zip(B, ids, strict=True):
+        lmk = s.lmks[id]
+        if lmk.r is not None:
+            row[:, lmk.r] = lmk.type.point(lmk.state(s.map))[1]
+    return B.reshape(-1, s.map.n)
+
+
+def _in_map_gauge(s, rob, gauge):
+    """Error of a robot in the gauge of the map of its frame, and its covariance; NaN where there is none."""
+    frame = rob.motion.frame
+    truth = np.array(s.truth.get(rob.id, np.full(frame.size, np.nan)), float)
+    if gauge is None or rob.r is None or not np.isfinite(truth).all():
+        return np.full(frame.dof, np.nan), np.full((frame.dof, frame.dof), np.nan)
+    landmarks, B, P = gauge
+    e, E_x, E_l = landmarks.error(rob.frame(s.map), frame(truth))
+    E = E_l @ B
+    E[:, rob.r.start : rob.r.start + frame.size] += E_x
+    return e, E @ P @ E.T
 
 
 def _pooled(tracks):

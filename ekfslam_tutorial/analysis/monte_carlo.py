@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from tqdm import tqdm
 
 from ..simulation import Streams
 from ..toolbox import UserData
@@ -15,6 +14,7 @@ from ..toolbox.universal_slam import universal_slam
 from ..toolbox.user_input import check_id
 from .batch_slam import why_not_batched
 from .monte_carlo_result import MonteCarlo
+from .progress import bar
 from .run_scores import score_block
 from .series import Series, run_seeds, unfinished
 
@@ -73,11 +73,9 @@ def monte_carlo(scenario, runs, executor=None, *, seed=None, path=None, resume=F
     elif path is not None and unfinished(path):
         raise ValueError(f"{path} holds an unfinished series: resume it, or take another place")
 
-    with tqdm(
-        total=runs, initial=int(series.done.sum()), unit=" runs", disable=not progress, dynamic_ncols=True
-    ) as bar:
+    with bar(runs, "runs", int(series.done.sum()), shown=progress) as done:
         try:
-            _compute(data, series, executor, bar)
+            _compute(data, series, executor, done)
         except KeyboardInterrupt:
             if not series.done.any():
                 raise
@@ -111,7 +109,7 @@ def _check(data, runs, executor):
     next(universal_slam(data, seed=0))  # mistakes show up here, in one sentence, not in every worker
 
 
-def _compute(data, series, executor, bar):
+def _compute(data, series, executor, done):
     """All blocks that are not done yet."""
     together = why_not_batched(data) is None
     blocks = [b[~series.done[b]] for b in _blocks(data, len(series.seeds), together)]
@@ -120,7 +118,7 @@ def _compute(data, series, executor, bar):
 
     def take(block, answer):
         series.take(block, *answer)
-        bar.update(len(block))
+        done.update(len(block))
 
     if executor is None:
         for block in blocks:

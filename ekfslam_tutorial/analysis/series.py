@@ -1,18 +1,15 @@
 """A series of runs that can be stopped and taken up again: what is done, in one file, and nothing counted twice."""
 
 import contextlib
-import hashlib
 import json
 import time
-from dataclasses import fields, is_dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from .. import __version__
+from ..toolbox import identity
 from ..toolbox.files.archives import brief, read_npz
-from ..toolbox.files.writing import replacing
+from ..toolbox.files.writing import written
 
 SAVE_EVERY = 5.0
 """Seconds between two savings."""
@@ -50,7 +47,7 @@ class Series:
 
     def __init__(self, data, seeds, path=None):
         self.seeds, self.path = seeds, None if path is None else Path(path)
-        self.head = {"fingerprint": fingerprint(data), "version": __version__, "seed": data.seed}
+        self.head = {"program": identity.program(), "seed": data.seed, "inputs": identity.of_scenario(data)}
         self.done = np.zeros(len(seeds), bool)
         self.failures, self._scores, self._saved = {}, {}, time.monotonic()
 
@@ -77,7 +74,7 @@ class Series:
             return
         runs, scores = self.scores()
         head = self.head | {"failures": self.failures, "wanted": len(self.seeds)}
-        with replacing(self.path) as part, open(part, "wb") as file:
+        with written(self.path) as file:
             np.savez_compressed(file, allow_pickle=False, head=json.dumps(head), runs=runs, **scores)
         self._saved = time.monotonic()
 
@@ -90,9 +87,13 @@ class Series:
             If the file holds another series, or none.
         """
         head, runs, scores = read(self.path)
-        for key, what in ("fingerprint", "scenario"), ("seed", "seed"), ("version", "version of the program"):
+        for key, what in ("program", "version of the program"), ("seed", "seed"):
             if head.get(key) != self.head[key]:
                 raise ValueError(f"{self.path} holds runs of another {what}; give another folder, or do not resume")
+        if what := identity.changed(head["inputs"], self.head["inputs"]):
+            raise ValueError(
+                f"{self.path} holds runs of another scenario, changed is: {what}; give another folder, or do not resume"
+            )
         mine = runs < len(self.seeds)
         runs = runs[mine]
         failures = {self.seeds[int(run)]: why for run, why in head["failures"].items() if int(run) < len(self.seeds)}
@@ -125,24 +126,3 @@ def unfinished(path):
         head, runs, _ = read(path)
         return len(runs) < head["wanted"]
     return False
-
-
-def fingerprint(data):
-    """A short text that is the same for the same scenario, whatever its seed and its figures, and no other."""
-    parts = [(f.name, _parts(getattr(data, f.name))) for f in fields(data) if f.name not in ("name", "seed", "figure")]
-    return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
-
-
-def _parts(value):
-    """A value as nested tuples of names and numbers."""
-    if isinstance(value, partial):
-        return _parts((value.func, value.args, value.keywords))
-    if is_dataclass(value) and not isinstance(value, type):
-        return type(value).__qualname__, [(f.name, _parts(getattr(value, f.name))) for f in fields(value)]
-    if isinstance(value, dict):
-        return [(repr(k), _parts(v)) for k, v in value.items()]
-    if isinstance(value, (list, tuple)):
-        return [_parts(v) for v in value]
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.shape, value.tolist()
-    return getattr(value, "__qualname__", None) or repr(value)

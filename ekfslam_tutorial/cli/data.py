@@ -1,6 +1,7 @@
 """`ekfslam data`: which data sets are here, whether they are whole; `fetch` downloads them, `import` takes yours."""
 
 import contextlib
+import sys
 
 from ..datasets import report
 
@@ -37,13 +38,13 @@ def _fetch(options):
 
 def _bar(bars, part):
     """A progress bar as a function of bytes so far and bytes in all."""
-    from tqdm import tqdm
+    from ..analysis.progress import bar
 
-    bar = bars.enter_context(tqdm(desc=part, unit="B", unit_scale=True, leave=False, disable=None))
+    drawn = bars.enter_context(bar(0, f"{part}, kB", shown=sys.stderr.isatty()))
 
     def show(done, total):
-        bar.total = total
-        bar.update(done - bar.n)
+        drawn.total = (total or 0) // 1000
+        drawn.update(done // 1000 - drawn.n)
 
     return show
 

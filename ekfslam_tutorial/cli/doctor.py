@@ -10,8 +10,9 @@ from pathlib import Path
 
 from .. import __version__
 from .files import PACKAGE, scenarios, shipped
+from .terminal import say
 
-NEEDED = {"numpy": "1.26", "scipy": "1.11", "matplotlib": "3.8", "ipywidgets": "8.1", "tqdm": "4.66"}
+NEEDED = {"numpy": "1.26", "scipy": "1.11", "matplotlib": "3.8", "ipywidgets": "8.1", "rich": "13"}
 LAB = {"jupyterlab": "4.2", "ipykernel": "6", "jupyterlab_widgets": "3"}
 NUMBA = "0.61"
 
@@ -21,10 +22,10 @@ def main(options):
     problems = 0
     for name, finding, cure in findings():
         problems += bool(cure)
-        print(f"{'PROBLEM' if cure else 'ok':8} {name:18} {finding}")
+        say(f"{'PROBLEM' if cure else 'ok':8} {name:18} {finding}", "bold dark_orange" if cure else "")
         if cure:
-            print(f"{'':8} {'':18} cure: {cure}")
-    print("all is well" if not problems else f"{problems} problem{'s' * (problems > 1)}")
+            say(f"{'':8} {'':18} cure: {cure}")
+    say("all is well" if not problems else f"{problems} problem{'s' * (problems > 1)}", "bold")
     return 1 if problems else 0
 
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from ..toolbox.user_input import short_text
+from . import terminal
 
 COLUMNS = {
     "frames": "frames",
@@ -32,7 +33,7 @@ def main(options):
         writer = csv.writer(sys.stdout, lineterminator="\n")
         writer.writerows([["run", *COLUMNS], *([name, *values] for name, values in rows)])
         return 0
-    print(lined_up([["run", *COLUMNS.values()], *([name, *map(shown, values)] for name, values in rows)]))
+    terminal.table([[name, *map(shown, values)] for name, values in rows], ["run", *COLUMNS.values()])
     return 0
 
 
@@ -81,12 +82,3 @@ def shown(value):
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "-"
     return str(value) if isinstance(value, int) else f"{value:.3g}"
-
-
-def lined_up(rows):
-    """Rows of text in columns; the first column to the left, numbers to the right."""
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    line = lambda row: "  ".join(
-        [row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))]
-    )
-    return "\n".join(line(row).rstrip() for row in rows)

@@ -3,16 +3,19 @@
 import json
 import os
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 from ..course import lecture
 from ..course.nbgrader import find
 from .files import replacing
+from .lab import alone, lab_command
 
 DPI = 150  # of pictures that are drawn for a projector: more than the notebook's
 FONTS = {"code-font-size": "17px", "content-font-size1": "21px", "ui-font-size1": "14px"}  # for the last row
+HIDDEN = {"collapsed": True, "visible": False, "widgets": [], "widgetStates": {}}
+LAYOUT = {"main": {}, "left": HIDDEN, "right": HIDDEN, "relativeSizes": [0, 1, 0], "top": {"simpleVisibility": False}}
+NO_SIDE_BARS = {"data": {"layout-restorer:data": LAYOUT}, "metadata": {"id": "default"}}
 
 
 def main(options):
@@ -60,21 +63,19 @@ def live(notebook, name, arguments):
     with tempfile.TemporaryDirectory(prefix="ekfslam-lecture-") as folder:
         file = Path(folder, f"{name}.ipynb")
         file.write_text(json.dumps(lecture.cut(notebook), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        command = lab_command(folder, file.name, arguments)
-        return subprocess.run(command, env=os.environ | large_letters(folder), check=False).returncode
+        command = lab_command(folder, f"/doc/tree/{file.name}", arguments)
+        return subprocess.run(command, env=os.environ | for_a_projector(folder), check=False).returncode
 
 
-def lab_command(folder, file, arguments):
-    """The command that opens one notebook alone, without side bars."""
-    root = ["--allow-root"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-    address = f"--LabApp.default_url=/doc/tree/{file}"
-    return [sys.executable, "-m", "jupyterlab", f"--notebook-dir={folder}", address, *root, *arguments]
+def for_a_projector(folder):
+    """Write settings with large letters and without side bars; return the environment that points to them."""
+    from jupyterlab_server.workspaces_handler import WorkspacesManager
 
-
-def large_letters(folder):
-    """Write JupyterLab's settings for a projector into the folder; return the environment that points to them."""
-    settings = Path(folder, ".settings")
+    config, settings, workspaces = (Path(folder, name) for name in (".config", ".settings", ".workspaces"))
     theme = settings / "@jupyterlab" / "apputils-extension" / "themes.jupyterlab-settings"
     theme.parent.mkdir(parents=True)
     theme.write_text(json.dumps({"overrides": FONTS}), encoding="utf-8")
-    return {"JUPYTERLAB_SETTINGS_DIR": str(settings), "EKFSLAM_DPI": str(DPI)}
+    workspaces.mkdir()
+    WorkspacesManager(str(workspaces)).save("default", json.dumps(NO_SIDE_BARS))
+    places = {"JUPYTERLAB_SETTINGS_DIR": str(settings), "JUPYTERLAB_WORKSPACES_DIR": str(workspaces)}
+    return alone(config) | places | {"EKFSLAM_DPI": str(DPI)}

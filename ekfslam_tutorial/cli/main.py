@@ -1,11 +1,17 @@
 """The parser of the command line. The commands themselves are imported when they are called: `--version` is instant."""
 
 import argparse
+import contextlib
 import importlib
 import os
+import re
+import signal
 import sys
+import threading
+from pathlib import Path
 
 from .. import __version__
+from .terminal import near
 
 USER_ERRORS = (ValueError, OSError)  # told in one sentence; anything else is a mistake of ours
 CHANGE = "change a key of the scenario: time.last=50, data.set=7, options.compiled=true; docs/scenarios.md has all"
@@ -22,12 +28,20 @@ def main(arguments=None):
     Returns
     -------
     int
-        Exit code: 0 done, 1 a problem was found, 2 wrong input, 130 stopped by Ctrl-C.
+        Exit code: 0 done, 1 a problem was found, 2 wrong input, 130 stopped by Ctrl-C or SIGTERM.
     """
-    options = parser().parse_args(arguments)
+    top = parser()
+    if "_ARGCOMPLETE" in os.environ:  # the shell asks what may come next; see `ekfslam completion`
+        import argcomplete
+
+        argcomplete.autocomplete(top)
+    options = top.parse_args(arguments)
+    if options.command is None:
+        top.print_help()
+        return 0
     command = importlib.import_module(f".{options.module}", __package__)
     try:
-        with threads(getattr(options, "threads", 1)):
+        with terminated_like_ctrl_c(), threads(getattr(options, "threads", 1)):
             return command.main(options)
     except BrokenPipeError:  # the reader of our output has gone, as in `ekfslam data | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -40,6 +54,19 @@ def main(arguments=None):
     except KeyboardInterrupt:
         print(f"ekfslam {options.command}: stopped", file=sys.stderr)
         return 130
+
+
+@contextlib.contextmanager
+def terminated_like_ctrl_c():
+    """SIGTERM, as of a batch system whose time is over, keeps what Ctrl-C keeps."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def threads(n):
@@ -61,16 +88,51 @@ def _sentence(error):
     return str(error)
 
 
+class Parser(argparse.ArgumentParser):
+    """One that names the nearest word for a command or an option that it does not know."""
+
+    def error(self, message):
+        """Say what is wrong in a line or two, and stop."""
+        choice = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
+        strange = re.search(r"unrecognized arguments: (--[\w-]+)", message)
+        if choice:
+            message += near(choice[1], [word.strip(" '") for word in choice[2].split(",")])
+        elif strange:
+            message += near(strange[1], self.all_options())
+        self.exit(2, f"{self.prog}: {message}\n{self.prog} --help says what is possible\n")
+
+    def all_options(self):
+        """The options of this parser and of all its commands."""
+        words = {word for action in self._actions for word in action.option_strings}
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                words.update(*(command.all_options() for command in action.choices.values()))
+        return words
+
+
+def _scenario(command, **more):
+    """The argument that names a scenario; the shell completes its name, or that of a file."""
+    action = command.add_argument("scenario", help="a TOML file, or the name of one in the package", **more)
+    action.completer = _scenarios
+
+
+def _scenarios(prefix, **_):
+    from .files import scenarios
+
+    return [*scenarios(), *map(str, Path().glob(f"{prefix}*"))]
+
+
 def parser():
     """The argument parser with all commands."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="ekfslam",
         description="EKF mapping and EKF-SLAM: course and toolbox.",
         epilog="Linear algebra (BLAS) is limited to one thread; see `run --threads`.",
     )
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
-    commands = top.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for add in (_run, _monte_carlo, _data, _notebooks, _progress, _lecture, _nbgrader, _new, _evaluate, _doctor):
+    commands = top.add_subparsers(title="commands", dest="command", metavar="COMMAND")
+    course = _lab, _notebooks, _progress, _lecture, _nbgrader
+    for add in (_run, _tune, _monte_carlo, _data, *course, _new, _evaluate, _audit, _doctor, _completion):
         add(commands)
     return top
 
@@ -83,12 +145,12 @@ def _command(commands, name, help, module=None, **more):
 
 def _run(commands):
     run = _command(commands, "run", "Run a scenario and write result.json, trajectory.csv, map.csv and figures.")
-    run.add_argument("scenario", help="a TOML file, or the name of a scenario that comes with the package")
+    _scenario(run, nargs="?")
     run.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=CHANGE)
     run.add_argument("--out", metavar="DIR", help="folder for the results; results/NAME if not given")
     run.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
     run.add_argument("--recording", metavar="PATH", help="play this recording (.npz or CSV folder), do not simulate")
-    run.add_argument("--record", action="store_true", help="also write recording.npz, to be played again")
+    run.add_argument("--record", action="store_true", help="also write recording.npz, to be played again, estimate.rec")
     run.add_argument("--movie", action="store_true", help="also write a movie of the run (MP4 with ffmpeg, else GIF)")
     run.add_argument("--live", action="store_true", help="show the figures while it runs")
     run.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
@@ -105,11 +167,25 @@ def _run(commands):
     )
 
 
+def _tune(commands):
+    help = "Find noise, mounting, clock and bias from a log alone; writes a scenario that `run` takes."
+    tune = _command(commands, "tune", help)
+    tune.add_argument("log", metavar="LOG", help="a scenario, TOML file or name; or a recording (.npz or CSV folder)")
+    tune.add_argument(
+        "--scenario", dest="models_of", metavar="NAME", help="of a recording: the scenario that it belongs to"
+    )
+    tune.add_argument("--recording", metavar="PATH", help="tune with this recording, instead of the scenario's data")
+    tune.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=CHANGE)
+    tune.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
+    tune.add_argument("--out", metavar="FILE.toml", help="scenario to write; results/NAME-tuned.toml if not given")
+    tune.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
+
+
 def _monte_carlo(commands):
     many = _command(
         commands, "monte-carlo", "Run a scenario with many seeds: errors, NEES and their bands.", "monte_carlo"
     )
-    many.add_argument("scenario", help="a TOML file, or the name of a scenario that comes with the package")
+    _scenario(many)
     many.add_argument("--runs", type=int, required=True, metavar="N", help="how many runs")
     many.add_argument(
         "--workers", type=int, metavar="W", help="so many processes; as many as there are cores if not given"
@@ -143,6 +219,12 @@ def _data(commands):
 def _notebooks(commands):
     notebooks = _command(commands, "notebooks", "Copy the notebooks, without outputs, to a folder of your own.")
     notebooks.add_argument("destination", metavar="DEST")
+
+
+def _lab(commands):
+    lab = _command(commands, "lab", "Open JupyterLab on a copy of the notebooks of your own, at the first one.")
+    lab.add_argument("folder", nargs="?", default="my_notebooks", metavar="DIR", help="my_notebooks if not given")
+    lab.add_argument("--lab", nargs=argparse.REMAINDER, default=[], metavar="ARG", help="options of JupyterLab; last")
 
 
 def _progress(commands):
@@ -183,5 +265,35 @@ def _evaluate(commands):
     evaluate.add_argument("--csv", action="store_true", help="all digits, separated by commas")
 
 
+def _audit(commands):
+    audit = _command(
+        commands, "audit", "Is an estimator honest? Compare errors and covariances of any program with a truth."
+    )
+    add = audit.add_argument
+    add("estimates", nargs="+", metavar="EST", help="poses with covariances: TUM, CSV, OpenVINS, .g2o, .rec of ours")
+    add("--truth", nargs="+", metavar="FILE", help="true poses: one file for all, or one for each EST")
+    add("--map", nargs="+", metavar="FILE", help="landmarks with covariances, for each EST: a CSV such as our map.csv")
+    add("--true-map", nargs="+", metavar="FILE", help="their true places: id, x, y (z); one for all or for each")
+    add("--innovations", nargs="+", metavar="FILE", help="columns t, z, upper triangle of Z; for each EST")
+    add(
+        "--axes",
+        choices=("mixed", "body", "map"),
+        default="mixed",
+        help="what P is about; docs/audit.md",
+    )
+    add("--rotation-first", action="store_true", help="P begins with the angles, as in GTSAM's Pose3")
+    add("--gauge", choices=("auto", "fixed", "start"), default="auto", help="is EST in the frame of the truth?")
+    add("--gravity", action="store_true", help="of the angles of a free gauge only the heading is free")
+    add("--robot", type=int, metavar="N", help="of a record with several")
+    add("--max-dt", type=float, default=0.01, metavar="S", help="two stamps meet within so many seconds; default 0.01")
+    add("--confidence", type=float, default=0.95, metavar="P", help="of the verdict; default 0.95")
+    add("--out", metavar="DIR", help="folder for audit.json and audit.png; results/audit if not given")
+
+
 def _doctor(commands):
     _command(commands, "doctor", "Check the installation; a one-line cure for each problem.")
+
+
+def _completion(commands):
+    shells = _command(commands, "completion", "Print what lets the Tab key of a shell complete words.")
+    shells.add_argument("shell", choices=("bash", "zsh", "fish", "powershell"), nargs="?", default="bash")

@@ -15,8 +15,8 @@ import numpy as np
 from ..analysis import monte_carlo
 from ..analysis.monte_carlo import n_tasks
 from ..graphics import monte_carlo_picture, use_style
-from .files import file_name, replacing, writable_folder
-from .run import own_models, read, told_by_name
+from .files import ResultFolder, file_name, written
+from .run import KEPT, own_models, read, told_by_name
 
 
 def main(options):
@@ -36,9 +36,16 @@ def main(options):
 def run_many(options, models):
     """Read, run all and write; return the exit code."""
     data = read(options, models)
-    out = writable_folder(options.out or Path("results") / f"{file_name(data.name)}-monte-carlo")
+    with ResultFolder(options.out or Path("results") / f"{file_name(data.name)}-monte-carlo") as folder:
+        return run_into(folder, options, data)
 
-    start = time.perf_counter()
+
+def run_into(folder, options, data):
+    """Run all and write; the folder is ours meanwhile."""
+    out, start = folder.path, time.perf_counter()
+    if (out / KEPT).exists():
+        raise ValueError(f"{out} holds a run that was kept on the way: resume it, or take another folder")
+    folder.announce("runs.npz")
     with _executor(options, data) as executor:
         path = out / "runs.npz"
         result = monte_carlo(data, options.runs, executor, path=path, resume=options.resume, progress=True)
@@ -48,9 +55,11 @@ def run_many(options, models):
             f"ekfslam monte-carlo: stopped after {len(result.runs)} of {result.wanted} runs; --resume goes on",
             file=sys.stderr,
         )
-    written = write(out, result, summary)
+    with folder.results() as new:
+        names = [*write(new, result, summary), "runs.npz"]
+    folder.keep(*names)
     print(f"{sentence(summary)}, {seconds:.1f} s")
-    print(f"written to {out}: {', '.join(written)}", flush=True)
+    print(f"written to {out}: {', '.join(names)}", flush=True)
     return 0 if result.complete else 130
 
 
@@ -74,8 +83,9 @@ def _executor(options, data):
 
 
 def _begin(models):
-    """A worker begins: Ctrl-C is for the parent; the user's own models are known here, too."""
+    """A worker begins: Ctrl-C and SIGTERM are for the parent; the user's own models are known here, too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a batch system sends it to all
     for file in models:
         own_models(file)
 
@@ -99,8 +109,8 @@ def _dask(address):
 
 def write(out, result, summary):
     """Write all files; each appears whole or not at all. Returns their names."""
-    with replacing(out / "monte_carlo.json") as part:
-        part.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    with written(out / "monte_carlo.json", text=True) as file:
+        file.write(json.dumps(summary, indent=2, allow_nan=False) + "\n")
     rows = result.per_run()
     _csv(out / "runs.csv", list(rows[0]), [["" if v is None else v for v in row.values()] for row in rows])
     _csv(out / "over_time.csv", *over_time(result))
@@ -109,10 +119,10 @@ def write(out, result, summary):
     pictures = {id: f"monte_carlo-{id}.png" if several else "monte_carlo.png" for id in result.robots}
     for id, name in pictures.items():
         fig = monte_carlo_picture(result, id)
-        with replacing(out / name) as part:
-            fig.savefig(part)
+        with written(out / name) as file:
+            fig.savefig(file, format="png")
         plt.close(fig)
-    return ["monte_carlo.json", "runs.csv", "over_time.csv", *pictures.values(), "runs.npz"]
+    return ["monte_carlo.json", "runs.csv", "over_time.csv", *pictures.values()]
 
 
 def over_time(result):
@@ -141,7 +151,7 @@ def over_time(result):
 
 
 def _csv(path, header, rows):
-    with replacing(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
+    with written(path, text=True) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(rows)

@@ -7,19 +7,21 @@ import numpy as np
 
 from .. import __version__
 from ..analysis.fixes import fix_figures
-from .files import replacing
+from ..analysis.rec_file import write_rec
+from .files import pictures, replacing, written
+from .terminal import say, table
 from .tum import write_tum
 
-SPOKEN = {
-    "ate_rmse_m": "ATE {:.3g} m",
-    "landmark_rmse_m": "landmark RMSE {:.3g} m",
-    "gps_rmse_best95_m": "{:.3g} m RMSE to the best 95 % of GPS",
-}
-"""Figures that are said in one line, where they are known."""
-SURPRISED = 10
-"""Squared innovations so many times as large as expected are not a question of tuning: something is wrong."""
-FEW = 50
-"""So many frames may pass without a landmark being measured a second time."""
+TOLD = [
+    ("position error (ATE)", "ate_rmse_m", "{:.3g} m", "dead reckoning: {dead_reckoning_ate_m:.3g} m"),
+    ("heading error", "heading_rmse_deg", "{:.3g} deg", ""),
+    ("landmark error", "landmark_rmse_m", "{:.3g} m", ""),
+    ("RMSE to the best 95 % of GPS", "gps_rmse_best95_m", "{:.3g} m", ""),
+    ("NEES of the pose", "nees_mean", "{:.3g}", "expected: {nees_dof:.3g}"),
+    ("NIS", "nis_mean", "{:.3g}", "expected: {nis_dof:.3g}"),
+    ("correction ratio", "correction_ratio", "{:.2f}", "honest below: {correction_ratio_limit:.2f}"),
+]
+"""Figures that are told where they are known, each on a line: what it is, its value, and what to hold it against."""
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
 
@@ -46,59 +48,65 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
         robots = figures.pop("robots")
         figures |= fix_figures((history.track(id) for id in history.robots), recording.fixes) | {"robots": robots}
     head = {"scenario": data.name, "seed": data.seed, "version": __version__}
+    opt = data.options
+    head |= {"error": "additive, first estimates" if opt.first_estimates else opt.error}
     head |= {"engine": run.engine, "recording": recording.name if recording else None}
     head |= {"complete": not interrupted, "frames_wanted": len(run)}
     tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
     tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
-    tail["notes"] = recording.notes if recording else []
+    tail["notes"] = recording.notes if recording else []  # `run` adds what it has to say
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
 
 
-def sentence(figures):
-    """The figures of a run in one line."""
+def tell(figures):
+    """Print what has come out: how much there was, and a line for each figure with what was expected beside it."""
     words = [f"{figures['frames']} frames", f"{figures['n_landmarks']} landmarks"]
-    for key, text in SPOKEN.items():
-        if figures.get(key) is not None:
-            words.append(text.format(figures[key]))
     if figures["n_landmarks_refused"]:
         words.append(f"{figures['n_landmarks_refused']} landmarks not started: the map was full")
-    return f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s"
+    say(f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s", "bold")
+    known = {key: value for key, value in figures.items() if value is not None}
+    rows = [[f"  {what}", text.format(known[key]), beside(text_of, known)] for what, key, text, text_of in TOLD
+            if key in known]  # fmt: skip
+    table(rows, styles=["", "bold", "dim"])
 
 
-def doubts(figures, history):
-    """Sentences on a run whose measurements do not fit what the filter expects of them."""
-    used, refused = sum(len(history.nis(id)) for id in history.robots), figures["n_refused"]
-    ask = "are units, signs, mounting, ids and noise right?"
-    if not used + refused and figures["frames"] > FEW:
-        yield f"no landmark was measured a second time: {ask}"
-    if refused > used:
-        yield f"of {used + refused} innovations {refused} did not pass the gate: {ask}"
-    if (figures["nis_mean"] or 0.0) > SURPRISED * (figures["nis_dof"] or 0.0):
-        yield f"the mean NIS is {figures['nis_mean']:.3g}, and {figures['nis_dof']:.3g} is expected: {ask}"
+def beside(text, figures):
+    """The text with its figure put in; nothing if that is not known."""
+    try:
+        return text.format_map(figures)
+    except KeyError:
+        return ""
 
 
-def write(out, figures, history, data, recording=None, costs=None):
+def write(out, figures, history, data, recording=None, costs=None, richest=None):
     """Write all files; each appears whole or not at all. Returns their names.
 
-    `costs` are the seconds that each frame took.
+    `costs` are the seconds that each frame took, `richest` the frames that the sensors' figures show (`views.Richest`).
     """
     from . import views
 
-    with replacing(out / "result.json") as part:
-        part.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    with written(out / "result.json", text=True) as file:
+        file.write(json.dumps(figures, indent=2, allow_nan=False) + "\n")
     _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
     _write_csv(out / "map.csv", *landmarks(history))
     names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
-    return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs)]
+    with pictures(views.how_many(history, data, costs)):
+        return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs, richest)]
 
 
 def write_recording(out, recorder, name, fixes=None):
     """Write recording.npz, which plays the run again."""
     played = recorder.recording(name)
     played.fixes = fixes or {}
-    with replacing(out / "recording.npz") as part:
-        played.save(part)
+    played.save(out / "recording.npz")
     return ["recording.npz"]
+
+
+def write_record(out, history, innovations):
+    """Write estimate.rec, which `ekfslam audit` reads."""
+    with replacing(out / "estimate.rec") as part:
+        write_rec(part, history, innovations)
+    return ["estimate.rec"]
 
 
 def trajectory(history, first):
@@ -149,7 +157,7 @@ def _blank(values):
 
 
 def _write_csv(path, header, rows):
-    with replacing(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
+    with written(path, text=True) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows([v.item() if isinstance(v, np.generic) else v for v in row] for row in rows)

@@ -6,14 +6,15 @@ import numpy as np
 from ..analysis.consistency import md2
 from ..graphics import consistency_panel, error_panel, map_picture
 from ..graphics.panels import GAP
-from .files import replacing
+from ..graphics.style import ROBOTS
+from .files import save_figure
 
 AXES = {
     2: [("x error", "m"), ("y error", "m"), ("heading error", "deg")],
     3: [*((f"{a} error", "m") for a in "xyz"), *((f"rotation about {a}", "deg") for a in "xyz")],
 }
-MOST_POINTS = 1500
-"""NIS of a long run is averaged, so that no picture has more points than can be told apart."""
+MOST_POINTS = 120
+"""NIS of a long run is averaged: single values would only zigzag, and a mean of many has a narrower band."""
 
 
 def write_robot_figures(out, history, tracks, lmks, data, fixes):
@@ -34,16 +35,18 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
     names = []
     for id, track in tracks.items():
         if len(tracks) > 1:
-            names.append(_save(_path(track, lmks, data, fixes.get(id)), out / f"map-{id}.png"))
+            color = ROBOTS[list(tracks).index(id) % len(ROBOTS)]
+            names.append(save_figure(_path(track, lmks, data, fixes.get(id), color), out / f"map-{id}.png"))
+        e, P = history.errors(id)
         if track.known.sum() > 1:
-            names.append(_save(_errors(track, data.figure.k), out / f"errors-{id}.png"))
-        nis = history.nis(id)
-        if len(nis) > 1 or np.isfinite(md2(*track.errors())).any():
-            names.append(_save(_consistency(track, nis), out / f"consistency-{id}.png"))
+            names.append(save_figure(_errors(track, e, P, data.figure.k), out / f"errors-{id}.png"))
+        nees, nis = md2(e, P), history.nis(id)
+        if len(nis) > 1 or np.isfinite(nees).any():
+            names.append(save_figure(_consistency(track, nees, nis), out / f"consistency-{id}.png"))
     return names
 
 
-def _path(track, lmks, data, fixes):
+def _path(track, lmks, data, fixes, color):
     dim = track.frame.dim
     axes, _ = map_picture(
         track.x[:, :dim],
@@ -52,35 +55,44 @@ def _path(track, lmks, data, fixes):
         fixes=fixes,
         k=data.figure.k,
         title=f"{data.name}: robot {track.id}",
+        colors=[color],
     )
     return axes.figure
 
 
-def _errors(track, k):
-    """Errors over time where the truth is known, each inside its band."""
-    e, P = track.errors()
+def _errors(track, e, P, k):
+    """Errors over time where the truth is known, each inside its band: both in one gauge, see `History.errors`."""
     sigma = np.sqrt(np.diagonal(P, axis1=1, axis2=2).clip(0))
     names = AXES[track.frame.dim]
     scale = np.array([1.0 if unit == "m" else 180 / np.pi for _, unit in names])
-    fig, panels = plt.subplots(len(names), 1, figsize=(9, 2.3 * len(names) + 0.7), sharex=True, layout="constrained")
+    columns = len(names) // 3  # in space rotations stand beside positions
+    size = (9 + 5 * (columns - 1), 7.6)
+    fig, table = plt.subplots(3, columns, figsize=size, sharex=True, squeeze=False, layout="constrained")
+    panels = table.T.ravel()
     for i, ((name, unit), ax) in enumerate(zip(names, panels, strict=True)):
-        error_panel(track.t[track.known], scale[i] * e[:, i], scale[i] * sigma[:, i], k, name, unit, ax=ax)
-        ax.label_outer()
+        t, scaled = track.t[track.known], scale[i]
+        error_panel(t, scaled * e[:, i], scaled * sigma[:, i], k, name, unit, ax=ax, legend=False)
+        if ax not in table[-1]:
+            ax.set_xlabel("")
+    entries = {}
+    for ax in panels:  # what they share is said once
+        for handle, words in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(words.split(":")[0], handle)
+    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=3, frameon=False)
     fig.suptitle(f"robot {track.id}")
     return fig
 
 
-def _consistency(track, nis):
+def _consistency(track, value, nis):
     """NEES of the pose, where the truth is known, and below it NIS of the innovations used; each with its 95 % band."""
-    e, P = track.errors()
-    t, value = track.t[track.known], md2(e, P)
+    t = track.t[track.known]
     rows = int(np.isfinite(value).any()) + int(len(nis) > 0)
     fig, panels = plt.subplots(rows, 1, figsize=(9, 0.5 + 3 * rows), sharex=True, squeeze=False, layout="constrained")
     if np.isfinite(value).any():
         consistency_panel(t, value, track.frame.dof, name="NEES of the pose", ax=panels[0, 0])
     if len(nis):
         t, value, dof, n = _averaged(nis)
-        name = "NIS" if n.max() == 1 else f"NIS, mean of {n.max()} at a time"
+        name = "NIS" if n.max() == 1 else f"NIS, means of {n.max()}"
         consistency_panel(t, value, dof, runs=n, name=name, ax=panels[-1, 0])
         panels[-1, 0].set_ylabel("NIS (-)")
     fig.suptitle(f"robot {track.id}" if track.known.any() else f"robot {track.id}, whose true pose is not known")
@@ -101,10 +113,3 @@ def _averaged(nis):
     n = np.diff(edges, append=len(t))
     t, value, dof = (np.add.reduceat(nis, edges) / n[:, None]).T
     return t, value, dof, n
-
-
-def _save(fig, path):
-    with replacing(path) as part:
-        fig.savefig(part)
-    plt.close(fig)
-    return path.name

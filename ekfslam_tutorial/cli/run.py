@@ -1,5 +1,6 @@
 """`ekfslam run`: a scenario from its file to figures, with a progress bar, and nothing lost on Ctrl-C."""
 
+import argparse
 import importlib.machinery
 import inspect
 import signal
@@ -11,15 +12,20 @@ import types
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
-from tqdm import tqdm
-
 from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
+from ..analysis.notes import notes
+from ..analysis.progress import bar
+from ..analysis.rec_file import Innovations
+from ..analysis.series import unfinished
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
+from ..toolbox.adjusted import is_adjusted
 from ..toolbox.clock import computing_time
 from . import results, views
-from .files import file_name, find_scenario, writable_folder
+from .effects import without_effect
+from .files import ResultFolder, file_name, find_scenario, scenarios, told
+from .terminal import say, table
 
 KEPT = "checkpoint.npz"
 """Where a run is kept on the way."""
@@ -36,7 +42,11 @@ class KeptHistory(History):
 
 
 def main(options):
-    """Run the command."""
+    """Run the command; without a scenario, say which there are."""
+    if options.scenario is None:
+        table([[name, told(path)] for name, path in scenarios().items()], styles=["bold"], cut=True)
+        say("run one: ekfslam run range_bearing_2d; or a TOML file of your own: ekfslam run FILE.toml", "dim")
+        return 0
     models = [cls for file in options.models for cls in own_models(file)]
     with told_by_name(options.models):
         return run_scenario(options, models)
@@ -45,10 +55,21 @@ def main(options):
 def run_scenario(options, models):
     """Read, run and write; return the exit code."""
     data = read(options, models)
-    out = writable_folder(options.out or Path("results") / file_name(data.name))
-    data, recording = source(options, data)
-    for note in [*recording.notes, *left_out(data, recording)] if recording else ():
-        print(f"note: {note}", file=sys.stderr)
+    with ResultFolder(options.out or Path("results") / file_name(data.name)) as folder:
+        return run_into(folder, options, models, data)
+
+
+def run_into(folder, options, models, written_data):
+    """Run and write; the folder is ours meanwhile."""
+    out, (data, recording) = folder.path, source(options, written_data)
+    if unfinished(out / "runs.npz"):
+        raise ValueError(f"{out} holds an unfinished series of monte-carlo: resume it, or take another folder")
+    said = tell_notes(notes_before(options, models, written_data, data, recording))
+    if options.record and is_adjusted(data):
+        raise ValueError(
+            "--record writes what the filter was told: with noise_factor, bias or clock_offset it would be "
+            "changed twice when it is played again; record without them"
+        )
     if options.live:
         views.check_display()
     movie = views.movie_path(out) if options.movie else None
@@ -56,17 +77,19 @@ def run_scenario(options, models):
     print(f"linear algebra on {options.threads} thread{'s' * (options.threads > 1)} (--threads)", file=sys.stderr)
     if data.options.compiled:
         print("steps compiled: the first run of a model on a machine takes some seconds more", file=sys.stderr)
-    history, recorder = KeptHistory(), Recorder()
+    history, recorder, innovations = KeptHistory(), Recorder(), Innovations()
     state = taken_up(options, out, data, recording, history)
     if options.checkpoint is not None:
         history.every = options.checkpoint
     run = universal_slam(data, recording, resume=state)
     print(f"engine: {run.engine}", file=sys.stderr)
-    watchers: list = [history, recorder] if options.record else [history]
+    replay, richest = views.Replay(data.name, len(run), data.figure.k), views.Richest()
+    watchers: list = [history, replay, richest, *([recorder, innovations] if options.record else [])]
     keeper = None
     if options.resume or options.checkpoint is not None:
         keeper = Checkpoint(out / KEPT, data, recording, history, history.every, len(run))
         watchers.append(keeper)
+    folder.announce(*([KEPT] if keeper else []), *([movie.name] if movie else []))
     with ExitStack() as windows:  # they close last: everything is written while they are still open
         if options.live:
             watchers.append(windows.enter_context(views.Live(data.figure)))
@@ -82,18 +105,41 @@ def run_scenario(options, models):
             return 130
 
         summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
-        written = results.write(out, summary, history, data, recording, costs if recording else None)
-        if options.record:
-            written += results.write_recording(out, recorder, data.name, recording and recording.fixes)
+        doubts = notes(summary, data, recording)
+        summary["notes"] = said + doubts
+        with folder.results() as new:
+            written = results.write(new, summary, history, data, recording, costs if recording else None, richest.kept)
+            written.append(replay.write(new))
+            if options.record:
+                written += results.write_recording(new, recorder, data.name, recording and recording.fixes)
+                written += results.write_record(new, history, innovations)
         if movie:
             written.append(movie.name)
-        if keeper and not interrupted:
-            keeper.path.unlink(missing_ok=True)  # the whole result is there
-        print(results.sentence(summary))
-        for note in [*results.doubts(summary, history), *(not_compiled() if data.options.compiled else [])]:
-            print(f"note: {note}", file=sys.stderr)
+        folder.keep(*written, *([KEPT] if keeper and interrupted else []))  # once all of the result is there
+        results.tell(summary)
+        tell_notes([*doubts, *(not_compiled() if data.options.compiled else [])])
         print(f"written to {out}: {', '.join(written)}", flush=True)
     return 130 if interrupted else 0
+
+
+def notes_before(options, models, written, data, recording):
+    """What is to be said before the run: of the recording, of what is not used of it, of settings without effect.
+
+    `written` is the scenario as it was read; `data` has the robots of the recording.
+    """
+    again = lambda texts: read(argparse.Namespace(**vars(options) | {"set": texts}), models)
+    return [
+        *(recording.notes if recording else []),
+        *(left_out(data, recording) if recording else []),
+        *without_effect(options, again, written, recording),
+    ]
+
+
+def tell_notes(notes):
+    """Print notes, a line each; return them."""
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    return notes
 
 
 def not_compiled():
@@ -163,10 +209,10 @@ def consume(run, watchers, first=0):
     costs : list of float
         The same for each frame, but of this thread's processor: other programs do not count.
     interrupted : bool
-        By Ctrl-C; then the frames so far are complete.
+        By Ctrl-C or SIGTERM; then the frames so far are complete.
     """
     seconds, costs, frames = 0.0, [], iter(run)
-    with stopped_by_ctrl_c() as stop, tqdm(total=len(run), initial=first, unit=" frames", dynamic_ncols=True) as bar:
+    with stopped_by_signal() as stop, bar(len(run), "frames", first) as done:
         while not stop.is_set():
             start, used = time.perf_counter(), computing_time()
             snapshot = next(frames, None)
@@ -176,10 +222,10 @@ def consume(run, watchers, first=0):
             costs.append(computing_time() - used)
             for watcher in watchers:
                 watcher.add(snapshot)
-            bar.update()
-        interrupted = stop.is_set() and bar.n < len(run)
+            done.update()
+        interrupted = stop.is_set() and done.n < len(run)
     if interrupted:
-        print(f"ekfslam run: stopped after {bar.n} of {len(run)} frames; these are written", file=sys.stderr)
+        print(f"ekfslam run: stopped after {done.n} of {len(run)} frames; these are written", file=sys.stderr)
     return seconds, costs, interrupted
 
 
@@ -225,8 +271,8 @@ def suspected(files):
 
 
 @contextmanager
-def stopped_by_ctrl_c():
-    """An event that Ctrl-C sets, so that a frame is finished first. A second Ctrl-C stops at once."""
+def stopped_by_signal():
+    """An event that Ctrl-C and SIGTERM set, so that a frame is finished first. The second one stops at once."""
     stop = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield stop
@@ -238,11 +284,12 @@ def stopped_by_ctrl_c():
             raise KeyboardInterrupt
         stop.set()
 
-    before = signal.signal(signal.SIGINT, on_signal)
+    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield stop
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def own_models(file):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..geometry import e2q
-from .files import replacing
+from .files import written
 
 
 def write_tum(out, history):
@@ -30,6 +30,6 @@ def tum_rows(t, x):
 
 
 def _write(path, rows):
-    with replacing(path) as part:
-        np.savetxt(part, rows, fmt="%.9f")
+    with written(path, text=True) as file:
+        np.savetxt(file, rows, fmt="%.9f")
     return path.name

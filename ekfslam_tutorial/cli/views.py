@@ -1,24 +1,40 @@
 """Figures of a run: pictures at its end, a movie, and a live view."""
 
 import shutil
+from collections import Counter
+from copy import deepcopy
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ..graphics import MapFig, Movie, SenFig, check_movie_path, cost_panel, grab, map_picture, side_by_side, use_style
-from .files import replacing
+from ..graphics import (
+    MapFig,
+    Movie,
+    SenFig,
+    StateLog,
+    check_movie_path,
+    cost_panel,
+    grab,
+    map_picture,
+    side_by_side,
+    use_style,
+    write_player_html,
+)
+from .files import replacing, save_figure
 from .robot_views import write_robot_figures
 
 FEW = 2
 """The dead reckoning of more robots than this would hide everything else."""
 
 
-def write_figures(out, history, data, fixes=None, costs=None):
+def write_figures(out, history, data, fixes=None, costs=None, richest=None):
     """Write map.png, sensor-N.png and the pictures of each robot; return their names.
 
     With `fixes`, positions by a satellite receiver by robot id, these are in the maps; with `costs`, the seconds that
-    each frame took, there is a cost.png.
+    each frame took, there is a cost.png; with `richest`, as `Richest` keeps them, the figure of a sensor shows that
+    frame and not the last one.
     """
     use_style(dpi=100)
     fixes = fixes or {}
@@ -31,16 +47,23 @@ def write_figures(out, history, data, fixes=None, costs=None):
     lmks = _landmarks(history.last, align)
     with plt.rc_context({"figure.max_open_warning": 0}):
         names = [_map(out, history.last, tracks, lmks, data, align, fixes)]
-        names += [_sensor(out, history.last, sen.id, data.figure) for sen in data.sensors]
+        seen = richest or {}
+        names += [_sensor(out, seen.get(sen.id, history.last), sen.id, data.figure) for sen in data.sensors]
         names += write_robot_figures(out, history, tracks, lmks, data, fixes)
         return names + ([_costs(out, history, costs)] if costs is not None and len(costs) > 1 else [])
+
+
+def how_many(history, data, costs=None):
+    """Say how many pictures there will be, or one or two more."""
+    each = 3 if len(history.robots) > 1 else 2
+    return 1 + len(data.sensors) + each * len(history.robots) + (costs is not None)
 
 
 def _costs(out, history, costs):
     """Draw what each frame has cost, and the size of the map."""
     t = next(history.track(id).t for id in history.robots)
     ax = cost_panel(t[-len(costs) :], np.array(costs), np.array(history.n_landmarks[-len(costs) :]))
-    return _save(ax.figure, out / "cost.png")
+    return save_figure(ax.figure, out / "cost.png")
 
 
 def _landmarks(s, align):
@@ -76,7 +99,7 @@ def _map(out, s, tracks, lmks, data, align, fixes):
         k=data.figure.k,
         title=f"{data.name}: {s.k - data.time.first + 1} frames" + ", map laid on the truth" * (align is not None),
     )
-    return _save(axes.figure, out / "map.png")
+    return save_figure(axes.figure, out / "map.png")
 
 
 def _laid(track):
@@ -89,14 +112,7 @@ def _laid(track):
 
 def _sensor(out, snapshot, sensor, figure):
     fig = SenFig(snapshot, sensor, k=figure.k, labels=figure.labels).fig
-    return _save(fig, out / f"sensor-{sensor}.png")
-
-
-def _save(fig, path):
-    with replacing(path) as part:
-        fig.savefig(part)
-    plt.close(fig)
-    return path.name
+    return save_figure(fig, out / f"sensor-{sensor}.png")
 
 
 def movie_path(out):
@@ -117,6 +133,61 @@ def check_display():
     interactive = backend_registry.list_builtin(BackendFilter.INTERACTIVE)
     if plt.get_backend().lower() not in (name.lower() for name in interactive):
         raise ValueError("--live needs a display, and there is none here; take --movie and watch it afterwards")
+
+
+class Richest:
+    """Keeps, for each sensor, the frame in which it measured most landmarks: in the last of all there may be none.
+
+    Attributes
+    ----------
+    kept : dict of int to namespace
+        By sensor id: what `SenFig` reads of a snapshot.
+    """
+
+    PATIENCE = 20  # frames, before one that is as rich takes the place
+
+    def __init__(self):
+        self.kept, self._most = {}, Counter()
+
+    def add(self, snapshot):
+        """Take a snapshot."""
+        for id, n in Counter(sen for (sen, _), obs in snapshot.obs.items() if obs.matched).items():
+            if n < self._most[id] or (n == self._most[id] and snapshot.k < self.kept[id].k + self.PATIENCE):
+                continue
+            self._most[id] = n
+            raw = {id: snapshot.raw[id]} if id in snapshot.raw else {}
+            obs = {key: obs for key, obs in snapshot.obs.items() if key[0] == id}
+            events = [event for event in snapshot.events if event.sen == id]
+            raw, obs, events = deepcopy((raw, obs, events))  # the run goes on with its own
+            self.kept[id] = SimpleNamespace(k=snapshot.k, sens=snapshot.sens, raw=raw, obs=obs, events=events)
+
+
+class Replay:
+    """A page that plays the run, `view.html`: the plane as a plan, space as bodies that can be walked around.
+
+    Parameters
+    ----------
+    title : str
+    frames : int
+        Of the run. The page plays at most `MOST_FRAMES` of them, so that it stays small.
+    k : float
+        Ellipses are drawn at k sigma.
+    """
+
+    MOST_FRAMES = 300
+
+    def __init__(self, title, frames, k):
+        self.log = StateLog(title, k, period=max(1, -(-frames // self.MOST_FRAMES)))
+
+    def add(self, snapshot):
+        """Take a snapshot."""
+        self.log.add(snapshot)
+
+    def write(self, out):
+        """Write the page; return its name."""
+        with replacing(out / "view.html") as part:
+            write_player_html(part, self.log)
+        return "view.html"
 
 
 class _Figures:

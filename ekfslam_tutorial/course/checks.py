@@ -9,6 +9,7 @@ from . import logbook, registry
 from .exercise import Exercise, Verdict
 from .keep import remember
 from .project import Project
+from .told import tell
 
 FALLBACK = "The reference solution is used below."
 
@@ -48,7 +49,8 @@ def check(id: str, answer=None):
     if verdict.status != "not attempted":
         logbook.attempt(id, verdict.passed)
         remember(id, answer if verdict.passed else None)
-    print(report(exercise, verdict))
+    said = report(exercise, verdict)
+    print(said) if verdict.status == "not attempted" else tell(verdict.passed, said)
     return exercise.in_arrays(answer) if verdict.passed else exercise.reference
 
 
@@ -72,7 +74,7 @@ def told(project: Project, verdict: Verdict) -> Verdict:
     lines = [report(project, verdict).replace(f"{FALLBACK} ", "")]
     if verdict.note:
         lines.append(_wrapped(f"    {verdict.note}."))
-    print("\n".join(lines))
+    tell(verdict.passed, "\n".join(lines))
     return verdict
 
 
@@ -110,6 +112,8 @@ def progress(notebook: str | None = None):
     if not chosen:
         raise ValueError(f"there are no exercises of a notebook {notebook!r}")
     done = sum(bool(records.get(e.id, logbook.EMPTY)["passed"]) for e in chosen)
+    if damage := logbook.damage():
+        print(damage)
     print(f"{done} of {len(chosen)} exercises passed")
     for exercise in chosen:
         record = records.get(exercise.id, logbook.EMPTY)

@@ -6,7 +6,7 @@ A row has three cells, a name, an edit `old -> new`, and a hint; more edits of t
     index i for 2i     | x[2 * i] -> x[i]               | Each landmark has two numbers.
         x[2 * i + 1] -> x[i + 1]
 
-Or, where a line would be too long, a block: a name, a hint, and below it the edits::
+Or, where a row would have more than 240 characters, a block: a name, a hint, and below it the edits::
 
     heading subtracted: A landmark seen to the left (beta > 0) lies in the direction theta *plus* beta.
         y[1] + x_r[2] -> x_r[2] - y[1]

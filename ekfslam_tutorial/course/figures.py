@@ -20,10 +20,14 @@ import numpy as np
 from IPython.display import display
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_rgb
 from PIL import Image
+
+from ..graphics.style import GREY, LIGHT_GREY, OKABE_ITO
 
 DPI = float(os.environ.get("EKFSLAM_DPI", 120))  # more for a projector: see cli/lecture.py
 SCREEN = 96  # CSS pixels of an inch: a picture is as wide in the notebook as its figure says, however many dots it has
+MARKS = [np.round(255 * np.array(to_rgb(colour))).astype(int) for colour in (*OKABE_ITO, GREY, LIGHT_GREY)]
 SMALLER = (
     0.8  # an SVG must be that much smaller: every viewer of notebooks shows a PNG, and some slides and papers want it
 )
@@ -88,14 +92,17 @@ def shorter(number: re.Match) -> str:
     return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
 
 
-def png(fig, dpi: float = DPI, places: Places | None = None, close: bool = True) -> bytes:
-    """Return the figure as a PNG file and close it. `places`: of the figures drawn before it at the same spot."""
-    buffer = io.BytesIO()
+def png(fig, dpi: float = DPI, places: Places | None = None, close: bool = True, quick: bool = False) -> bytes:
+    """Return the figure as a PNG file and close it.
+
+    `places`: of the figures drawn before it at the same spot. `quick`: it is not to be stored, and may take more bytes.
+    """
+    buffer, how = io.BytesIO(), {"compress_level": 1} if quick else {}
     if places is not None and places.apply(fig):
         fig.set_dpi(dpi)
-        FigureCanvasAgg(fig).print_png(buffer, metadata={"Software": None})  # draws once; savefig draws twice
+        FigureCanvasAgg(fig).print_png(buffer, metadata={"Software": None}, pil_kwargs=how)  # savefig draws twice
     else:
-        fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+        fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None}, pil_kwargs=how)
     if places is not None:
         places.remember(fig)
     if close:
@@ -158,6 +165,8 @@ def room(ax) -> tuple:
 def with_palette(picture: bytes, colours=(32, 64, 128, 256)) -> bytes:
     """Return the PNG with as few colours as nobody misses: a third of the size, or a quarter.
 
+    The colours of marks stay as they are, however small the mark: each has one meaning.
+
     Parameters
     ----------
     picture : bytes
@@ -166,12 +175,13 @@ def with_palette(picture: bytes, colours=(32, 64, 128, 256)) -> bytes:
     """
     image = Image.open(io.BytesIO(picture))
     dpi, image = image.info["dpi"], image.convert("RGB")
+    marks = [c for c in MARKS if (np.asarray(image) == c).all(-1).sum() >= 4]
     some = image.resize([1 + n // 3 for n in image.size], Image.Resampling.NEAREST)  # enough to choose the colours
     for n in colours:
-        palette = some.quantize(n, kmeans=4, dither=Image.Dither.NONE)
+        palette = some.quantize(n - len(marks), kmeans=4, dither=Image.Dither.NONE)
         if changed(some, palette) < 0.0015:
             break
-    few = nearest(image, np.reshape(palette.getpalette() or [], (-1, 3)))
+    few = nearest(image, np.array([*np.reshape(palette.getpalette() or [], (-1, 3)), *marks]))
     buffer = io.BytesIO()
     few.save(buffer, format="png", optimize=True, dpi=dpi)
     return buffer.getvalue()

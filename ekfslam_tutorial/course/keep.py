@@ -14,10 +14,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from ..toolbox.files.locks import one_at_a_time
 from . import needs, registry
 from .exercise import Exercise
 from .my_file import IMPORTS, Broken, MyFile, load
 from .needs import CannotKeep
+from .project import Project
 
 VARIABLE = "EKFSLAM_MY_SLAM"  # names another file
 
@@ -61,12 +63,13 @@ def keep(*ids: str):
     name, told = path().name, []
     wanted = [id for id in sorted(set(ids or _passed)) if _can_be_kept(id, told, asked=bool(ids))]
     try:
-        file = MyFile.read(path())
-        old = str(file)
-        kept = _kept(wanted, file, told)
-        if str(file) != old:
-            file.write(path())
-            _forget_imported()
+        with one_at_a_time(path()):  # another notebook may keep something, too
+            file = MyFile.read(path())
+            old = str(file)
+            kept = _kept(wanted, file, told)
+            if str(file) != old:
+                file.write(path())
+                _forget_imported()
     except Broken as error:
         print(f"{name} stays as it is, and nothing is kept: {error}.")
         return
@@ -108,7 +111,7 @@ def own(*ids: str):
     module, why = None, f"{path().name} is not there yet"
     if path().exists():
         try:
-            module = _loaded(MyFile.read(path()))
+            module = _loaded(MyFile.read(path()), ids)
             _forget_imported()
             sys.modules[path().stem] = module  # a plain import now finds this one, too
         except Broken as error:
@@ -133,7 +136,7 @@ def _can_be_kept(id, told, asked) -> bool:
     exercise = registry.get(id)
     if not isinstance(exercise, Exercise):
         if asked:
-            told.append(f"[{id}] is not kept: a self-test has answers, not a function")
+            told.append(f"[{id}] is not kept: {_no_function(exercise)}")
         return False
     if id not in _passed:
         told.append(f"[{id}] is not kept now: in this session, no answer of yours has passed its last check")
@@ -266,7 +269,8 @@ def _exercise_of(value, name, number, world) -> str | None:
         if inspect.unwrap(answer) is function:
             return known
     home = str(getattr(function, "__module__", ""))
-    home = home.rpartition(".nb")[2].split("_")[0] if ".exercises.nb" in home else number
+    of_the_course = ".exercises.nb" in home or ".projects.nb" in home
+    home = home.rpartition(".nb")[2].split("_")[0] if of_the_course else number
     for exercise in registry.everything():
         if isinstance(exercise, Exercise) and _number(exercise.id) == home:
             mine = exercise.name == name and getattr(function, "__globals__", None) is world
@@ -291,8 +295,18 @@ def _names_of_exercises() -> set[str]:
 def _function(id) -> Exercise:
     exercise = registry.get(id)
     if not isinstance(exercise, Exercise):
-        raise ValueError(f"{id} is a self-test: it has answers, not a function")
+        raise ValueError(f"own cannot give {id}: {_no_function(exercise)}")
     return exercise
+
+
+def _no_function(exercise) -> str:
+    """Say what there is instead of a function that could be kept."""
+    if isinstance(exercise, Project):
+        return (
+            "a project is a run, not a function. Its scenario and its loop stay in their cell; the functions that the "
+            "loop calls can be kept"
+        )
+    return "a self-test has answers, not a function"
 
 
 def _own(exercise, module):
@@ -308,10 +322,13 @@ def _own(exercise, module):
     return function, f"yours, from {path().name}"
 
 
-def _loaded(file: MyFile):
-    """The file as a module; its functions give arrays, as those that `check` returns: they call each other."""
+def _loaded(file: MyFile, asked=()):
+    """The file as a module; its functions give arrays, as those that `check` returns: they call each other.
+
+    So do those that are `asked` for, by id, and stand outside of the sections, written by hand.
+    """
     module = load(str(file), path())
-    for key in file.sections():
+    for key in dict.fromkeys([*file.sections(), *asked]):
         with suppress(ValueError):  # a helper, or a section that the student has made
             exercise = registry.get(key)
             function = getattr(module, file_name(exercise), None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import sys
@@ -10,6 +11,9 @@ import tempfile
 import time
 from datetime import UTC, datetime
 from pathlib import Path
+
+from ..toolbox.files.locks import one_at_a_time
+from ..toolbox.files.writing import written
 
 VARIABLE = "EKFSLAM_PROGRESS"  # names another file
 
@@ -32,33 +36,84 @@ def path() -> Path:
         return Path(tempfile.gettempdir()) / "ekfslam_progress.json"
 
 
+def backup() -> Path:
+    """Return the file that has the same records once more."""
+    return path().with_name(f"{path().stem}.backup{path().suffix}")
+
+
 def read() -> dict[str, dict]:
-    """Return the records by exercise id; an unreadable file counts as an empty one."""
-    try:
-        data = json.loads(path().read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    if not isinstance(data, dict):
-        return {}
-    return {id: {**EMPTY, **record} for id, record in data.items() if isinstance(record, dict)}
+    """Return the records by exercise id; those of the backup if the file is damaged."""
+    return _loaded()[0]
+
+
+def damage() -> str | None:
+    """Return a sentence if the file cannot be read, else None."""
+    records, why = _loaded()
+    if why is None:
+        return None
+    rest = f"these are the {len(records)} records of {backup().name} beside it" if records else "no record can be read"
+    return f"{path()} is damaged ({why}): {rest}."
 
 
 def write(id: str, **changes):
     """Change the record of one exercise. The new file takes the place of the old one in one step.
 
-    A folder that cannot be written costs the record, never the student's work: nothing is raised.
+    A folder that cannot be written costs the record, never the student's work: nothing is raised. A damaged file is
+    kept under another name, which is printed.
     """
     with contextlib.suppress(OSError):
-        records = read()
-        records[id] = {**EMPTY, **records.get(id, {}), **changes}
-        _replace(path(), json.dumps(records, indent=1, sort_keys=True) + "\n")
+        _change(id, lambda record: changes)
 
 
 def attempt(id: str, passed: bool):
     """Record a check of an answer. Once passed stays passed."""
-    record = read().get(id, EMPTY)
     when = datetime.now(UTC).isoformat(timespec="seconds") if passed else None
-    write(id, tries=record["tries"] + 1, passed=record["passed"] or when)
+    with contextlib.suppress(OSError):
+        _change(id, lambda record: {"tries": record["tries"] + 1, "passed": record["passed"] or when})
+
+
+def _change(id, changes):
+    """Read, change, write; several kernels one after the other."""
+    path().parent.mkdir(parents=True, exist_ok=True)
+    with one_at_a_time(path()):
+        sentence = damage()
+        records = read()
+        if sentence:
+            aside = _free_name()
+            os.replace(path(), aside)
+            print(f"{sentence} The damaged file is kept as {aside.name}.")
+        record = {**EMPTY, **records.get(id, {})}
+        records[id] = record | changes(record)
+        text = json.dumps(records, indent=1, sort_keys=True) + "\n"
+        for target in (path(), backup()):
+            _replace(target, text)
+
+
+def _loaded():
+    """The records, and None; those of the backup, and what is wrong, if the file is damaged."""
+    try:
+        return _parsed(path()), None
+    except OSError:
+        return {}, None
+    except ValueError as error:
+        why = " ".join(str(error).split())[:100]
+    with contextlib.suppress(OSError, ValueError):
+        return _parsed(backup()), why
+    return {}, why
+
+
+def _parsed(file):
+    text = file.read_text(encoding="utf-8")
+    data = json.loads(text) if text.strip() else {}
+    if not isinstance(data, dict):
+        raise ValueError("it holds no records")
+    return {id: {**EMPTY, **record} for id, record in data.items() if isinstance(record, dict)}
+
+
+def _free_name():
+    """A name for a damaged file that none has yet."""
+    names = (path().with_name(f"{path().stem}.damaged{n or ''}{path().suffix}") for n in itertools.count())
+    return next(name for name in names if not name.exists())
 
 
 def merge(text: str):
@@ -75,19 +130,12 @@ def merge(text: str):
 
 
 def _replace(target: Path, text: str):
-    target.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=target.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        for patience in (0.01, 0.1, None):  # on Windows another reader may hold the file for a moment
-            try:
-                os.replace(name, target)
-                return
-            except PermissionError:
-                if patience is None:
-                    raise
-                time.sleep(patience)
-    finally:
-        with contextlib.suppress(OSError):
-            os.unlink(name)
+    for patience in (0.01, 0.1, None):  # on Windows another reader may hold the file for a moment
+        try:
+            with written(target, text=True) as file:
+                file.write(text)
+            return
+        except PermissionError:
+            if patience is None:
+                raise
+            time.sleep(patience)

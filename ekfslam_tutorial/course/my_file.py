@@ -13,12 +13,13 @@ from __future__ import annotations
 import ast
 import os
 import re
-import tempfile
 import types
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.util import cache_from_source
 from pathlib import Path
+
+from ..toolbox.files.writing import written
 
 BEGIN = re.compile(r"# ---- (?!end of )(\S+)(?:  (.*?))? -{4,}\s*$")
 END = re.compile(r"# ---- end of (\S+) -{4,}\s*$")
@@ -77,6 +78,8 @@ class MyFile:
             return cls()
         except OSError as error:
             raise Broken(f"it cannot be read ({error.strerror})") from None
+        if not raw:  # made this moment, to keep other kernels out
+            return cls()
         try:
             text = raw.decode().replace("\r\n", "\n")
             ast.parse(text)
@@ -140,16 +143,12 @@ class MyFile:
     def write(self, path: Path):
         """Put the new file into the place of the old one, in one step; no old compiled copy stays behind."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline=self.newline) as file:
-                file.write(str(self))
+        mode = path.stat().st_mode if path.exists() else None
+        with written(path, text=True) as file:
+            file.write(str(self).replace("\n", self.newline))
+        if mode is not None:
             with suppress(OSError):
-                os.chmod(name, path.stat().st_mode if path.exists() else 0o666 & ~_umask())
-            os.replace(name, path)
-        finally:
-            with suppress(OSError):
-                os.unlink(name)
+                os.chmod(path, mode)
         with suppress(OSError, NotImplementedError):
             os.unlink(cache_from_source(str(path)))
 
@@ -222,10 +221,3 @@ def _set_by(node):
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         return [node.name]
     return [n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
-
-
-def _umask():
-    """The permissions that new files do not get; the question sets it for a moment, there is no other way to ask."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

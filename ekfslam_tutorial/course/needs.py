@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import linecache
+import re
 import symtable
 import sys
 import textwrap
@@ -150,7 +151,10 @@ def _modules(value):
         for name, module in list(sys.modules.items())
         if isinstance(module, ModuleType) and name.split(".")[0] in roots and "._" not in name
     ]
-    return [sys.modules[name] for name in sorted(names, key=lambda n: (n.count("."), n)) if ".exercises" not in name]
+    return [sys.modules[name] for name in sorted(names, key=lambda n: (n.count("."), n)) if not OURS.search(name)]
+
+
+OURS = re.compile(r"\.(exercises|projects)\b")  # solutions: what a student imports comes from elsewhere
 
 
 def constant(name: str, value: Any) -> str:

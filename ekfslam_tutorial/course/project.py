@@ -1,6 +1,6 @@
 """A project: the student writes an experiment, scenario and loop, and the run is judged.
 
-A module of a project (``exercises/nb13_project.py``) holds the scenario and the loop of the reference::
+A module of a project (``projects/nb13.py``) holds the scenario and the loop of the reference::
 
     project = Project(
         "13.project", "One eye in the cloister", loop, scenario=SCENARIO, start=START, hints=("level 1", "level 2"),
@@ -221,7 +221,7 @@ SYMPTOMS = (
         "the robots are off by {s.error:.2f} m; without any measurement it would be {s.dead_error:.2f} m",
         "The corrections make it worse. The sign of the innovation (measured minus expected), the sign of a "
         "Jacobian, a mounting that is left out, or the range of another landmark: print z of the first correction; "
-        "with a good start it is a few times the noise of the sensor.",
+        "with a good start it is a few times the noise of the sensor. If it is: is R in Z?",
     ),
     Symptom(
         "the mean is corrected",
@@ -464,7 +464,7 @@ class Project:
 
     def verdict(self, trials, reference=None) -> Verdict:
         """What some runs of one loop show; `reference` is the reference with the data of the first."""
-        s, summary = scores(trials, reference), self.summary(trials)
+        s, summary = self.measured(trials, reference), self.summary(trials)
         p = _Stated(self, s)
         for symptom in self.symptoms:
             if symptom.shows(s, self):
@@ -472,6 +472,10 @@ class Project:
                     "failed", symptom.name, symptom.says.format(s=s, p=p), symptom.hint, seconds=s.seconds, note=summary
                 )
         return Verdict("passed", seconds=s.seconds, note=summary)
+
+    def measured(self, trials, reference=None):
+        """What the symptoms look at."""
+        return scores(trials, reference)
 
     def summary(self, trials) -> str:
         """One line on some runs: NEES and its band, error, map."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import difflib
 import numbers
+import re
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -136,8 +138,13 @@ class Quiz:
 def read_quizzes(path: Path) -> list[Quiz]:
     """Return the quizzes of a TOML file.
 
-    A table `[[quiz]]` for each, with id, title, hints and perhaps name, and in it a table `[[quiz.ask]]` for each
-    question: key, right (a shape is a list), comment, help, and perhaps wrong, a list of [answer, hint].
+    A table `[[quiz]]` for each, with id, title, hints, perhaps name, and ask: a text in which each question is a line
+    with its key, the right answer, and what stands above the entry. Below it, indented, stand the wrong answers that
+    are foreseen, each with its hint, and last the help for all others::
+
+        shape_H = (2, 3) | shape of H, the derivative of [range, bearing] by the pose?
+            (3, 2): That is the transpose: rows are outputs, columns are inputs.
+            else: Rows: outputs. Columns: inputs.
 
     Raises
     ------
@@ -147,7 +154,7 @@ def read_quizzes(path: Path) -> list[Quiz]:
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
         return [_quiz(table) for table in found["quiz"]]
-    except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         what = f"it has no {error}" if isinstance(error, KeyError) else error
         raise ValueError(f"{path.name} is not a file of quizzes: {what}") from None
 
@@ -155,18 +162,37 @@ def read_quizzes(path: Path) -> list[Quiz]:
 def _quiz(table) -> Quiz:
     options = {key: table[key] for key in table if key not in ("id", "title", "hints", "ask")}
     quiz = Quiz(table["id"], table["title"], table["hints"], **options)
-    for ask in table["ask"]:
-        try:
-            wrong = {_frozen(answer): hint for answer, hint in ask.get("wrong", ())}
-            quiz.ask(ask["key"], _frozen(ask["right"]), ask["comment"], ask["help"], wrong)
-        except (KeyError, ValueError) as error:
-            raise TypeError(f"question {ask.get('key', ask)!r} of quiz {quiz.id}: {error!r}") from None
+    for key, right, comment, answers in _questions(table["ask"]):
+        if "else" not in answers:
+            raise ValueError(f"question {key!r} of quiz {quiz.id} has no line `else: ...`, the help for other answers")
+        help = answers.pop("else")
+        quiz.ask(key, right, comment, help, answers)
     return quiz
 
 
-def _frozen(value):
-    """A shape is a list in the file, and a tuple here."""
-    return tuple(value) if isinstance(value, list) else value
+def _questions(text):
+    """Key, right answer, comment and hints of each question in a text."""
+    found: list[tuple[str, Any, str, dict]] = []
+    for line in filter(str.strip, text.splitlines()):
+        asked = re.fullmatch(r"(\w+) = (.+?) \| (.+)", line)
+        answer = re.fullmatch(r"\s+(.+?): (.+)", line)
+        if asked:
+            found.append((asked[1], _value(asked[2]), asked[3], {}))
+        elif answer and found:
+            found[-1][3][_value(answer[1])] = answer[2]
+        else:
+            raise ValueError(
+                f"a line is `key = right answer | question` or, below it, `    answer: hint`; got {line!r}"
+            )
+    return found
+
+
+def _value(text):
+    """The answer that is written so: a shape, a number, True or False; anything else is a letter or a word."""
+    try:
+        return ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        return text
 
 
 def _judge_one(q: Question, value) -> Verdict | None:

@@ -3,7 +3,7 @@
 One listed mistake is named if it answers every compared call as the student did. Two listed mistakes at once are named
 if both are edits of the solution, and the solution with both of them answers so. Nothing is named by chance: where an
 answer has few values (None, True, a small number), one call says little, so more calls are compared, and if mistakes
-with different hints still fit, none is named.
+with different hints still fit, or two pairs of them, none is named.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def recognise(exercise, calls, part=None):
         return []
     wrong = part if any(not exercise.alike(c.result, t, part) for c, t in zip(calls, truth, strict=True)) else None
     if few_values(exercise, calls, wrong):
-        return _unlike_chance(exercise, calls, truth, wrong)
+        return _unlike_chance(exercise, calls, truth, wrong) or _pair_unlike_chance(exercise, calls, truth)
     whole = _fitting(exercise, calls, truth, None)
     if whole:
         return whole
@@ -78,6 +78,18 @@ def _unlike_chance(exercise, calls, truth, part):
     if len({m.hint for m in found}) != 1 or _bits(exercise, calls, truth, part) < SURE_BITS:
         return []
     return found[:1]
+
+
+def _pair_unlike_chance(exercise, calls, truth):
+    """The one pair of mistakes that answers all calls; empty if others do, too, or if many may fit by chance."""
+    sample = _sample(exercise, calls, truth, None)
+    if any(isinstance(call.result, guard.Raised) for call in sample):
+        return []
+    n = sum(bool(m.edits) for m in exercise.misconceptions)
+    if _bits(exercise, calls, truth, None) < SURE_BITS + np.log2(max(n * (n - 1) / 2, 1)):
+        return []
+    pairs = list(_pairs(exercise, calls, sample))
+    return pairs[0] if len(pairs) == 1 else []
 
 
 def _sample(exercise, calls, truth, part):

@@ -1,4 +1,4 @@
-"""Where exercises are found: the modules of `course.exercises`, and a lecturer's own folder."""
+"""Where exercises are found: in `course.exercises`, `course.projects`, and a lecturer's own folder."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import os
 import pkgutil
 from pathlib import Path
 
-from . import exercises
+from . import exercises, projects
 from .exercise import Exercise
 from .project import Project
 from .quiz import Quiz, read_quizzes
@@ -40,7 +40,8 @@ def get(id: str) -> Exercise | Quiz | Project:
 
 def everything() -> list[Exercise | Quiz | Project]:
     """Return all exercises, in the order of their ids."""
-    for number in sorted({_number(name) for name in _public()} | {_number(p.stem) for p in [*_quizzes(), *_private()]}):
+    names = [*_modules(exercises), *_modules(projects), *(path.stem for path in [*_quizzes(), *_private()])]
+    for number in sorted(set(map(_number, names))):
         _read_notebook(number)
     return [_found[id] for id in sorted(_found)]
 
@@ -55,9 +56,12 @@ def _read_notebook(number: str):
     if number in _read:
         return
     _read.add(number)
-    for name in _public():
+    for name in _modules(exercises):
         if _number(name) == number:
             _add(vars(importlib.import_module(f"{exercises.__name__}.{name}")).values())
+    for name in _modules(projects):
+        if _number(name) == number:
+            _add(vars(importlib.import_module(f"{projects.__name__}.{name}")).values())
     for path in _quizzes():
         if _number(path.stem) == number:
             _add(read_quizzes(path))
@@ -98,8 +102,8 @@ def _merged(public, private):
     return both
 
 
-def _public() -> list[str]:
-    return [m.name for m in pkgutil.iter_modules(exercises.__path__) if m.name.startswith("nb")]
+def _modules(folder) -> list[str]:
+    return [m.name for m in pkgutil.iter_modules(folder.__path__) if m.name.startswith("nb")]
 
 
 def _quizzes() -> list[Path]:

@@ -7,7 +7,7 @@
         return a * x
 
     exercise = table(
-        "02.9", "Scaling", scaled,
+        "02.9 Scaling", scaled,
         hints=("level 1", "level 2", "level 3"),
         returns="ax",
         cases={"any": lambda rng: [(rng.normal(size=3), a) for a in (2.0, -0.5)]},
@@ -40,7 +40,6 @@ NEXT = r", (?=[A-Za-z])"  # between two results, not between two indices
 
 
 def table(
-    id,
     title,
     solution,
     *,
@@ -64,7 +63,9 @@ def table(
 
     Parameters
     ----------
-    id, title, solution, hints, **options
+    title : str
+        Number and title: ``"02.9 Scaling"``.
+    solution, hints, **options
         As of `Exercise`.
     returns : str
         Names of the results, in order: ``"l, L_y"``. Their shapes are those of the solution's results.
@@ -109,6 +110,7 @@ def table(
     angles = {names.index(name): entry for name, entry in (angles or {}).items()}
     if angles and "canonical" not in options:
         options["canonical"] = lambda result: _turned(result, angles, len(names))
+    id, title = title.split(" ", 1)
     made = Exercise(id, title, solution, hints, cases=cases, **options)
     params, lines = made.parameters(), rows(checks)
     said = shown or (lambda *args: at(params, args))

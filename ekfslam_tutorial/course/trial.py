@@ -198,7 +198,8 @@ def run_trial(data, loop, seed, seconds, recording=None, watch=None) -> Trial:
             f"your loop took more than {seconds:g} s for {world.k} of {len(world)} frames and was stopped"
             f"{deadline.HOW}",
             "Look for a loop that does not end, for an inverse of a large matrix (only Z, of the size of a "
-            "measurement, is ever inverted), and for landmarks that are added again and again.",
+            "measurement, is ever inverted), and for landmarks that are added again and again. If only the computer is "
+            "slow or busy, give it more time with the environment variable EKFSLAM_CHECK_SECONDS.",
         )
     except Failed as failed:
         trial.failed = failed

@@ -7,8 +7,9 @@ import tempfile
 import zipfile
 from pathlib import Path, PurePosixPath
 
-from ..toolbox.files.archives import brief, check_zip, read_member, read_npz
+from ..toolbox.files.archives import brief, check_regular, check_zip, read_member, read_npz
 from ..toolbox.files.writing import replacing
+from ..toolbox.user_input import errors_at
 from . import lost_in_the_woods, victoria_park
 from . import victoria_park_raw as raw
 from .matlab import read_mat
@@ -57,6 +58,9 @@ def bring(path, folder, force=False):
     path, folder = Path(path), Path(folder)
     if not path.exists():
         raise FileNotFoundError(f"there is no {path}")
+    if not path.is_dir():
+        with errors_at(path):
+            check_regular(path)
     folder.mkdir(parents=True, exist_ok=True)
     if path.is_dir() and (path / "Barcodes.dat").is_file():
         return [_put_folder(path, folder / f"MRCLAM_Dataset{_number(path.name)}", force)]
@@ -160,6 +164,8 @@ def _put_folder(path, target, force):
     """The same for the unpacked files of an MRCLAM set."""
     _refuse_overwriting(target, force)
     files = [p for p in sorted(path.iterdir()) if p.suffix in (".dat", ".csv") and p.is_file() and not p.is_symlink()]
+    if sum(p.stat().st_size for p in files) > LARGEST:
+        raise ValueError(f"{path} is larger than any set of MRCLAM")
     with tempfile.TemporaryDirectory(dir=target.parent) as own:
         new, old = Path(own, "new"), Path(own, "old")
         new.mkdir()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..toolbox.files.writing import replacing
+from ..toolbox.scenario.keys import look_up
 from .arrivals import whole
 from .listing import DATASETS
 from .registry import ADDRESSES, CHECKSUMS
@@ -36,10 +37,7 @@ def target_folder(folder=None):
 
 def data_set(name):
     """The `DataSet` of this name; a ValueError with the names there are."""
-    for dataset in DATASETS:
-        if dataset.name == name:
-            return dataset
-    raise ValueError(f"unknown data set {name!r}; there are: {', '.join(d.name for d in DATASETS)}")
+    return look_up("data set", name, {dataset.name: dataset for dataset in DATASETS})
 
 
 def fetch(name, folder=None, parts=None, addresses=None, progress=None, pause=1.0):

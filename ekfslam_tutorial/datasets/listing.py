@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import lost_in_the_woods, mrclam, victoria_park
+from . import lost_in_the_woods, mrclam, starry_night, victoria_park
 from .mrclam_log import ROBOTS, read_set
 from .sources import ENVIRONMENT, Source, data_folders, find_file
 
@@ -38,6 +38,11 @@ def _woods_whole(path):
 def _park_whole(path):
     log = victoria_park.read_log(path)
     return f"{len(log.scan_t)} scans, {len(log.detections)} detections"
+
+
+def _stars_whole(path):
+    rec = starry_night.load(path)
+    return f"{len(rec)} frames, {len(rec.raw[1].y)} sightings"
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,17 @@ WOODS = DataSet(
     find=find_file,
     whole=_woods_whole,
 )
-DATASETS = (MRCLAM, PARK, WOODS)
+STARS = DataSet(
+    name="starry_night",
+    title="Starry Night, course AER1513, University of Toronto: a stereo camera before twenty points",
+    home="https://github.com/utiasASRL/aer1513",
+    citation="T. D. Barfoot, Starry Night Dataset, AER1513: State Estimation for Aerospace Vehicles",
+    parts=(starry_night.FILE,),
+    sha256={},
+    find=find_file,
+    whole=_stars_whole,
+)
+DATASETS = (MRCLAM, PARK, WOODS, STARS)
 
 
 @dataclass(frozen=True)

@@ -8,18 +8,18 @@ import contextlib
 import hashlib
 import os
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from ..toolbox.files.archives import read_npz
+from ..toolbox.files.writing import written
 from .calibration import OdometryCalibration
 from .mrclam_log import RobotLog, SetLog, Sightings, read_set
 
 ENVIRONMENT = "EKFSLAM_CACHE"
-EDITION = 1
-"""Is raised whenever the reader or what is kept changes; older files are then not looked at."""
+READER = np.__version__
+"""With another one, what is read may have other last digits."""
 
 
 def cache_folder():
@@ -68,22 +68,20 @@ def read_cached(source, robots, calibrate):
 
 
 def _fingerprint(source, robots):
-    """Changes when a file of the set does, or the robots, or this program."""
+    """Changes when a byte of the set does, or the robots, or the text of this program that reads it."""
+    digest = hashlib.sha256(repr((READER, list(robots))).encode())
     files = [source.path] if source.path.is_file() else [source.path / name for name in source.names().values()]
-    stats = [(str(f.resolve()), f.stat().st_size, f.stat().st_mtime_ns) for f in sorted(files)]
-    return hashlib.sha256(repr((EDITION, list(robots), stats)).encode()).hexdigest()[:24]
+    for path in [*sorted(Path(__file__).parent.glob("*.py")), *sorted(files)]:
+        with open(path, "rb") as file:
+            digest.update(f"{path.resolve()} ".encode() + hashlib.file_digest(file, "sha256").digest())
+    return digest.hexdigest()[:24]
 
 
 def _keep(path, arrays):
     """Write the file in one step, so that nobody ever reads half of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
-        try:
-            np.savez_compressed(file, allow_pickle=False, **arrays)
-            file.close()
-            os.replace(file.name, path)
-        finally:
-            Path(file.name).unlink(missing_ok=True)
+    with written(path) as file:
+        np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
 def _to_arrays(log, fits):

@@ -3,7 +3,16 @@
 from ..toolbox.rendezvous import find_starts
 from ..toolbox.scenario.keys import arguments, look_up
 from ..toolbox.user_input import errors_at
-from . import lecture, lost_in_the_woods, mrclam, mrclam_twin, victoria_park, victoria_park_raw, victoria_park_twin
+from . import (
+    lecture,
+    lost_in_the_woods,
+    mrclam,
+    mrclam_twin,
+    starry_night,
+    victoria_park,
+    victoria_park_raw,
+    victoria_park_twin,
+)
 from .sources import ENVIRONMENT, data_folders, find_file
 
 ADDRESSES = {
@@ -45,6 +54,16 @@ def _lost_in_the_woods(path: str | None = None, max_range: float = lost_in_the_w
     return lost_in_the_woods.load(path, max_range)
 
 
+def _starry_night(path: str | None = None, first: int = 0, last: int | None = None, sign: float = starry_night.SIGN):
+    """Starry Night; when it is not here and no path was given, the simulated twin, which says so."""
+    if path is not None or find_file(starry_night.FILE) is not None:
+        return starry_night.load(path, first, last, sign)
+    twin = starry_night.twin()
+    missing = f"Starry Night is not found {_nowhere()}"
+    twin.notes.insert(0, f"{missing}: the simulated twin runs instead. See `ekfslam data`.")
+    return twin
+
+
 def _victoria_park(path: str | None = None, raw: bool = False):
     """Victoria Park; when it is not here and no path was given, the simulated twin, which says so."""
     if raw or find_file(victoria_park.FILE, path) is None and find_file(victoria_park_raw.SCANS, path) is not None:
@@ -72,6 +91,7 @@ LOADERS = {
     "mrclam_twin": _mrclam_twin,
     "lecture": _lecture,
     "lost_in_the_woods": _lost_in_the_woods,
+    "starry_night": _starry_night,
     "victoria_park": _victoria_park,
     "victoria_park_twin": _victoria_park_twin,
 }

@@ -7,7 +7,8 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from ..toolbox.files.archives import brief, check_zip, read_member
+from ..toolbox.files.archives import brief, check_regular, check_zip, read_member
+from ..toolbox.user_input import errors_at
 
 ENVIRONMENT = "EKFSLAM_DATA"
 
@@ -29,11 +30,13 @@ def data_folders():
 
 def find_file(name, path=None):
     """The file `name`: `path` itself, or in the folder `path`, or below those of `EKFSLAM_DATA`; None if nowhere."""
-    if path is not None and Path(path).is_file():
-        return Path(path)
+    if path is not None and not Path(path).is_dir():
+        with errors_at(path):
+            check_regular(path)
+        return Path(path) if Path(path).exists() else None
     folders = data_folders() if path is None else [Path(path)]
     found = [p for f in folders for pattern in (name, f"*/{name}") for p in sorted(f.glob(pattern))]
-    return found[0] if found else None
+    return next(filter(Path.is_file, found), None)
 
 
 def get_file(what, name, path=None):

@@ -4,8 +4,19 @@ Lives here: a mean, a covariance, ranges in them, and matrices.
 May not: know what a range stands for. No frames, sensors, robots or landmarks here.
 """
 
-from .covariances import check_covariance
-from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform, update
+from .covariances import check_covariance, real
+from .filter import (
+    Innovation,
+    augment,
+    carry,
+    correct,
+    covariance,
+    cross,
+    innovation,
+    predict,
+    transform,
+    update,
+)
 from .stochastic_map import Map, MapFull
 
 __all__ = [
@@ -13,12 +24,14 @@ __all__ = [
     "Map",
     "MapFull",
     "augment",
+    "carry",
     "check_covariance",
     "correct",
     "covariance",
     "cross",
     "innovation",
     "predict",
+    "real",
     "transform",
     "update",
 ]

@@ -1,8 +1,40 @@
-"""What a covariance is: symmetric, positive semi-definite, finite."""
+"""What is a number, and what a covariance: symmetric, positive semi-definite, finite."""
 
 import numpy as np
 
 TINY = 1e-8  # of the largest number: asymmetry, and eigenvalues below zero, that rounding explains
+
+
+def real(name, a):
+    """Return an array of floats, or refuse what would be read as something else than it says.
+
+    Parameters
+    ----------
+    name : str
+        What it is called in the sentence.
+    a : array_like
+        Of real numbers. Of complex ones numpy would drop a part, of masked ones the mask, and an array of objects may
+        hold anything.
+
+    Raises
+    ------
+    ValueError
+        Saying what was got.
+    """
+    if np.ma.is_masked(a):
+        raise ValueError(f"{name} must not have masked entries: leave out what is not known")
+    try:
+        array = np.asarray(a)
+    except ValueError as error:
+        raise ValueError(f"{name} must be real numbers, got rows of different lengths") from error
+    if array.dtype.kind not in "iuf":
+        raise ValueError(f"{name} must be real numbers, got {array.dtype}")
+    return array.astype(float, copy=False)
+
+
+def real_blocks(blocks):
+    """Return blocks, pairs of a range and a Jacobian, with Jacobians of floats; others are refused as by `real`."""
+    return [(r, real("a Jacobian", J)) for r, J in blocks]
 
 
 def faults(P):
@@ -41,7 +73,7 @@ def check_covariance(P, n, name="P"):
     --------
     faults : The same for many matrices at once.
     """
-    P = np.asarray(P, float)
+    P = real(name, P)
     if P.shape != (n, n):
         raise ValueError(f"{name} must have shape {(n, n)}, got {P.shape}")
     if not np.isfinite(P).all():

@@ -20,6 +20,9 @@ from functools import cached_property
 
 import numpy as np
 
+from .covariances import real, real_blocks
+from .stochastic_map import symmetric
+
 
 @dataclass(frozen=True)
 class Innovation:
@@ -87,6 +90,7 @@ def predict(map, r, x, X_x, X_u, U):
         If the range is not in the map, for shapes that do not fit, or if the result is not finite. Nothing has been
         changed then.
     """
+    x, X_x, X_u, U = real("x", x), real("X_x", X_x), real("X_u", X_u), real("U", U)
     _check_motion(map, r, x, X_x, X_u, U)
     P_rm = X_x @ map.P[r]
     P_rr = P_rm[:, r] @ X_x.T + X_u @ U @ X_u.T
@@ -118,8 +122,7 @@ def cross(map, blocks):
     -------
     ndarray, shape (n, m)
     """
-    nothing = np.zeros((len(map.x), len(blocks[0][1])))
-    return sum((map.P[:, r] @ J.T for r, J in blocks if r is not None), start=nothing)
+    return sum((map.P[:, r] @ J.T for r, J in blocks if r is not None), np.zeros((len(map.x), len(blocks[0][1]))))
 
 
 def covariance(PHt, blocks):
@@ -131,8 +134,7 @@ def covariance(PHt, blocks):
         From `cross`. That of another thing, with blocks of its own, gives the covariance between the two.
     blocks : sequence of (slice or None, ndarray of shape (m, k))
     """
-    nothing = np.zeros((len(blocks[0][1]), PHt.shape[1]))
-    return sum((J @ PHt[r] for r, J in blocks if r is not None), start=nothing)
+    return sum((J @ PHt[r] for r, J in blocks if r is not None), np.zeros((len(blocks[0][1]), PHt.shape[1])))
 
 
 def innovation(z, E, R):
@@ -181,6 +183,29 @@ def correct(map, PHt, inn):
     map.P[:] -= W @ W.T
 
 
+def carry(map, r, B, B2):
+    """Carry the covariance along, from the estimate before a correction to that after it.
+
+        P = T P T',    T = I + (B2 - B) E,    E B_r = I
+
+    B = dx/dg says how the whole state changes if the world is moved by a little g, and E reads g from the state in
+    range r: g = E x_r. So T B = B2: what is known of moving the world stays what it was. A correction alone does not
+    see to that, because B is another one at the new estimate. (`slam.gauge` has B, and says why it matters.)
+
+    Parameters
+    ----------
+    map : Map
+    r : slice
+        Of a state that moves with the world in all ways: the pose of a robot.
+    B, B2 : ndarray, shape (n, k)
+        At the estimate before the correction, and at that after it.
+    """
+    Q, R = np.linalg.qr(B[r])  # of what was shifted first and then turned: exact, however far from the origin it is
+    D, E = B2 - B, np.linalg.solve(R, Q.T)
+    TP = map.P + D @ (E @ map.P[r])
+    map.P = symmetric(TP + (TP[:, r] @ E.T) @ D.T)
+
+
 def update(map, blocks, z, R):
     """Correction of the whole map by one measurement: `cross` to `correct` in one call.
 
@@ -199,6 +224,7 @@ def update(map, blocks, z, R):
     ValueError
         As `innovation` and `correct`. Nothing has been changed then.
     """
+    z, R, blocks = real("z", z), real("R", R), real_blocks(blocks)
     PHt = cross(map, blocks)
     correct(map, PHt, innovation(z, covariance(PHt, blocks), R))
 
@@ -232,6 +258,7 @@ def augment(map, l, blocks, Q):
     ValueError
         For shapes that do not fit each other, or numbers that are not finite.
     """
+    l, Q, blocks = real("l", l), real("Q", Q), real_blocks(blocks)
     PLt = cross(map, blocks)
     P_ll, shape = covariance(PLt, blocks), np.shape(l) * 2
     if not P_ll.shape == np.shape(Q) == shape:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .covariances import check_covariance
+from .covariances import check_covariance, real
 from .html import map_html
 
 
@@ -29,12 +29,14 @@ class Map:
         Covariance.
     ranges : list of slice
         The states in use, in the order of the map.
+    robs : list
+        Who has been put into it as a robot, by `slam.place`. The map itself does nothing with it.
     """
 
     def __init__(self, capacity=None):
         if capacity is not None and (not isinstance(capacity, (int, np.integer)) or capacity < 1):
             raise ValueError(f"the capacity of a map must be a positive number of states, got {capacity!r}")
-        self.capacity, self.x, self.P, self.ranges = capacity, np.zeros(0), np.zeros((0, 0)), []
+        self.capacity, self.x, self.P, self.ranges, self.robs = capacity, np.zeros(0), np.zeros((0, 0)), [], []
 
     def __repr__(self):
         room = "" if self.capacity is None else f" of {self.capacity}"
@@ -93,13 +95,13 @@ class Map:
         ValueError
             For shapes that do not fit each other, numbers that are not finite, or a P_xx that is no covariance.
         """
-        x, P_xx = np.asarray(x, float), np.asarray(P_xx, float)
+        x, P_xx = real("the mean of a new state", x), real("P_xx", P_xx)
         if x.ndim != 1:
             raise ValueError(f"the mean of a new state must be a vector, got shape {x.shape}")
         check_covariance(P_xx, len(x), "P_xx")
         if not np.isfinite(x).all():
             raise ValueError(f"the mean of a new state must be finite, got {x}")
-        P_xm = np.zeros((len(x), self.n)) if P_xm is None else np.asarray(P_xm, float)
+        P_xm = np.zeros((len(x), self.n)) if P_xm is None else real("P_xm", P_xm)
         if P_xm.shape != (len(x), self.n) or not np.isfinite(P_xm).all():
             raise ValueError(f"P_xm must be finite and have shape {(len(x), self.n)}, got shape {P_xm.shape}")
 

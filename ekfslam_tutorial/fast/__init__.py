@@ -32,7 +32,7 @@ from .compressed_map import CompressedMap
 from .extra import check_compiled
 from .fast_map import FastMap
 from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform, update
-from .steps import correct_known_lmks, move, new_map
+from .steps import correct_known_lmks, correct_met_robots, move, new_map
 
 __all__ = [
     "Batch",
@@ -43,6 +43,7 @@ __all__ = [
     "check_compiled",
     "correct",
     "correct_known_lmks",
+    "correct_met_robots",
     "covariance",
     "cross",
     "init_new_lmks",

@@ -130,6 +130,30 @@ class Batch:
             some = slice(start, start + RUNS_AT_A_TIME)
             _subtract(self._P[..., some], np.ascontiguousarray(W[..., some]))
 
+    def carry(self, r, B, B2):
+        """Carry the covariances of all runs along, from the estimate before a correction to that after it: `ekf.carry`.
+
+            P = T P T',    T = I + (B2 - B) E,    E B_r = I
+
+        Parameters
+        ----------
+        r : slice
+        B, B2 : ndarray, shape (R, n, k)
+        """
+        Q, U = np.linalg.qr(B[:, r])
+        D, E = B2 - B, np.linalg.solve(U, np.swapaxes(Q, -1, -2))
+        some = D.any((0, 1))  # to shift the world is most often the same at every estimate
+        if not some.any():
+            return
+        D, E = np.ascontiguousarray(np.moveaxis(D[..., some], 0, -1)), _runs_last(E[:, some])
+        S = _times(E, self._P[r])  # V = S + S E' D' / 2, and P + D V + V' D'
+        half = 0.5 * _times(E, _at(S, r))
+        V = S + _times(half.swapaxes(0, 1), D.swapaxes(0, 1))
+        for i in np.flatnonzero(D.any((1, 2))):  # landmarks that no run has seen stay where they are
+            P_i = _times(D[i][None], V)[0]
+            self._P[i] += P_i
+            self._P[:, i] += P_i
+
     def augment(self, r, runs, l, blocks, Q):
         """A new state l = g(x, noise) in some of the runs, in a range that is all zero there; see `filter.augment`.
 

@@ -40,8 +40,7 @@ def check_measurements(map, raw, sen):
     good = type(ids) is np.ndarray and ids.ndim == 1 and ids.dtype.kind in "iu"
     good = good and _floats(y) and y.shape == (len(ids), m) and isfinite(np.vdot(y, y))
     if good and R is not None:
-        R = np.asarray(R, float)
-        good = R.shape == (len(ids), m, m) and isfinite(np.vdot(R, R)) and not np.any(faults(R))
+        good = _floats(R) and R.shape == (len(ids), m, m) and isfinite(np.vdot(R, R)) and not np.any(faults(R))
     if not good:
         check_raw(raw, sen)
     return good

@@ -60,6 +60,7 @@ class CompressedMap:
         self._last_use = np.zeros(0, int)  # when it was used last
         self._start_of = np.zeros(0, int)  # where the state begins that it belongs to
         self._state_at = np.zeros(0, int)  # which state stands where in the small map; -1: virtual
+        self._refers = np.zeros(0)  # the estimate that each state's covariance refers to, for the invariant error
         self._small, self._virtual = FastMap(compiled=compiled), VirtualStates(0, compiled)
         self._now = self.layout = 0
         self._room = slice(0)  # in the whole map: `free` there
@@ -81,12 +82,15 @@ class CompressedMap:
             "compiled": self.compiled,
             "last_use": self._last_use.copy(),
             "now": self._now,
+            "refers": self._refers.copy(),
         }
 
     def __setstate__(self, state):
+        robs = self.robs if "_whole" in vars(self) else []
         self.__init__(active=state["active"], compiled=state.get("compiled", False))
+        self._whole.robs = robs  # unless there are others in what is put in
         self._whole.__setstate__(state["whole"])
-        self._last_use, self._now = np.array(state["last_use"]), state["now"]
+        self._last_use, self._now, self._refers = np.array(state["last_use"]), state["now"], np.array(state["refers"])
         self._spot_of, self._start_of = np.full(len(self._last_use), -1), np.zeros(len(self._last_use), int)
         for r in self._whole.ranges:
             self._start_of[r] = r.start
@@ -119,6 +123,11 @@ class CompressedMap:
         return self._whole.used
 
     @property
+    def robs(self):
+        """Who has been put into it as a robot, as in `ekf.Map`: a list."""
+        return self._whole.robs
+
+    @property
     def x(self):
         """Mean of all states, shape (n,). A view: writing into it changes the map."""
         self._settle_means()
@@ -139,8 +148,9 @@ class CompressedMap:
 
     @P.setter
     def P(self, P):
-        """Write all of it."""
+        """Write all of it. It refers to the present estimate then."""
         self.P[:] = P
+        self._refers[: self.n] = self.x
 
     def flush(self):
         """Settle all that is active; what was used last stays active."""
@@ -175,7 +185,7 @@ class CompressedMap:
         r = self._whole.add(x, P_xx, P_xm)
         self.notes.changes += 1
         self._make_room()
-        self._start_of[r] = r.start
+        self._start_of[r], self._refers[r] = r.start, x
         return r
 
     def put(self, r, x, P_rm, P_rr):
@@ -183,6 +193,7 @@ class CompressedMap:
         self.P  # noqa: B018 -- nothing is active now
         head, tail = slice(r.start, r.start + len(x)), slice(r.start + len(x), r.stop)
         self._whole.replace(head, x, P_rm, P_rr)
+        self._refers[head] = x
         if tail.start < tail.stop:
             self.notes.changes += 1
             self.vacate(tail)
@@ -197,7 +208,8 @@ class CompressedMap:
     def state(self, r):
         """Mean of the state in range r: a copy, shape (k,); of K states given by indices (K, k), shape (K, k)."""
         if self._far_behind and not (isinstance(r, slice) and (r.start, r.stop) in self._spots):
-            self._settle_means()
+            if self._spot_of[r].min(initial=0) < 0:
+                self._settle_means()
         return self._whole.state(r)
 
     def block(self, r):
@@ -300,12 +312,24 @@ class CompressedMap:
             P = self._small.P
             P[spot], P[:, spot], P[np.ix_(spot, spot)], self._small.x[spot] = P_rm, P_rm.T, symmetric(P_rr), 0.0
         self._whole.set_mean(r, x)
+        self._refers[r] = x
 
     def set_mean(self, r, x):
         """Set the mean of the state in range r, and leave its covariance as it is."""
         if self._far_behind and (r.start, r.stop) not in self._spots:
             self._settle_means()
         self._whole.set_mean(r, x)
+        self._refers[r] = x
+
+    def referred(self):
+        """Return the estimate that each state's covariance refers to; not a copy: `carry` keeps it up to date."""
+        return self._refers
+
+    def carry(self, at, D, r, E):
+        """Do as `FastMap.carry`, of states that are active, or become so; the others will have to catch up."""
+        spot = self._spots_of(at)[at]
+        self._small.carry(spot, D, self.spot(r), E)
+        self._refers[at] = self._whole.x[at]
 
     def shift(self, dx):
         """x = x + dx, of all that is active; see `storage`."""
@@ -344,7 +368,7 @@ class CompressedMap:
         """A new state of the map, which stands at this spot of the small one. Returns its range."""
         r = self._whole.occupy(self._room, x)
         self._make_room()
-        self._start_of[r] = r.start
+        self._start_of[r], self._refers[r] = r.start, x
         self._now += 1
         self._note_active(range(r.start, r.stop), spot)
         self._spots[r.start, r.stop] = spot
@@ -387,6 +411,7 @@ class CompressedMap:
             self._spot_of = np.concatenate([self._spot_of, np.full(more, -1)])
             self._last_use = np.concatenate([self._last_use, np.zeros(more, int)])
             self._start_of = np.concatenate([self._start_of, np.zeros(more, int)])
+            self._refers = np.concatenate([self._refers, np.zeros(more)])
             self._virtual.extend(len(self._spot_of))
 
     def _activate(self, i, P_i=None):

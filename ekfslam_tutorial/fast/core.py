@@ -1,11 +1,14 @@
 """All that the wing takes from `ekf` and `slam`, public names only; and the symbols by which it traces models."""
 
-from ..ekf import MapFull, check_covariance
-from ..ekf.covariances import faults
+from ..ekf import MapFull, check_covariance, real
+from ..ekf.covariances import faults, real_blocks
 from ..ekf.html import map_html, table_html
+from ..geometry import ORIGIN
 from ..slam.association import Jcbb, KnownIds, NearestNeighbour, gate
 from ..slam.first_estimates import check_first_estimates, first_jacobians, note_first_estimates, transport
+from ..slam.meetings import correct_met_robots
 from ..slam.objects import Event, Lmk, short
+from ..slam.projection import by_type
 from ..slam.steps import check_control, check_raw
 from ..slam.upkeep import EUCLIDEAN, delete_bad, free_slot, well_inside
 from .symbols import Symbol, Tape
@@ -18,12 +21,15 @@ __all__ = [
     "Lmk",
     "MapFull",
     "NearestNeighbour",
+    "ORIGIN",
     "Symbol",
     "Tape",
+    "by_type",
     "check_control",
     "check_covariance",
     "check_first_estimates",
     "check_raw",
+    "correct_met_robots",
     "delete_bad",
     "faults",
     "first_jacobians",
@@ -31,6 +37,8 @@ __all__ = [
     "gate",
     "map_html",
     "note_first_estimates",
+    "real",
+    "real_blocks",
     "short",
     "table_html",
     "transport",

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from .blas import Downdate
-from .core import MapFull, check_covariance, map_html
+from .core import MapFull, check_covariance, map_html, real
 from .extra import check_compiled, compiled
 from .notes import Notes
 from .storage import nothing, roomy, square, symmetric
@@ -54,6 +54,7 @@ class FastMap:
             check_compiled(ImportError)
         self.capacity, self.compiled = capacity, compiled
         self.n = self.n_used = 0
+        self.robs = []  # as in `ekf.Map`
         self._lower = False  # only the lower triangle of P is up to date
         self._starts = set()  # where the states in use begin
         size = roomy(1)  # not zero: that array would be row-major as well, and compiled code asks for one order
@@ -150,16 +151,16 @@ class FastMap:
         ValueError
             For shapes that do not fit each other, numbers that are not finite, or a P_xx that is no covariance.
         """
-        x, P_xx = np.asarray(x, float), np.asarray(P_xx, float)
+        x, P_xx = real("the mean of a new state", x), real("P_xx", P_xx)
         if x.ndim != 1:
             raise ValueError(f"the mean of a new state must be a vector, got shape {x.shape}")
         check_covariance(P_xx, len(x), "P_xx")
         if not np.isfinite(x).all():
             raise ValueError(f"the mean of a new state must be finite, got {x}")
-        if P_xm is not None and (np.shape(P_xm) != (len(x), self.n) or not np.isfinite(P_xm).all()):
+        if P_xm is not None and (real("P_xm", P_xm).shape != (len(x), self.n) or not np.isfinite(P_xm).all()):
             raise ValueError(f"P_xm must be finite and have shape {(len(x), self.n)}, got shape {np.shape(P_xm)}")
 
-        P_xm = np.zeros((len(x), self.n)) if P_xm is None else np.asarray(P_xm, float)
+        P_xm = np.zeros((len(x), self.n)) if P_xm is None else real("P_xm", P_xm)
         self.notes.changes += 1
         return self.insert(x, symmetric(P_xx), P_xm)
 
@@ -312,6 +313,21 @@ class FastMap:
         """P = P - W W', given W' of shape (m, n); if it has fewer columns, of the first states only."""
         if not self.compiled or not compiled().subtract(self, Wt):
             self._downdate(Wt, self.keep_one_triangle())
+
+    def referred(self):
+        """Return the estimate that P refers to, for the invariant error: a copy of the present one."""
+        return self._xn.copy()
+
+    def carry(self, at, D, r, E):
+        """P = T P T', T = I + D E, as `ekf.carry`: D has rows for the states at these indices, E is of range r."""
+        if self.compiled:
+            compiled().carry(self, at, D, r, E)
+            return
+        whole = np.zeros((self.n, len(E)))
+        whole[at] = D
+        S = E.dot(self.rows(r))
+        P = whole.dot(S + 0.5 * S[:, r].dot(E.T).dot(whole.T))
+        self._Pn += P + P.T
 
     def keep_one_triangle(self):
         """Change only the lower triangle, if the map is large, until `P` is asked for. Returns True if so."""

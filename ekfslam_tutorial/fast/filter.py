@@ -24,6 +24,7 @@ from operator import add
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dtrtri  # pyright: ignore[reportAttributeAccessIssue]
 
+from .core import real, real_blocks
 from .extra import compiled
 from .lazy import lazy
 from .storage import symmetric
@@ -68,6 +69,11 @@ class Innovation:
         return float(self.w.dot(self.w))
 
 
+def floats(*arrays):
+    """Return True if these are plain arrays of floats; what is not is looked at more closely."""
+    return all(type(a) is np.ndarray and a.dtype.char == "d" for a in arrays)
+
+
 def predict(map, r, x, X_x, X_u, U):
     """Motion of the state in range r: its own covariance, and its covariance with everything else.
 
@@ -92,8 +98,11 @@ def predict(map, r, x, X_x, X_u, U):
         If the range is not in the map, for shapes that do not fit, or if the result is not finite. Nothing has been
         changed then.
     """
-    if map.compiled and compiled().predict(map, r, x, X_x, X_u, U):
+    plain = floats(x, X_x, X_u, U)
+    if map.compiled and plain and compiled().predict(map, r, x, X_x, X_u, U):
         return
+    if not plain:
+        x, X_x, X_u, U = real("x", x), real("X_x", X_x), real("X_u", X_u), real("U", U)
     k, nu = r.stop - r.start, len(U)
     if not 0 <= r.start < r.stop <= map.n:
         raise ValueError(f"range {r.start}:{r.stop} is not in this map of {map.n} states")
@@ -218,8 +227,11 @@ def update(map, blocks, z, R):
     ValueError
         As `innovation` and `correct`. Nothing has been changed then.
     """
-    if map.compiled and compiled().update(map, blocks, z, R):
+    plain = floats(z, R, *(J for _, J in blocks))
+    if map.compiled and plain and compiled().update(map, blocks, z, R):
         return
+    if not plain:
+        z, R, blocks = real("z", z), real("R", R), real_blocks(blocks)
     PHt = cross(map, blocks)
     correct(map, PHt, innovation(z, covariance(PHt, blocks), R))
 
@@ -254,8 +266,13 @@ def augment(map, l, blocks, Q):
     ValueError
         For shapes that do not fit each other, or numbers that are not finite.
     """
-    l, Q, PLt = np.asarray(l), np.asarray(Q), cross(map, blocks)
-    P_ll, shape = covariance(PLt, blocks), l.shape * 2
+    if not floats(*(J for _, J in blocks)):
+        blocks = real_blocks(blocks)
+    PLt = cross(map, blocks)
+    P_ll = covariance(PLt, blocks)
+    if not floats(l, Q, P_ll):
+        l, Q, P_ll = real("l", l), real("Q", Q), real("L_x P L_x'", P_ll)
+    shape = l.shape * 2
     if not P_ll.shape == Q.shape == shape:
         raise ValueError(
             f"a new state of shape {l.shape} needs L_x P L_x' and Q of {shape}, got {P_ll.shape}, {Q.shape}"

@@ -5,6 +5,7 @@ from math import isfinite
 
 import numpy as np
 
+from .carrying import all_parts, before, catch_up, follow, visible_parts
 from .core import Event, Jcbb, KnownIds, NearestNeighbour, delete_bad, gate
 from .extra import compiled
 from .filter import update
@@ -24,6 +25,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, threshold):
     visible = table.visible.nonzero()[0]
     in_view = visible.tolist()
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
+    catch_up(map, rob, table, before(map, rob, opt))
     soon = by_id and opt.n_updates is None and table.J is not None and not table.has_E  # E comes with the correction
     if not soon:
         table.keep(map, near)
@@ -36,7 +38,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, threshold):
     found = sorted(table.match(pairs, wanted))  # in the order of the table, of which they may be all
     if found:
         camera = camera_position(Rf, Sf) if opt.reparametrize else None
-        _correct(map, rob, sen, table, found, visible if soon else None, raw, opt, camera, threshold)
+        _correct(map, rob, sen, lmks, table, found, visible if soon else None, raw, opt, camera, threshold)
     elif soon:
         table.keep(map, near)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
@@ -69,10 +71,13 @@ def _candidates(map, table, raw, sen, opt):
     return within_gate(map, table, raw, sen.model, widest).tolist()
 
 
-def _correct(map, rob, sen, table, found, no_E, raw, opt, camera, threshold):
+def _correct(map, rob, sen, lmks, table, found, no_E, raw, opt, camera, threshold):
     """Gate each that was found on its own; correct with all that pass at once. E of `no_E` is not there yet."""
+    referred = before(map, rob, opt)
     found = _corrected(map, sen, table, found, no_E, raw, threshold)
     if found:
+        if referred is not None:
+            follow(map, rob, all_parts(map, lmks) if map.all_active else visible_parts(table), referred)
         normalize(map, rob, rob.motion.frame)
         normalize(map, sen, sen.frame_type)
         for k in found:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .carrying import all_parts, before, catch_up, follow, visible_parts
 from .core import Event, delete_bad
 from .extra import compiled
 from .filter import correct, covariance, cross, innovation
@@ -18,6 +19,7 @@ def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     table = sightings(map, rob, sen, lmks, Rf, Sf)
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
+    catch_up(map, rob, table, before(map, rob, opt))
     table.keep_all(map)
     slots = [lmk.slot for lmk in table.lmks[: table.K]]
     order = sorted(range(table.K), key=slots.__getitem__)
@@ -25,7 +27,7 @@ def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     obs.update({(id, o.lmk): o for o in expected})
     pairs, new = associated(opt.association, map, expected, raw, sen.model)
 
-    search = _Search(map, rob, sen, table, raw, opt, Rf, Sf)
+    search = _Search(map, rob, sen, lmks, table, raw, opt, Rf, Sf)
     in_view = [k for k in order if visible[k]]
     wanted = most_uncertain(table, in_view, opt.n_updates)
     for k in wanted:
@@ -40,8 +42,8 @@ def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
 class _Search:
     """The corrections of one sensor in one frame."""
 
-    def __init__(self, map, rob, sen, table, raw, opt, Rf, Sf):
-        self.map, self.rob, self.sen, self.table, self.raw, self.opt = map, rob, sen, table, raw, opt
+    def __init__(self, map, rob, sen, lmks, table, raw, opt, Rf, Sf):
+        self.map, self.rob, self.sen, self.lmks, self.table, self.raw, self.opt = map, rob, sen, lmks, table, raw, opt
         self.Rf, self.Sf, self.stale, self.events = Rf, Sf, False, []
 
     def look(self, k, index):
@@ -68,11 +70,13 @@ class _Search:
         if not accepted:
             return
 
-        camera = camera_position(self.Rf, self.Sf) if opt.reparametrize else None
+        camera, referred = camera_position(self.Rf, self.Sf) if opt.reparametrize else None, before(map, rob, opt)
         if PHt is None:
             correct_with(map, table, [k], inn.z[None], R)
         else:
             correct(map, PHt, inn)
+        if referred is not None:
+            follow(map, rob, all_parts(map, self.lmks) if map.all_active else visible_parts(table), referred)
         table.updated[k] = self.stale = True
         normalize(map, rob, rob.motion.frame)
         normalize(map, sen, sen.frame_type)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from . import core
+from .carrying import all_parts, before, follow
 from .checks import check_measurements, check_motion
 from .compressed_map import CompressedMap
 from .core import note_first_estimates, transport
@@ -66,3 +68,10 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
         return correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
     gate = opt.md2_threshold if near else min(opt.md2_threshold, LARGEST)
     return correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, gate)
+
+
+def correct_met_robots(map, rob, sen, robs, raw, opt, lmks=None):
+    """Correct the map with sightings of other robots: see `slam.correct_met_robots`."""
+    if not map.all_active and (referred := before(map, rob, opt)) is not None and len(raw.ids):
+        follow(map, rob, all_parts(map, lmks or {}), referred)  # the plain step asks for the whole map
+    return core.correct_met_robots(map, rob, sen, robs, raw, opt, lmks)

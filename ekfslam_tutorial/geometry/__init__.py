@@ -6,7 +6,7 @@ May not: import anything of this package but `geometry` itself.
 
 from .alignment import align
 from .angles import wrap
-from .frames import Frame2, Frame3
+from .frames import ORIGIN, Frame2, Frame3
 from .jacobians import check_jacobians, numerical_jacobian
 from .quaternions import (
     R2q,
@@ -33,6 +33,7 @@ from .quaternions import (
 )
 
 __all__ = [
+    "ORIGIN",
     "Frame2",
     "Frame3",
     "R2q",

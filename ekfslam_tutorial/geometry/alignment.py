@@ -10,8 +10,8 @@ from .frames import Frame2, Frame3
 from .quaternions import R2q
 
 
-def align(points, targets):
-    """Least-squares rigid motion between pairs of points: min over F of sum |targets_i - F.from_frame(points_i)|^2.
+def align(points, targets, weights=None):
+    """Least-squares rigid motion between pairs of points: min over F of sum w_i |targets_i - F.from_frame(points_i)|^2.
 
     Rotation and translation, no scale: U diag(1, .., det) V' of the singular values of the cross-covariance.
     K. S. Arun, T. S. Huang, S. D. Blostein, IEEE Trans. PAMI 9(5):698-700, 1987; the sign of the determinant as in
@@ -21,6 +21,8 @@ def align(points, targets):
     ----------
     points, targets : ndarray, shape (n, d)
         d = 2 or 3. Landmarks of a map and their surveyed places, or positions on two trajectories; metres.
+    weights : array_like, shape (n,), optional
+        What each pair counts; all the same if not given. One over its variance is best.
 
     Returns
     -------
@@ -30,8 +32,8 @@ def align(points, targets):
     Raises
     ------
     ValueError
-        When the shapes differ, a number is not finite, or the points do not fix a rotation: in the plane two different
-        points are needed, in space three that are not on a line.
+        When the shapes differ, a number is not finite, a weight is negative, or the points do not fix a rotation: in
+        the plane two different points are needed, in space three that are not on a line.
 
     See Also
     --------
@@ -42,10 +44,15 @@ def align(points, targets):
         raise ValueError(f"alignment needs two arrays of the same shape (n, 2) or (n, 3), got {a.shape} and {b.shape}")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ValueError("alignment needs finite points; leave out those that are not known")
+    w = np.ones(len(a)) if weights is None else np.asarray(weights, float)
+    if w.shape != (len(a),) or not (np.isfinite(w).all() and (w >= 0).all()):
+        raise ValueError(f"alignment of {len(a)} points needs as many weights, finite and not negative")
     d = a.shape[1]
-    mean_a, mean_b = (p.mean(axis=0) if len(p) else np.zeros(d) for p in (a, b))
-    U, s, Vt = np.linalg.svd((b - mean_b).T @ (a - mean_a))
-    if len(a) < d or s[d - 2] <= 1e-12 * max(s[0], 1e-300):
+    w = w / w.sum() if w.any() else w
+    mean_a, mean_b = w @ a, w @ b
+    U, s, Vt = np.linalg.svd((w[:, None] * (b - mean_b)).T @ (a - mean_a))
+    rounding = 1e-24 * np.abs(a).max(initial=0) * np.abs(b).max(initial=0)  # of points in one place
+    if len(a) < d or s[d - 2] <= max(1e-12 * s[0], rounding):
         raise ValueError(f"{len(a)} points do not fix a rotation in {d}D: they are too few, or on top of each other")
     sign = np.ones(d)
     sign[-1] = np.sign(np.linalg.det(U @ Vt))

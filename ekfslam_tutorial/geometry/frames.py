@@ -29,6 +29,7 @@ class _Frame:
     size: ClassVar[int]
     dim: ClassVar[int]
     fields: ClassVar[str]
+    X_step: ClassVar[Any]  # derivative of the origin by a small step [t; turn] away from it
     R: ClassVar[Any]
     R_o: ClassVar[Any]
     _product: ClassVar[Any]
@@ -146,10 +147,7 @@ class _Frame:
 
 def _side_by_side(p, P_t, P_o):
     """Jacobian [P_t P_o] of points p, from those by position and orientation of a frame."""
-    d = P_t.shape[-1]
-    P_f = np.empty_like(p, shape=(*p.shape, d + P_o.shape[-1]))
-    P_f[..., :d], P_f[..., d:] = P_t, P_o
-    return P_f
+    return np.concatenate([np.broadcast_to(P_t, (*p.shape, P_t.shape[-1])), P_o], -1)
 
 
 def _one_above_the_other(x, T, O):
@@ -177,6 +175,7 @@ class Frame2(_Frame):
     dim: ClassVar[int] = 2
     dof: ClassVar[int] = 3
     fields: ClassVar[str] = "[x, y, theta]"
+    X_step: ClassVar = np.eye(3)
 
     @property
     def theta(self):
@@ -186,8 +185,7 @@ class Frame2(_Frame):
     @cached_property
     def R(self):
         """Rotation matrix, shape (..., 2, 2)."""
-        o = self.o[..., None]
-        return np.cos(o) * np.eye(2) + np.sin(o) * QUARTER
+        return np.cos(self.o)[..., None] * np.eye(2) + np.sin(self.o)[..., None] * QUARTER
 
     @cached_property
     def R_o(self):
@@ -209,8 +207,7 @@ class Frame2(_Frame):
         --------
         wrap : The same for an angle.
         """
-        inside = np.all(np.abs(self.theta) < pi)
-        N = self if inside else Frame2(np.concatenate([self.t, wrap(self.o)], -1))
+        N = self if np.all(np.abs(self.o) < pi) else Frame2(np.concatenate([self.t, wrap(self.o)], -1))
         return N, _one_above_the_other(N.x, np.eye(2), ONE)
 
     def minus(self, G):
@@ -247,6 +244,7 @@ class Frame3(_Frame):
     dim: ClassVar[int] = 3
     dof: ClassVar[int] = 6
     fields: ClassVar[str] = "[t(3), q(4)]"
+    X_step: ClassVar = np.diag([1, 1, 1, 0, 0.5, 0.5, 0.5])[:, [0, 1, 2, 4, 5, 6]]
 
     @property
     def q(self):
@@ -306,3 +304,7 @@ class Frame3(_Frame):
         v, V_dq = q2v(sign * dq)
         e = np.concatenate([self.t - G.t, v], -1)
         return e, _one_above_the_other(e, np.eye(3), sign[..., None] * V_dq @ Q)
+
+
+ORIGIN = {2: Frame2(np.zeros(3)), 3: Frame3(np.eye(7)[3])}
+"""The frame of the world itself, by dimension."""

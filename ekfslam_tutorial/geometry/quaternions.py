@@ -34,6 +34,7 @@ _H[1:, 0, 1:] = _H[1:, 1:, 0] = _I3
 _H[1:, 1:, 1:] = _HAT.transpose(0, 2, 1)
 
 CONJUGATE = np.diag([1.0, -1.0, -1.0, -1.0])
+TINY = 1e-150  # below it, the square of a number has lost its digits
 SMALL = 1e-4  # radians: below it sin and atan are replaced by series whose next term is under 1e-17
 
 
@@ -330,7 +331,7 @@ def v2au(v):
     v2q : To the quaternion.
     """
     a = np.linalg.norm(v, axis=-1)
-    zero = a == 0
+    zero = a < TINY
     safe = np.where(zero[..., None], [1.0, 0.0, 0.0], v)
     u, U_v = unit(safe)
     return a, u, np.where(zero[..., None], 0.0, u), np.where(zero[..., None, None], 0.0, U_v)
@@ -421,7 +422,8 @@ def q2v(q):
     Returns
     -------
     v : ndarray, shape (..., 3)
-        Radians. For the shortest rotation give the one of q and -q whose first component is not negative.
+        Radians. For the shortest rotation give the one of q and -q whose first component is not negative. At
+        [-1 0 0 0], a whole turn, no axis is defined: it is [1 0 0] with a zero derivative, as in `v2au`.
     V_q : ndarray, shape (..., 3, 4)
 
     See Also
@@ -429,13 +431,15 @@ def q2v(q):
     v2q : The inverse.
     q2au : To axis and angle.
     """
-    w, v = np.split(q, [1], axis=-1)
+    w, v = np.split(np.asarray(q, float), [1], axis=-1)
     n2 = np.sum(v * v, axis=-1, keepdims=True)
-    n = np.sqrt(n2)
-    small = (n < SMALL * np.abs(w)) & (w > 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        k = np.where(small, (2 - 2 * n2 / (3 * w * w)) / w, 2 * np.arctan2(n, w) / n)  # v = k [b c d]
-        k_w = -2 / (n2 + w * w)
-        k_n = np.where(small, -4 / (3 * w**3), (2 * w / (n2 + w * w) - k) / n2)  # derivative by |[b c d]|, over it
-    V_v = k[..., None] * _I3 + k_n[..., None] * v[..., :, None] * v[..., None, :]
-    return k * v, np.concatenate([(k_w * v)[..., None], V_v], -1)
+    small = (np.sqrt(n2) < SMALL * np.abs(w)) & (w > 0)
+    w = np.where(small, w, 1.0)
+    k = (2 - 2 * n2 / (3 * w * w)) / w  # v = k [b c d], by the series of atan
+    V_v = k[..., None] * _I3 - 4 / (3 * w**3)[..., None] * v[..., :, None] * v[..., None, :]
+    V_w = -2 * v / (n2 + w * w)
+
+    a, u, A_q, U_q = q2au(q)
+    V_q = a[..., None, None] * U_q + u[..., :, None] * A_q[..., None, :]
+    V_small = np.concatenate([V_w[..., None], V_v], -1)
+    return np.where(small, k * v, a[..., None] * u), np.where(small[..., None], V_small, V_q)

@@ -82,7 +82,7 @@ class Labels(PathCollection):
         As for a matplotlib collection.
     """
 
-    def __init__(self, ax, size: float = 10, shift=(4.0, 3.0), **style: Any):
+    def __init__(self, ax, size: float = 10, shift=(7.0, 5.0), **style: Any):
         super().__init__([], offsets=np.zeros((0, 2)), offset_transform=ax.transData, linewidth=0, **style)
         self.set_transform(Affine2D().scale(1 / 72) + ax.figure.dpi_scale_trans)
         self.size, self.shift = float(size), tuple(shift)

@@ -16,7 +16,7 @@ from .bodies import ground_grid, move_faces, nice_step, outline, robot_body, sen
 from .clip import clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, sigma_label
 from .states import TruthInMap, lmk_points, lmk_states
-from .style import BLACK, ESTIMATE, LIGHT_GREY, REJECTED, TRUTH, UPDATED, line, points
+from .style import BLACK, ESTIMATE, LIGHT_GREY, REJECTED, ROBOTS, TRUTH, UPDATED, line, points
 from .views import View, fit_limits
 
 Array = np.ndarray
@@ -154,29 +154,33 @@ class MapFig:
             },
             label=Labels(ax, size=11, color=BLACK, zorder=8),
         )
-        self.rob_ellipse = new_line(ax, **line(ESTIMATE, **wire))
-        self.rob_label = Labels(ax, size=12, shift=(12.0, 8.0), color=ESTIMATE["color"], zorder=9)
+        colors = {rob.id: ROBOTS[i % len(ROBOTS)] for i, rob in enumerate(snapshot.robs)}
+        self.rob_ellipse = {id: new_line(ax, **line(ESTIMATE, color=color, **wire)) for id, color in colors.items()}
+        self.rob_label = Labels(ax, size=12, shift=(16.0, 13.0), color=list(colors.values()), zorder=9)
         self.sim_lmk = new_line(ax, **points(TRUTH, markersize=9.0, markeredgewidth=1.0), zorder=4)
         for rob in snapshot.robs:
-            self.est_rob[rob.id] = self._body(ESTIMATE, path=True)
+            self.est_rob[rob.id] = self._body(ESTIMATE, path=True, color=colors[rob.id])
         for sen in snapshot.sens:
-            self.est_sen[sen.id] = self._body(ESTIMATE)
+            self.est_sen[sen.id] = self._body(ESTIMATE, color=colors[sen.robot])
         for rob in snapshot.truth:
             self.sim_rob[rob] = self._body(TRUTH, path=True)
         for sen in snapshot.sim_sens:
             self.sim_sen[sen.id] = self._body(TRUTH)
 
-    def _body(self, style, path=False) -> BodyArtists:
+    def _body(self, style, path=False, color=None) -> BodyArtists:
         ax, estimate = self.axes, style is ESTIMATE
-        edge = dict(color=style["color"], linewidth=1.0 if estimate else 0.7, zorder=6 if estimate else 7)
+        color = color or style["color"]
+        edge = dict(color=color, linewidth=1.0 if estimate else 0.7, zorder=6 if estimate else 7)
         return BodyArtists(
             outline=new_line(ax, **edge),
-            faces=new_faces(ax, facecolor=style["color"], alpha=0.6, linewidth=0, zorder=6) if estimate else None,
-            path=new_line(ax, **line(style, linewidth=1.8, zorder=5 if estimate else 6)) if path else None,
+            faces=new_faces(ax, facecolor=color, alpha=0.6, linewidth=0, zorder=6) if estimate else None,
+            path=new_line(ax, **line(style, color=color, linewidth=1.8, zorder=5 if estimate else 6)) if path else None,
         )
 
     def _legend_entries(self, snapshot) -> dict[str, Any]:
-        entries = {"estimated path and robot": next(iter(self.est_rob.values())).path}
+        several = len(self.est_rob) > 1
+        said = [rob.name or f"robot {rob.id}" if several else "estimated path and robot" for rob in snapshot.robs]
+        entries = {words: body.path for words, body in zip(said, self.est_rob.values(), strict=True)}
         if self.sim_rob:
             entries["true path and robot"] = next(iter(self.sim_rob.values())).path
         entries["estimated landmark, id"] = self.est_lmk.mean
@@ -246,9 +250,9 @@ class MapFig:
     def _update_robot_ellipses(self, snapshot, region) -> None:
         d, names, where = self.dim, {}, {}
         uncertain = [rob for rob in snapshot.robs if rob.r is not None]
-        mean = np.array([rob.frame(snapshot.map).t for rob in uncertain]).reshape(-1, d)
-        cov = np.array([snapshot.map.P[rob.r, rob.r][:d, :d] for rob in uncertain]).reshape(-1, d, d)
-        put(self.rob_ellipse, clip_curves(self._ellipses(mean, cov), region))
+        for rob in uncertain:
+            mean, cov = rob.frame(snapshot.map).t, snapshot.map.P[rob.r, rob.r][:d, :d]
+            put(self.rob_ellipse[rob.id], clip_curves(self._ellipses(mean[None], cov[None]), region))
         if len(snapshot.robs) > 1:  # one robot needs no name
             for rob in snapshot.robs:
                 names[rob.id] = rob.name or f"robot {rob.id}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import tempfile
@@ -13,6 +12,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from PIL import Image
 
+from ..toolbox.files.writing import written
 from .style import GREY, OKABE_ITO
 
 Array = np.ndarray
@@ -115,7 +115,7 @@ class Movie:
             raise ValueError(
                 f"{self.path.name} can show a frame for {longest:.0f} s at most, got {fps} frames per second"
             )
-        self._folder = tempfile.TemporaryDirectory(dir=self.path.parent, prefix=".movie-")
+        self._folder = tempfile.TemporaryDirectory(prefix="ekfslam-movie-")
         self._frames: list[Path] = []
         self._shape: tuple[int, ...] | None = None
 
@@ -137,7 +137,8 @@ class Movie:
             if self._frames:
                 whole = Path(self._folder.name) / f"movie{self.path.suffix.lower()}"
                 (self._encode_mp4 if whole.suffix == ".mp4" else self._encode_pillow)(whole)
-                os.replace(whole, self.path)
+                with written(self.path) as file:
+                    file.write(whole.read_bytes())
         finally:
             self._folder.cleanup()
 

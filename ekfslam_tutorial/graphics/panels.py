@@ -33,13 +33,37 @@ def _span(t):
 
 def _legend_above(ax: Axes) -> None:
     """Put the legend over the axes, where it hides no data."""
-    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0, ncols=3, frameon=False)
+    place = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": 0}
+    ax.legend(**place, ncols=3, frameon=False, fontsize=11, columnspacing=1.2)
+
+
+def _rug(ax: Axes, t: Array, label: str, at: float) -> None:
+    """Mark instants by small strokes at the lower (0) or upper (1) edge, where they hide no curve."""
+    edge = ax.get_xaxis_transform()
+    style = {"color": REJECTED["color"], "marker": "|", "linestyle": "none", "markersize": 11, "markeredgewidth": 1.2}
+    (strokes,) = ax.plot(t, np.full(len(t), at), **style, transform=edge, label=label, clip_on=False, zorder=3)
+    strokes.set_in_layout(False)
+
+
+def _lonely(value: Array) -> Array:
+    """Say which values have no neighbour, so that a line would not show them."""
+    known = np.isfinite(value)
+    return known & ~np.append(False, known[:-1]) & ~np.append(known[1:], False)
 
 
 def error_panel(
-    t: Array, error: Array, sigma: Array, k: float = 3, name: str = "error", unit: str = "m", ax: Axes | None = None
+    t: Array,
+    error: Array,
+    sigma: Array,
+    k: float = 3,
+    name: str = "error",
+    unit: str = "m",
+    ax: Axes | None = None,
+    legend: bool = True,
 ) -> Axes:
-    """Draw an error over time inside its band of +- k sigma; what lies outside is marked.
+    """Draw an error over time inside its band of +- k sigma; strokes at the lower edge say when it is outside.
+
+    Nothing is drawn across a gap in time (`gaps_opened`).
 
     Parameters
     ----------
@@ -51,9 +75,11 @@ def error_panel(
         Label of the vertical axis.
     ax : matplotlib Axes, optional
         Where to draw; by default a new figure.
+    legend : bool
+        Write the legend above; without it the share outside stands in the panel.
     """
     ax = _axes(ax)
-    t, error, sigma = (np.asarray(a, dtype=float) for a in (t, error, sigma))
+    t, error, sigma = gaps_opened(*(np.asarray(a, dtype=float) for a in (t, error, sigma)))
     band = k * sigma
     out = np.abs(error) > band
     known = np.isfinite(error) & np.isfinite(sigma)
@@ -64,13 +90,17 @@ def error_panel(
     ax.plot(t, -band, color=BLUE, linewidth=0.8)
     ax.axhline(0, color=GREY, linewidth=0.8)
     ax.plot(t, error, **line(ESTIMATE, linewidth=1.5), label="estimate - truth")
+    lonely = _lonely(error)
+    if lonely.any():
+        ax.errorbar(t[lonely], error[lonely], band[lonely], fmt=".", color=BLUE, elinewidth=3, alpha=0.6)
+    words = f"outside: {100 * out.sum() / max(known.sum(), 1):.1f} %"
     if out.any():
-        share = 100 * out.sum() / max(known.sum(), 1)
-        ax.plot(
-            t[out], error[out], color=REJECTED["color"], marker="x", linestyle="none", label=f"outside: {share:.1f} %"
-        )
+        _rug(ax, t[out], words, 0)
     ax.set(xlabel="t (s)", ylabel=f"{name} ({unit})", xlim=_span(t))
-    _legend_above(ax)
+    if legend:
+        _legend_above(ax)
+    else:
+        ax.text(1, 1.01, words, transform=ax.transAxes, ha="right", va="bottom", fontsize="small")
     return ax
 
 
@@ -147,9 +177,12 @@ def consistency_panel(
 
     ax.fill_between(t, low, high, color=BLUE, alpha=0.15, linewidth=0, label=f"{100 * probability:g} % band")
     ax.plot(t, dof, color=BLACK, linestyle="--", linewidth=1.2, label="expected value")
-    ax.plot(t, value, color=BLUE, linewidth=1.2, marker=".", markersize=3, label=f"{name}: {within:.0f} % in the band")
+    width = 1.4 if len(value) < 400 else 0.9
+    ax.plot(t, value, color=BLUE, linewidth=width, label=f"{name}: {within:.0f} % in the band")
+    lonely = _lonely(value)
+    ax.plot(t[lonely], value[lonely], color=BLUE, marker=".", linestyle="none")
     above = value > high
-    ax.plot(t[above], value[above], color=VERMILLION, marker="x", linestyle="none", label="over-confident")
+    _rug(ax, t[above], "over-confident", 1)
     ax.axhline(mean, color=ORANGE, linestyle=":", linewidth=1.8, label=f"mean {mean:.3g}")
     top = np.nanmax(np.concatenate([high, value[known]])) if known.any() else np.nanmax(high)
     if top > 20 * np.nanmax(high):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -12,12 +12,16 @@ from .artists import Labels, dim_of, draw_legend, new_line, put_path
 from .bodies import ground_grid, nice_step
 from .clip import box, clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated, sigma_label
-from .style import BLACK, DEAD_RECKONING, ESTIMATE, LIGHT_GREY, MEASUREMENT, TRUTH, line, points
+from .style import BLACK, DEAD_RECKONING, ESTIMATE, LIGHT_GREY, MEASUREMENT, ROBOTS, TRUTH, line, points
 from .views import View, fit_limits
 
 Array = np.ndarray
 MANY = 100
 """More landmarks than this are small points without labels, which would hide the map."""
+VAGUE = 0.08
+"""An ellipsoid longer than this part of the world is one line: many of them would hide everything."""
+LONG = 1500
+"""A path of more points than this crosses itself often: a thin line."""
 
 
 def map_picture(
@@ -34,6 +38,7 @@ def map_picture(
     title: str = "",
     ax: Any = None,
     figsize=(9, 8),
+    colors: Sequence[str] = (),
 ):
     """Draw trajectories and map over the truth.
 
@@ -58,6 +63,8 @@ def map_picture(
         2D or 3D, like the data; by default a new figure.
     figsize : (width, height)
         Of the new figure, inches.
+    colors : sequence of colours, optional
+        Of the estimated paths; by default those of the robots, in their order.
 
     Returns
     -------
@@ -78,7 +85,8 @@ def map_picture(
         view.choose("perspective" if d == 3 else "top")
         ax = view.axes
 
-    spread = k * np.linalg.norm(half_axes(cov)[..., -1], axis=-1)  # longest half-axis of each ellipse
+    axis = k * half_axes(cov)[..., -1]  # the longest half-axis of each ellipse
+    spread = np.linalg.norm(axis, axis=-1)
     world = np.concatenate([*paths.values(), *truths.values(), true_points])
     size = np.ptp(fit_limits(world), axis=1).max()
     limits = fit_limits(np.concatenate([world, mean[spread < 0.5 * size]]))
@@ -92,15 +100,19 @@ def map_picture(
         ax.plot(
             *seen.T,
             **points(MEASUREMENT, markersize=3.5, markeredgewidth=0.7),
-            zorder=4.5,
+            zorder=2.5,  # below the paths, which they would bury
             label="GPS" if not i else None,
         )
     _plot_paths(ax, dead, DEAD_RECKONING, "dead reckoning", zorder=2)
-    _plot_paths(ax, paths, ESTIMATE, "estimated path", zorder=4)
+    _plot_paths(ax, paths, ESTIMATE, "estimated path", zorder=4, colors=colors or ROBOTS)
     _plot_paths(ax, truths, TRUTH, "true path", zorder=5)
     curves = (ellipse_points if d == 2 else ellipsoid_wires)(mean, cov, k)
-    rows = clip_curves(curves, box(limits))
+    vague = (spread > VAGUE * size) & (d == 3)
+    rows = clip_curves(curves[~vague], box(limits))
     ax.plot(*rows.T, **line(ESTIMATE, linewidth=1.1), zorder=3, label=sigma_label(k, d))
+    if vague.any():
+        rays = clip_curves(np.stack([mean - axis, mean + axis], axis=1)[vague], box(limits))
+        ax.plot(*rays.T, **line(ESTIMATE, linewidth=0.7, alpha=0.35), zorder=1, label="its longest axis, where long")
     small = {"markersize": 2.5} if len(mean) > MANY else {}
     ax.plot(*mean.T, **points(ESTIMATE, **small), zorder=6, label="estimated landmark")
     if len(true_points):
@@ -127,15 +139,22 @@ def _by_name(path) -> dict[str, Array]:
     return {name: np.asarray(p, dtype=float) for name, p in path.items()}
 
 
-def _plot_paths(ax, paths, style, label, zorder) -> None:
-    ends = {}
+def _plot_paths(ax, paths, style, label, zorder, colors=()) -> None:
+    """Draw paths; where there are several estimated ones, each has the colour of its robot and its name."""
+    ends, several = {}, len(paths) > 1 and style is ESTIMATE
     for i, (name, p) in enumerate(paths.items()):
-        put_path(new_line(ax, **line(style, linewidth=1.8), zorder=zorder, label=label if i == 0 else None), p)
+        look = {"linewidth": 1.8 if len(p) < LONG else 1.1, "label": name if several else label if i == 0 else None}
+        if len(paths) > 1 and style is TRUTH:  # it may lie on the others
+            look |= {"linewidth": 0.7, "alpha": 0.7}
+        if colors:
+            look["color"] = colors[i % len(colors)]
+        put_path(new_line(ax, **line(style, **look), zorder=zorder), p)
         known = np.flatnonzero(np.isfinite(p).all(axis=1))
         if len(known):
             ends[name] = p[known[-1]]
-    if len(paths) > 1 and style is ESTIMATE:  # one robot needs no name
-        Labels(ax, size=12, shift=(12.0, 8.0), color=style["color"], zorder=8).put(ends)
+    if several:
+        for i, (name, p) in enumerate(ends.items()):
+            Labels(ax, size=12, shift=(16.0, 13.0), color=colors[i % len(colors)], zorder=8).put({name: p})
 
 
 def _frame(ax, limits) -> None:

@@ -30,6 +30,14 @@ BLACK, ORANGE, SKY_BLUE, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = OKABE_ITO = (
 GREY = "#8A8A8A"  # ground, raw data, axes: what stays in the background
 LIGHT_GREY = "#D9D9D9"
 
+ROBOTS = (BLUE, ORANGE, "#882255", SKY_BLUE, "#5B3A00", "#332288", "#CC6677", VERMILLION)
+"""The colour of each robot of a run, by its place in the list of robots, in every picture, film and player.
+
+The first five differ by at least 24 in CIELAB from each other and from black, for those who see all colours and for
+each kind of colour blindness (simulated after Machado et al. 2009), all eight by 18. Wine, indigo and rose are of Paul
+Tol's "muted", the brown is none of theirs, the others are Okabe and Ito's.
+"""
+
 Style = dict[str, Any]
 
 # fmt: off

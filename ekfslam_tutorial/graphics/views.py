@@ -113,13 +113,22 @@ class View:
             ax.set_box_aspect(np.ptp(limits, axis=1), zoom={"top": 0.8, "side": 1.05}.get(self.name, 0.88))
 
 
-def half_view(model) -> Array:
-    """Return half the width and half the height of a camera's picture at distance 1; 1 and 3/4 if it has none."""
+def picture_half(model) -> Array | None:
+    """Return half the width and half the height of a pin-hole camera's picture at distance 1; None for other sensors.
+
+    Its principal point is in the middle of that picture, so the picture is a little larger than the camera's.
+    """
     k, size = getattr(model, "k", None), getattr(model, "image_size", None)
     if k is None or size is None or len(k) != 4:
-        return np.array([1.0, 0.75])
+        return None
     centre, focal = np.array(k[:2]), np.array(k[2:])
     return np.maximum(centre, np.array(size) - centre) / focal
+
+
+def half_view(model) -> Array:
+    """Return `picture_half`, or 1 and 3/4 for a sensor that has no picture."""
+    half = picture_half(model)
+    return np.array([1.0, 0.75]) if half is None else half
 
 
 def picture_border(frame, half: Array) -> Array:

@@ -15,6 +15,7 @@ from .observation import (
     retro_project_parameters,
     to_sensor,
 )
+from .turning import turning
 
 __all__ = [
     "check_fit",
@@ -31,4 +32,5 @@ __all__ = [
     "retro_project_parameters",
     "sensors",
     "to_sensor",
+    "turning",
 ]

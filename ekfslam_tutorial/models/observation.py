@@ -70,10 +70,9 @@ def expect(Rf, Sf, sensor, lmk, l):
     """
     v, V_r, V_s, V_l = to_sensor(Rf, Sf, sensor, lmk, l)
     e, E_v = sensor.project(v)
-    shape = *e.shape, v.shape[-1]
-    if np.shape(E_v)[-2:] != shape[-2:]:
-        refuse_derivative(sensor, E_v, shape)
-    E_v = np.broadcast_to(E_v, shape)  # of a linear sensor it may be the same for all
+    if np.shape(E_v)[-2:] != (e.shape[-1], v.shape[-1]):
+        refuse_derivative(sensor, E_v, (*e.shape, v.shape[-1]))
+    E_v = np.broadcast_to(E_v, (*e.shape, v.shape[-1]))  # of a linear sensor it may be the same for all
     return e, v, E_v @ V_r, E_v @ V_s, E_v @ V_l
 
 
@@ -217,6 +216,8 @@ def check_fit(sensor, lmk, needed=None):
     if None not in dims and dims[0] != dims[1]:
         raise TypeError(f"{sensor_name} measures in {dims[0]} dimensions, and {lmk_name} is a landmark in {dims[1]}")
     needed = needed or ("ray" if sensor.bearing_only else "point")
+    if needed.startswith("from") and not hasattr(sensor, "retro"):
+        raise TypeError(f"{lmk_name} cannot be started by {sensor_name}: it has no method retro")
     if not hasattr(lmk, needed):
         why = {"from_ray": "one ray does not fix it"}.get(needed, f"it has no method {needed}")
         verb = "started" if needed.startswith("from") else "observed"

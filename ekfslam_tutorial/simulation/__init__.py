@@ -5,6 +5,7 @@ May not: filter, know of estimates, draw.
 """
 
 from . import worlds
+from .simulator import MOST_CLUTTER as MOST_CLUTTER
 from .simulator import SimLmk, SimObs, SimRob, SimSen, sim_motion, sim_observation
 from .streams import Streams, draw
 

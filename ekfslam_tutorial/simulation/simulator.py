@@ -10,6 +10,9 @@ import numpy as np
 
 from .streams import draw
 
+MOST_CLUTTER = 10_000
+"""False measurements in a frame, in the mean: more would fill the memory."""
+
 
 @dataclass
 class SimRob:
@@ -176,6 +179,8 @@ def _false_measurements(rob, sen, lmk, rng):
 
     Of many random points those in view are taken, up to a Poisson number with the mean `sen.clutter`.
     """
+    if sen.clutter > MOST_CLUTTER:
+        raise ValueError(f"sensor {sen.id}: clutter must be {MOST_CLUTTER} a frame at most, got {sen.clutter:g}")
     low, high = lmk.lims.T
     wanted = rng.poisson(sen.clutter)
     y, seen = _measure(rob, sen, rng.uniform(low, high, (50 * wanted + 50, len(low))), rng)

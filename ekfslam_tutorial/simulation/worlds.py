@@ -6,6 +6,9 @@ A world that needs chance takes a `numpy.random.Generator` called `rng`.
 
 import numpy as np
 
+MOST = 10**6
+"""Landmarks: more would fill the memory before anybody has seen one."""
+
 
 def _numbered(points):
     points = np.asarray(points, float)
@@ -15,6 +18,8 @@ def _numbered(points):
 def _count(n):
     if n < 1:
         raise ValueError(f"a world needs 1 landmark or more, got n = {n}")
+    if n > MOST:
+        raise ValueError(f"a world has {MOST} landmarks at most, got n = {n:g}")
     return n
 
 
@@ -47,7 +52,7 @@ def cloister(x_min=-6.0, x_max=6.0, y_min=-6.0, y_max=6.0, n=7, height=1.0):
     """
     if n < 4:
         raise ValueError(f"a cloister needs at least 4 columns on a wall to have an inner row, got n = {n}")
-    x, y = np.linspace(x_min, x_max, n), np.linspace(y_min, y_max, n)
+    x, y = np.linspace(x_min, x_max, _count(n)), np.linspace(y_min, y_max, n)
 
     def wall(along, outer, inner):
         """Outer row between the corners, then the inner row up to the corner that the next wall owns."""

@@ -5,6 +5,7 @@ May not: simulate, read files or draw.
 """
 
 from .association import Jcbb, KnownIds, Matches, NearestNeighbour
+from .lockout import retry_lmks
 from .meetings import correct_met_robots, project_robots
 from .objects import Event, Lmk, Obs, Rob, Sen, Tim
 from .options import Options
@@ -35,4 +36,5 @@ __all__ = [
     "project_lmks",
     "project_robots",
     "reopen_gate",
+    "retry_lmks",
 ]

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ..ekf import correct, covariance, cross, innovation
+from ..ekf import covariance, cross, innovation
 from ..models.landmarks import EucPnt
 from .first_estimates import note_first_estimates
 from .objects import Event, Lmk
-from .projection import frame_range, normalize, project_lmks
+from .projection import correct_invariant, frame_range, normalize, project_lmks
 from .steps import check_raw
 
 
@@ -44,7 +44,7 @@ def _as_landmark(map, rob):
     return Lmk(rob.id, EucPnt(F.dim), r=slice(r.start, r.start + F.dim), first=first)
 
 
-def correct_met_robots(map, rob, sen, robs, raw, opt):
+def correct_met_robots(map, rob, sen, robs, raw, opt, lmks=None):
     """Correct the map with sightings of other robots: both robots, and all that is correlated with them.
 
     All robots must have moved to the time of the sighting. One after the other: each is projected from the map as
@@ -60,7 +60,10 @@ def correct_met_robots(map, rob, sen, robs, raw, opt):
     raw : raw measurements
         `ids` (k,), ids of robots; `y` (k, m); `R` (k, m, m) or None. Ids of robots that are not there are passed over.
     opt : Options
-        The gate `md2_threshold`.
+        The gate `md2_threshold`, and the error.
+    lmks : dict of int to Lmk, optional
+        The landmarks in the map, which have no part in the measurement: with the invariant error the covariance of all
+        that such a correction moves has to be with it.
 
     Returns
     -------
@@ -83,8 +86,6 @@ def correct_met_robots(map, rob, sen, robs, raw, opt):
         accepted = inn.md2 < opt.md2_threshold
         events.append(Event("meeting", rob.id, sen.id, id, accepted))
         if accepted:
-            correct(map, PHt, inn)
-            normalize(map, rob)
-            normalize(map, known[id])
-            normalize(map, sen)
+            correct_invariant(map, rob, lmks or {}, PHt, inn, opt)
+            normalize(map, rob, known[id], sen)
     return events

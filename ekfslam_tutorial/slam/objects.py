@@ -162,6 +162,8 @@ class Lmk(_Shown):
         Prior of what its first measurement left open (manual: `nom`), mean and covariance.
     n_search, n_match, n_inlier : int
         How often it was looked for, found, and used.
+    n_refused : int
+        How many of its innovations in a row have failed the gate; counted with `retry_after`.
     first : ndarray or None
         The state at birth, for first-estimates Jacobians; None without them.
     """
@@ -176,6 +178,7 @@ class Lmk(_Shown):
     n_search: int = 1
     n_match: int = 1
     n_inlier: int = 1
+    n_refused: int = 0
     first: Any = field(default=None, repr=False)
 
     def __repr__(self):
@@ -279,8 +282,8 @@ class Event(NamedTuple):
     """One thing that a step did; a list of them is in the order in which it did them.
 
     kind is search (flag: a measurement was found), innovation (flag: it passed the gate), correction,
-    initialisation, refused (the map was full), deletion, recovery (the gate of a lost robot was opened; lmk is -1) or
-    meeting (another robot was measured, lmk is its id; flag: it passed the gate).
+    initialisation, refused (the map was full), deletion, recovery (the gate of a lost robot was opened, lmk is -1; or
+    that of a landmark) or meeting (another robot was measured, lmk is its id; flag: it passed the gate).
     """
 
     kind: str

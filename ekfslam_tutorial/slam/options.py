@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from ..ekf import check_covariance
+from ..ekf import check_covariance, real
 from .association import KnownIds
+
+ERRORS = "invariant", "additive"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,9 @@ class Options:
         which opens the gate again; None for never.
     reopen_std : tuple of 2 float
         By how much: standard deviations of position (m) and of each angle (rad).
+    retry_after : int or None
+        A landmark is locked out when so many of its own innovations in a row have failed the gate: it is then made more
+        uncertain by the first of `reopen_std` (m); None for never.
     reproject : bool
         Unless `joint`: compute each expectation again from the corrected map before its own correction.
     reparametrize : bool
@@ -53,9 +58,12 @@ class Options:
         They are, if found in less than this share of the searches, or used in less than this share of the matches.
     min_rho : float
         An inverse distance that a correction turned negative is set to this (1/m).
+    error : str
+        "invariant": after each correction the covariance is carried along with the estimate, so that the filter does
+        not become certain of its heading by mistake (see `correct_invariant`). "additive": the textbook's filter.
     first_estimates : bool
-        Take all Jacobians at first estimates, so that the filter does not become certain of its heading by mistake
-        (see `slam.first_estimates`). For robots in the plane and Euclidean landmarks.
+        Take all Jacobians at first estimates, another cure of the same illness (see `slam.first_estimates`); the error
+        is additive then. For robots in the plane and Euclidean landmarks.
     """
 
     lmk_type: Any = None
@@ -66,6 +74,7 @@ class Options:
     md2_threshold: float = np.inf
     reopen_after: int | None = None
     reopen_std: tuple = (0.3, 0.5)
+    retry_after: int | None = None
     reproject: bool = True
     reparametrize: bool = False
     lin_test: float = 0.1
@@ -77,17 +86,18 @@ class Options:
     min_inlier_ratio: float = 0.0
     min_rho: float = 1e-3
     joint: bool = False
+    error: str = "invariant"
     first_estimates: bool = False
 
     def __post_init__(self):
-        object.__setattr__(self, "n", np.atleast_1d(np.array(self.n, float)))
-        object.__setattr__(self, "N", np.atleast_2d(np.array(self.N, float)))
+        object.__setattr__(self, "n", np.atleast_1d(real("the mean n of the prior", self.n)).copy())
+        object.__setattr__(self, "N", np.atleast_2d(real("the covariance N of the prior", self.N)).copy())
         check_covariance(self.N, len(self.n), "the covariance N of the prior")
         self._check()
 
     def _check(self):
         """Refuse what no run can begin with, or what would stop one on the way."""
-        for name, least in (("n_updates", 0), ("max_lmks", 0), ("reopen_after", 1)):
+        for name, least in (("n_updates", 0), ("max_lmks", 0), ("reopen_after", 1), ("retry_after", 1)):
             value = getattr(self, name)
             self._need(name, value is None or _whole(value, least), f"a whole number of {least} or more, or None")
         two = self.n_inits is None or _two(self.n_inits, _whole)
@@ -102,6 +112,7 @@ class Options:
             self._need(name, _number(getattr(self, name)) and getattr(self, name) <= 1, "between 0 and 1")
         made = callable(self.association) and not isinstance(self.association, type)
         self._need("association", made, "an object to call, such as KnownIds()")
+        self._need("error", self.error in ERRORS, " or ".join(map(repr, ERRORS)))
 
     def _need(self, name, ok, what):
         if not ok:

@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from ..ekf import covariance, cross, transform
+from ..ekf import carry, correct, covariance, cross, real, transform
+from ..geometry import ORIGIN
 from ..models.observation import expect
+from ..models.turning import turning
 from .first_estimates import first_jacobians
 from .objects import Obs, states
 
@@ -24,12 +26,14 @@ def place(map, obj, x, P=None):
         If the state is not finite or has the wrong length, or P is not a covariance.
     """
     size = obj.motion.size if hasattr(obj, "motion") else obj.frame_type.size
-    if np.shape(x) != (size,) or not np.isfinite(x).all():
+    x = real(f"{type(obj).__name__} {obj.id}: the state", x)
+    if x.shape != (size,) or not np.isfinite(x).all():
         raise ValueError(f"{type(obj).__name__} {obj.id}: the state must be {size} finite numbers, got {x}")
     if P is None:
-        obj.x, obj.r = np.array(x, float), None
+        obj.x, obj.r = x.copy(), None
     else:
         obj.x, obj.r = None, map.add(x, P)
+        map.robs.extend([obj] if hasattr(obj, "motion") else [])
 
 
 def frame_range(obj, F):
@@ -37,16 +41,81 @@ def frame_range(obj, F):
     return None if obj.r is None else slice(obj.r.start, obj.r.start + F.size)
 
 
-def normalize(map, obj):
-    """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading.
+def normalize(map, *objs):
+    """Bring the frames of robots and sensors in the map to their normal form: unit quaternion, wrapped heading.
 
     Its covariance goes through the Jacobian of that: with a quaternion, nothing of it is left along q. A correction
     moves all that is correlated with what was seen, other robots and sensors, too; so each step begins with this.
     """
-    if obj.r is not None:
-        F = obj.frame(map)
-        N, N_f = F.normalized()
-        transform(map, frame_range(obj, F), N.x, N_f)
+    for obj in objs:
+        if obj.r is not None:
+            F = obj.frame(map)
+            N, N_f = F.normalized()
+            transform(map, frame_range(obj, F), N.x, N_f)
+
+
+def correct_invariant(map, rob, lmks, PHt, inn, opt):
+    """Correct the map; with the invariant error, carry the covariance along.
+
+        x, P = correct(...),    P = T P T'
+
+    Where the whole scene lies in the world, and how it is turned, no measurement can tell. An extended Kalman filter
+    learns it all the same: to move the world is one direction of the state before a correction and another one after
+    it, and what was measured across the one is taken for knowledge of the other. `carry` sets that right; this is the
+    right-invariant filter. A. Barrau, S. Bonnabel, "An EKF-SLAM algorithm with consistency properties",
+    arXiv:1510.06263; in space T. Zhang et al., IEEE RA-L 2(2), 2017.
+
+    Parameters
+    ----------
+    map : Map
+    rob : Rob
+        Who has measured. If its pose is known, so is where the world lies: nothing has to be carried.
+    lmks : dict of int to Lmk
+        All that are in the map.
+    PHt, inn
+        As in `ekf.correct`.
+    opt : Options
+        `error`; with `first_estimates` it is additive.
+    """
+    if opt.error == "additive" or opt.first_estimates or rob.r is None:
+        return correct(map, PHt, inn)
+    B = gauge(map, rob, lmks)
+    correct(map, PHt, inn)
+    carry(map, slice(rob.r.start, rob.r.start + rob.motion.frame.size), B, gauge(map, rob, lmks))
+
+
+def gauge(map, rob, lmks):
+    """How the state changes if the whole world is moved by a small g, shifted and turned about its axes: B = dx/dg.
+
+    Points go along and round the origin, and so do poses, which turn, too; of velocities the motion model knows. The
+    frame of a sensor on its robot stays what it is. For a landmark its `to_frame` says it: to move the landmark is to
+    move the frame back.
+
+    Parameters
+    ----------
+    map : Map
+    rob : Rob
+        A robot in the map; all those that `place` has put there count, too.
+    lmks : dict of int to Lmk
+
+    Returns
+    -------
+    ndarray, shape (n, 3), or (n, 6) in space
+        Per metre and per radian.
+    """
+    O = ORIGIN[rob.motion.frame.dim]
+    B = np.zeros((len(map.x), O.dof))
+    for group in by_type(lmks.values()):
+        if group[0].r is not None:
+            at = np.array([range(lmk.r.start, lmk.r.stop) for lmk in group])
+            B[at] = -group[0].type.to_frame(O, map.x[at])[1] @ O.X_step
+    for each in (rob, *map.robs):
+        if each.r is not None:
+            x, at = map.x[each.r], slice(each.r.start, each.r.start + O.size)
+            B[at] = O.compose(type(O)(x[: O.size]))[1] @ O.X_step
+            if len(x) > O.size:
+                B[at.stop : each.r.stop, O.dim :] = turning(each.motion, x)
+    return B
 
 
 def project_lmks(map, rob, sen, lmks):

@@ -4,14 +4,16 @@ For every frame, every robot moves; then each of its sensors corrects with the l
 ones that it does not. The order matters: a measurement that starts a landmark has been used, and must not correct it.
 """
 
+from operator import attrgetter
+
 import numpy as np
 from scipy.linalg import block_diag
 
-from ..ekf import Map, MapFull, augment, check_covariance, correct, covariance, cross, innovation, predict
+from ..ekf import Map, MapFull, augment, check_covariance, covariance, cross, innovation, predict, real
 from ..models.observation import observe, retro_project
 from .first_estimates import check_first_estimates, note_first_estimates, transport
 from .objects import Event, Lmk
-from .projection import frame_range, normalize, project_lmks
+from .projection import correct_invariant, frame_range, normalize, project_lmks
 from .upkeep import EUCLIDEAN, delete_bad, free_slot, most_uncertain, tidy, well_inside
 
 
@@ -91,15 +93,13 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
         If a measurement is not finite or has the wrong shape.
     """
     check_raw(raw, sen)
-    normalize(map, rob)
-    normalize(map, sen)
+    normalize(map, rob, sen)
     if opt.first_estimates:
         note_first_estimates(map, rob, lmks)
     for key in [key for key in obs if key[0] == sen.id]:
         del obs[key]
 
-    by_slot = sorted(lmks.values(), key=lambda lmk: lmk.slot)  # it decides between equally uncertain ones
-    order = list(lmks.values()) if opt.joint else by_slot
+    order = lmks.values() if opt.joint else sorted(lmks.values(), key=attrgetter("slot"))  # of equally uncertain ones
     expected = project_lmks(map, rob, sen, order)
     seen = [o for o in expected if o.visible]
     obs.update({(sen.id, o.lmk): o for o in (seen if opt.joint else expected)})
@@ -135,8 +135,8 @@ def _correct_one_by_one(map, rob, sen, lmks, found, opt):
         o.updated = inn.md2 < opt.md2_threshold
         if o.updated:
             stale, camera = True, rob.frame(map).compose(sen.frame(map))[0].t
-            correct(map, PHt, inn)
-            _after(map, rob, sen, [lmks[o.lmk]], camera, opt)
+            correct_invariant(map, rob, lmks, PHt, inn, opt)
+            _after(map, rob, sen, lmks, [o], camera, opt)
 
 
 def _correct_jointly(map, rob, sen, lmks, found, opt):
@@ -146,20 +146,19 @@ def _correct_jointly(map, rob, sen, lmks, found, opt):
         o.updated = innovation(o.z, o.E, o.R).md2 < opt.md2_threshold
     used = [o for o in found if o.updated]
     if used:
-        PHt = np.hstack([cross(map, o.blocks) for o in used])
+        PHt, z, R = zip(*[(cross(map, o.blocks), o.z, o.R) for o in used], strict=True)
+        PHt = np.hstack(PHt)
         E = np.vstack([covariance(PHt, o.blocks) for o in used])
-        inn = innovation(np.concatenate([o.z for o in used]), E, block_diag(*(o.R for o in used)))
         camera = rob.frame(map).compose(sen.frame(map))[0].t
-        correct(map, PHt, inn)
-        _after(map, rob, sen, [lmks[o.lmk] for o in used], camera, opt)
+        correct_invariant(map, rob, lmks, PHt, innovation(np.concatenate(z), E, block_diag(*R)), opt)
+        _after(map, rob, sen, lmks, used, camera, opt)
 
 
-def _after(map, rob, sen, lmks, camera, opt):
+def _after(map, rob, sen, lmks, used, camera, opt):
     """Bring frames, and the landmarks that have corrected the map, to their normal form; `camera` saw them."""
-    normalize(map, rob)
-    normalize(map, sen)
-    for lmk in lmks:
-        tidy(map, lmk, camera, opt)
+    normalize(map, rob, sen)
+    for o in used:
+        tidy(map, lmks[o.lmk], camera, opt)
 
 
 def _project_again(map, rob, sen, lmk, o):
@@ -173,12 +172,8 @@ def _project_again(map, rob, sen, lmk, o):
 def _count(rob, sen, lmk, o):
     """Count what has happened to a landmark that was looked for. Returns it as events."""
     lmk.n_search, lmk.n_match, lmk.n_inlier = lmk.n_search + 1, lmk.n_match + o.matched, lmk.n_inlier + o.updated
-    events = [Event("search", rob.id, sen.id, lmk.id, o.matched)]
-    if o.matched:
-        events.append(Event("innovation", rob.id, sen.id, lmk.id, o.updated))
-    if o.updated:
-        events.append(Event("correction", rob.id, sen.id, lmk.id))
-    return events
+    done = [("search", o.matched)] + [("innovation", o.updated)] * o.matched + [("correction", True)] * o.updated
+    return [Event(kind, rob.id, sen.id, lmk.id, flag) for kind, flag in done]
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------
@@ -263,8 +258,8 @@ def check_control(rob, dt):
     ------
     ValueError
     """
-    m = sum(rob.motion.control_fields.values())
-    if np.shape(rob.u) != (m,) or not np.isfinite(rob.u).all():
+    m, u = sum(rob.motion.control_fields.values()), real(f"robot {rob.id}: the control", rob.u)
+    if u.shape != (m,) or not np.isfinite(u).all():
         fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
     if not 0 <= dt < np.inf:
@@ -286,10 +281,10 @@ def check_raw(raw, sen):
     ValueError
     """
     m, ids, y = len(sen.model.R), np.asarray(raw.ids), np.asarray(raw.y)
-    if ids.ndim != 1:
-        raise ValueError(f"sensor {sen.id}: ids must be a list of integers, got shape {ids.shape}")
-    if ids.size and ids.dtype.kind not in "iu":
-        raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()}")
+    if ids.ndim != 1 or np.ma.is_masked(raw.ids) or (ids.size and ids.dtype.kind not in "iu"):
+        _refuse_ids(raw.ids, sen)
+    if np.ma.is_masked(raw.y) or y.dtype.kind not in "iuf":
+        real(f"sensor {sen.id}: measurements", raw.y)
     if raw.R is not None:
         if np.shape(raw.R) != (len(ids), m, m):
             raise ValueError(
@@ -303,3 +298,11 @@ def check_raw(raw, sen):
         )
     for i in np.flatnonzero(~np.isfinite(y).all(-1))[:1]:
         raise ValueError(f"sensor {sen.id}: measurement {i} of landmark {ids[i]} must be finite, got {y[i].tolist()}")
+
+
+def _refuse_ids(ids, sen):
+    if np.ma.is_masked(ids):
+        raise ValueError(f"sensor {sen.id}: ids must not have masked entries: -1 stands for an id that is not known")
+    if np.ndim(ids) != 1:
+        raise ValueError(f"sensor {sen.id}: ids must be a list of integers, got shape {np.shape(ids)}")
+    raise ValueError(f"sensor {sen.id}: ids must be integers, got {np.asarray(ids).tolist()}")

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from .. import fast, slam
 
 ENGINES = "plain", "fast"
+STEPS = "move", "correct_known_lmks", "init_new_lmks", "correct_met_robots"
 OF_THE_FAST = "compressed", "compiled"
 """Options that only the fast engine has."""
 
@@ -23,7 +24,7 @@ class Engine(NamedTuple):
         What runs, for the reader: "plain", "fast", "fast, compressed, compiled".
     new_map : callable
         capacity -> map.
-    move, correct_known_lmks, init_new_lmks : callable
+    move, correct_known_lmks, init_new_lmks, correct_met_robots : callable
         With the signatures that they have in `slam`.
     """
 
@@ -32,6 +33,7 @@ class Engine(NamedTuple):
     move: Callable
     correct_known_lmks: Callable
     init_new_lmks: Callable
+    correct_met_robots: Callable
 
 
 def engine(options):
@@ -46,11 +48,11 @@ def engine(options):
     Engine
     """
     if options.engine == "plain":
-        return Engine("plain", slam.new_map, slam.move, slam.correct_known_lmks, slam.init_new_lmks)
+        return Engine("plain", slam.new_map, *(getattr(slam, step) for step in STEPS))
     chosen = {name: getattr(options, name) for name in OF_THE_FAST}
     name = ", ".join(["fast", *(name for name, on in chosen.items() if on)])
     new_map = partial(fast.new_map, **chosen)
-    return Engine(name, new_map, fast.move, fast.correct_known_lmks, fast.init_new_lmks)
+    return Engine(name, new_map, *(getattr(fast, step) for step in STEPS))
 
 
 def check_engine(options):

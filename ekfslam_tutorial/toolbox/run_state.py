@@ -29,7 +29,7 @@ def run_state(snapshot, data):
     lmks = [{name: getattr(lmk, name) for name in LMK} for lmk in snapshot.lmks.values()]
     return {
         "frames": snapshot.k - data.time.first + 1,
-        "map": snapshot.map.__getstate__(),
+        "map": _without_records(snapshot.map.__getstate__()),
         "robs": [{name: getattr(rob, name) for name in ROB} for rob in snapshot.robs],
         "sens": [{name: getattr(sen, name) for name in SEN} for sen in snapshot.sens],
         "lmks": lmks,
@@ -62,6 +62,12 @@ def restore(state, data, map, robs, sens):
     types = _types(data, sens)
     lmks = [Lmk(type=types[t], **values) for t, values in zip(state["types"], state["lmks"], strict=True)]
     return {lmk.id: lmk for lmk in lmks}, state["refused"]
+
+
+def _without_records(state):
+    """The state of a map, or of the map in it: the robots put themselves there when a run begins."""
+    inside = {name: _without_records(value) if name == "whole" else value for name, value in state.items()}
+    return {name: value for name, value in inside.items() if name != "robs"}
 
 
 def _types(data, sens):

@@ -3,11 +3,12 @@
 Both give the estimator the same, a `Frame`. It does not know which of them it came from.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..simulation import Streams, draw, sim_motion, sim_observation
+from .adjusted import adjusted
 from .structures import create_sim_structures
 
 TURN = 2 * np.pi * (1 + 1e-12)
@@ -43,6 +44,39 @@ class Frame:
     idle: set = field(default_factory=set)
 
 
+class Told:
+    """What the filter is told of the noise of a simulation, where that is not what the simulator draws with.
+
+    Parameters
+    ----------
+    data : UserData
+
+    Raises
+    ------
+    ValueError
+        For what only a recording can have.
+    """
+
+    def __init__(self, data):
+        self._factors = {robot.id: robot.noise_factor for robot in data.robots}
+        self._R = {s.id: s.noise_factor * np.asarray(s.model.R) for s in data.sensors if s.noise_factor != 1}
+        for robot in data.robots:
+            if robot.clock_offset:
+                raise ValueError(f"robot {robot.id}: clock_offset is for recordings; this is a simulation")
+        for sensor in data.sensors:
+            if np.any(sensor.biases()):
+                raise ValueError(f"sensor {sensor.id}: bias is for recordings; this is a simulation")
+
+    def U(self, robot, U):
+        """Covariance of the control of a robot."""
+        return U if self._factors[robot] == 1 else self._factors[robot] * U
+
+    def raw(self, obs):
+        """The measurements of a sensor, with their covariances if they are not the sensor's."""
+        R = self._R.get(obs.sen)
+        return obs if R is None else replace(obs, R=np.tile(R, (len(obs.ids), 1, 1)))
+
+
 class Simulation:
     """Simulated robots and sensors.
 
@@ -56,6 +90,7 @@ class Simulation:
         self.sim_robs, self.sim_sens, self.sim_lmk, self._rngs = create_sim_structures(data, Streams(seed))
         self._sen = {sen.id: sen for sen in self.sim_sens}
         self._controls = {robot.id: (robot.controls(), robot.U()) for robot in data.robots}
+        self._told = Told(data)
         self._dt = data.time.dt
         self.starts = {}
 
@@ -72,8 +107,8 @@ class Simulation:
             sim_motion(rob, now.dt)
             for id in rob.sensors:
                 rngs = self._rngs["sensing", id], self._rngs["clutter", id]
-                now.raw[id] = sim_observation(rob, self._sen[id], self.sim_lmk, *rngs)
-            now.controls[rob.id] = rob.u + draw(self._rngs["motion", rob.id], U), U
+                now.raw[id] = self._told.raw(sim_observation(rob, self._sen[id], self.sim_lmk, *rngs))
+            now.controls[rob.id] = rob.u + draw(self._rngs["motion", rob.id], U), self._told.U(rob.id, U)
             now.truth[rob.id] = rob.frame.x
         return now
 
@@ -95,12 +130,13 @@ class Replay:
     sim_robs, sim_sens = (), ()
 
     def __init__(self, data, recording):
+        recording = adjusted(data, recording)
         self._rec, self._data = recording, data
         self.sim_lmk = recording.landmarks
         if not len(recording):
             raise ValueError(f"the recording {recording.name!r} has no frames")
         self._check_landmarks()
-        self._U = {robot.id: robot.U() for robot in data.robots}
+        self._U = {robot.id: robot.U() for robot in data.robots}  # where the recording has none
         _check_has("robot", [r.id for r in data.robots], recording.robots, recording.name)
         _check_has("sensor", [s.id for s in data.sensors], recording.raw, recording.name)
         for robot in data.robots:

@@ -1,16 +1,17 @@
 """The main loop (the manual's universalSLAM): simulate or play back, estimate, hand over each frame."""
 
 import html
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..ekf.html import map_html
-from ..slam import correct_met_robots, reopen_gate
+from ..slam import reopen_gate, retry_lmks
 from . import engines
 from .run_state import restore
 from .scenario.agreement import can_start, started_by
 from .sources import Replay, Simulation
 from .structures import create_slam_structures
+from .watch import Watch
 
 
 @dataclass
@@ -45,6 +46,8 @@ class Snapshot:
         Empty when a recording is played.
     sim_lmk : SimLmk or None
         True landmarks, where known.
+    corrected : list of tuple
+        What the corrections of this frame have done to the poses of the robots, in order: see `toolbox.watch`.
     """
 
     k: int
@@ -63,6 +66,7 @@ class Snapshot:
     sim_robs: Any
     sim_sens: Any
     sim_lmk: Any
+    corrected: list = field(default_factory=list)
 
     def __repr__(self):
         used = sum(o.updated for o in self.obs.values())
@@ -158,7 +162,7 @@ def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
         now = source.frame(i)
 
         # 2. ESTIMATION
-        events = []
+        events, watch = [], Watch(map, robs, opt)
         for key in [key for key in obs if key[0] in now.idle]:
             del obs[key]
         for rob in robs:
@@ -169,14 +173,17 @@ def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
                 engine.move(map, rob, now.dt)
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = now.raw[sen.id]
-                done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
-                events += done + reopen_gate(map, rob, done, opt, lmks)
+                with watch:
+                    done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
+                done += reopen_gate(map, rob, done, opt, lmks)
+                events += done + retry_lmks(map, rob, done, opt, lmks)
                 if starts[sen.id]:
                     n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                     events += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
-                events += correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt)
+                with watch:
+                    events += engine.correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt, lmks)
 
         # 3. VISUALIZATION, or whatever the caller does with a frame
         refused = {*refused, *(e.lmk for e in events if e.kind == "refused")}.difference(lmks)
@@ -197,4 +204,5 @@ def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
             sim_robs=source.sim_robs,
             sim_sens=source.sim_sens,
             sim_lmk=source.sim_lmk,
+            corrected=watch.seen,
         )

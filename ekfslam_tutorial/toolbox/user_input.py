@@ -28,6 +28,8 @@ def finite_array(what, a, ndim=None):
     ValueError
         Beginning with `what`.
     """
+    if np.ma.is_masked(a):
+        raise ValueError(f"{what} must not have masked entries: leave out what is not known")
     try:
         array = np.asarray(a)
     except ValueError:  # rows of different lengths

@@ -41,6 +41,8 @@ CHANGES = {
     },
     "a sensor that misses, a narrow gate": {"sensor": {"p_detect": 0.6}, "options": {"md2_threshold": 4.0}},
     "two corrections, not projected again": {"options": {"n_updates": 2, "reproject": False}},
+    "the additive error": {"options": {"error": "additive"}, "robot": {"w_std_deg": 6.0}},
+    "the invariant error": {"options": {"error": "invariant"}, "robot": {"w_std_deg": 6.0}},
     "first-estimates Jacobians": {"options": {"first_estimates": True}, "robot": {"w_std_deg": 6.0}},
     "a world of chance, another first frame": {"world": {"type": "random2", "n": 12}, "time": {"first": 5, "last": 30}},
 }

@@ -209,8 +209,8 @@ def test_without_a_checkpoint_it_begins_at_the_beginning_and_says_so(tmp_path, c
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (["--seed", "99", "--resume"], "of another scenario"),
-        (["--set", "sensor.range_std=0.5", "--resume"], "of another scenario"),
+        (["--seed", "99", "--resume"], "is of another run, changed is: seed; resume"),
+        (["--set", "sensor.range_std=0.5", "--resume"], "changed is: sensors of the scenario; resume"),
         (["--checkpoint", "0"], "every 1 or more frames"),
         (["--checkpoint", "5", "--movie"], "cannot also write --movie"),
     ],

@@ -226,8 +226,9 @@ def test_it_is_saved_on_the_way(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("other", "what"),
-    [(scenario(time={"dt": 0.5, "last": 9}), "scenario"), (scenario(world={"type": "lecture"}), "scenario")]
-    + [(scenario(seed=8), "seed"), (scenario(options={"md2_threshold": 9.0}), "scenario")],
+    [(scenario(time={"dt": 0.5, "last": 9}), "scenario, changed is: time of the scenario")]
+    + [(scenario(world={"type": "lecture"}), "scenario, changed is: world of the scenario"), (scenario(seed=8), "seed")]
+    + [(scenario(options={"md2_threshold": 9.0}), "scenario, changed is: options of the scenario")],
 )
 def test_another_series_is_not_taken_up(other, what, tmp_path):
     path = tmp_path / "runs.npz"

@@ -116,6 +116,12 @@ def space():
     return record("cloister_idp", 25)
 
 
+@pytest.fixture(scope="session")
+def two_robots():
+    """Two robots with four cameras."""
+    return record("two_robots_four_cameras", 12)
+
+
 def record(name, n_frames, changes=None):
     data = UserData.from_toml(ROOT / "data" / "scenarios" / f"{name}.toml", {"time.last": n_frames, **(changes or {})})
     log = StateLog(f"test of {name}")

@@ -82,23 +82,39 @@ def cells_with(nb, kind):
 
 
 def move_a_slider(page, nb):
-    """Press an arrow key on a slider, and wait for another figure below it."""
+    """Press an arrow key on a slider, and wait for another picture above it: the only one; its labels are whole."""
     for i in cells_with(nb, "application/vnd.jupyter.widget-view+json"):
         page.evaluate(GO_TO_CELL, i)
-        panel = page.locator(".jp-mod-active .jp-OutputArea-child:has(.widget-slider)").first
+        panel = page.locator(".jp-mod-active .ekfslam-live:has(.widget-slider)").first
         if panel.count():
             break
     else:
         return
     figure, handle = panel.locator("img").first, panel.locator(".widget-slider .noUi-handle").first
+    wait = lambda condition: page.wait_for_function(condition, arg=figure.element_handle())
+    wait(ALL_DOTS)
+    assert page.locator(".jp-mod-active .jp-OutputArea img:visible").count() == 1  # the poster has made room
+    assert figure.get_attribute("title") and panel.evaluate(CUT) == []
+    assert figure.bounding_box()["y"] < handle.bounding_box()["y"]
     before = figure.get_attribute("src")
     handle.focus()
     handle.press("ArrowRight")
     run = panel.get_by_role("button", name="Run", exact=True)
     if run.count():
         run.click()
-    changed = "([panel, src]) => panel.querySelector('img')?.src !== src"
-    page.wait_for_function(changed, arg=[panel.element_handle(), before])
+    wait(f"figure => figure.src !== '{before}'")
+    wait(ALL_DOTS)
+
+
+# A picture that rests has two dots for each CSS pixel, or it is made of lines.
+ALL_DOTS = """async figure => {
+    const kind = (await fetch(figure.src).then(answer => answer.blob(), () => null))?.type
+    return kind === 'image/svg+xml' || figure.naturalWidth > 1.9 * parseFloat(figure.style.width)
+}"""
+
+# The labels that do not fit.
+CUT = """panel => [...panel.querySelectorAll('.widget-label, .widget-readout')]
+    .filter(label => label.scrollWidth > label.clientWidth + 1).map(label => label.innerText)"""
 
 
 def give_answers(page, nb):

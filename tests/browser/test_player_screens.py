@@ -99,6 +99,18 @@ def test_in_a_frame_it_plays_offline_and_lets_the_page_scroll(page, flat, tmp_pa
     )
 
 
+@pytest.mark.parametrize("width", [530, 650, 844])
+def test_in_a_notebook_the_picture_has_the_height_of_its_frame(chromium, flat, width):
+    """JupyterLab in a window of 1024 x 768 leaves 844 px to an output, and 530 px beside the list of files."""
+    page = visit(chromium, viewport={"width": 1024, "height": 768})
+    page.set_content(f"<!DOCTYPE html><body><div style='width: {width}px'>{player_frame(flat)}</div>")
+    frame = page.frames[1]
+    frame.wait_for_function("window.player?.drawn > 0")
+    high, of = frame.evaluate("[player.stage.clientHeight, innerHeight]")
+    page.context.close()
+    assert of >= 540 and high > 0.7 * of
+
+
 # --- speed ---
 
 

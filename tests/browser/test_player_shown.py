@@ -7,8 +7,10 @@ import pytest
 
 from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.graphics.player import StateLog, write_player_html
+from ekfslam_tutorial.graphics.style import ROBOTS
 
-from .pages import map_of, picture
+from .conftest import visit
+from .pages import map_of, picture, readout
 
 pytestmark = pytest.mark.browser
 
@@ -58,35 +60,60 @@ def rotation(x, d):
     return (Frame2 if d == 2 else Frame3)(x).normalized()[0].R
 
 
-def test_ellipses_stand_where_they_should(space, open_log):
-    """The outline of an ellipsoid in the picture, against points of its surface that are projected one by one."""
-    page = open_log(space)
+def test_ellipses_stand_where_they_should(flat, open_log):
+    """The outline of an ellipse in the picture, against points of it that are projected one by one."""
+    page = open_log(flat)
     outlines = page.evaluate(
         """() => {
-            const {camera, k} = player.scene, out = []
-            for (const {p, L} of [...player.log.frames.at(-1).lmks.values()].slice(0, 10)) {
-                const o = camera.outline(p, L, k)
-                if (!o) continue
+            const {camera, k} = player.scene
+            return [...player.log.frames.at(-1).lmks.values()].map(({p, L}) => [camera.outline(p, L, k),
+                Array.from({length: 90}, (_, n) => [Math.cos(n * Math.PI / 45), Math.sin(n * Math.PI / 45)])
+                    .map(u => camera.project(p.map((v, i) => v + k * (L[i][0] * u[0] + L[i][1] * u[1]))))])
+        }"""
+    )
+    assert len(outlines) > 5
+    for o, points in outlines:
+        c, s = np.cos(o["angle"]), np.sin(o["angle"])
+        x, y = ((np.array(points) - [o["x"], o["y"]]) @ [[c, -s], [s, c]]).T
+        assert np.allclose(np.hypot(x / o["major"], y / o["minor"]), 1.0, atol=1e-6)
+
+
+def test_ellipsoids_stand_where_they_should(space, open_log):
+    """What WebGL draws of one ellipsoid reaches as far as points of its surface that are projected one by one."""
+    page = open_log(space)
+    boxes = page.evaluate(
+        """() => {
+            const {scene} = player, {camera, stage, k, ratio, context, canvas} = scene, out = []
+            const box = points => [0, 1].flatMap(i => [Math.min, Math.max].map(f => f(...points.map(p => p[i]))))
+            for (const [id, {p, L}] of player.log.frames.at(-1).lmks) {
                 const cloud = []
-                for (let i = 0; i < 60; i++) for (let j = 0; j < 120; j++) {
-                    const a = Math.PI * i / 59, b = 2 * Math.PI * j / 120
+                for (let i = 0; i < 40; i++) for (let j = 0; j < 80; j++) {
+                    const a = Math.PI * i / 39, b = 2 * Math.PI * j / 80
                     const u = [Math.sin(a) * Math.cos(b), Math.sin(a) * Math.sin(b), Math.cos(a)]
                     cloud.push(camera.project(p.map((v, n) => v + k * (L[n][0]*u[0] + L[n][1]*u[1] + L[n][2]*u[2]))))
                 }
-                out.push([o, cloud])
+                if (cloud.some(at => !at)) continue
+                const [x0, x1, y0, y1] = box(cloud), [w, h] = camera.size
+                if (Math.max(x1 - x0, y1 - y0) < 12 || x0 < 0 || y0 < 0 || x1 > w || y1 > h) continue
+                stage.clear()
+                const alone = new Map([[id, {p, L}]])
+                stage.shapes('ball', scene.ellipsoids({robots: new Map(), lmks: alone}, new Map()), 0)
+                stage.draw(camera.view(), [w, h])
+                context.clearRect(0, 0, ...scene.area)
+                context.drawImage(stage.canvas, 0, stage.canvas.height - h * ratio, w * ratio, h * ratio, 0, 0, w, h)
+                const {data, width} = context.getImageData(0, 0, canvas.width, canvas.height), drawn = []
+                for (let i = 0; i < data.length / 4; i++) {
+                    const x = (i % width) / ratio, y = Math.floor(i / width) / ratio
+                    if (data[4 * i + 3] && data[4 * i] < 250 && x < w) drawn.push([x, y])
+                }
+                out.push([[x0, x1, y0, y1], box(drawn)])
             }
             return out
         }"""
     )
-    assert len(outlines) > 5
-    for o, cloud in outlines:
-        c, s = np.cos(o["angle"]), np.sin(o["angle"])
-        x, y = ((np.array(cloud) - [o["x"], o["y"]]) @ [[c, -s], [s, c]]).T
-        # The points lie inside, and come as close to the border as their spacing allows (3 degrees: 0.2 %).
-        radius = np.hypot(x / o["major"], y / o["minor"])
-        assert 0.99 < radius.max() < 1.0001
-        assert np.abs(x).max() == pytest.approx(o["major"], rel=0.01)
-        assert np.abs(y).max() == pytest.approx(o["minor"], rel=0.01)
+    assert len(boxes) > 3
+    for expected, drawn in boxes:
+        assert drawn == pytest.approx(expected, abs=4)  # pixels; a body of 18 by 9 faces does not reach the tips
 
 
 def test_every_frame_can_be_drawn(flat, space, open_log):
@@ -119,6 +146,43 @@ def test_words_for_those_who_do_not_see_the_picture(flat, open_log):
     assert "test of range_bearing_2d" in map_of(page).get_attribute("aria-label")
     for role, name in ("button", "Play"), ("combobox", "Speed"), ("button", "Whole picture"):
         assert page.get_by_role(role, name=name).is_visible()
+
+
+def test_each_robot_has_its_colour_and_each_camera_its_picture(two_robots, open_log):
+    page = open_log(two_robots)
+    assert page.evaluate("[1, 2].map(id => player.scene.color(id))") == list(ROBOTS[:2])
+    page.evaluate("player.seek(9)")
+    whole = picture(page)
+    assert page.evaluate("player.scene.views.map(sensor => sensor.name)") == [
+        "Micropix",
+        "side camera",
+        "RGB-D",
+        "wide lens",
+    ]
+    colours = "[...player.scene.robots(player.log.frames[9])].map(robot => robot.color)"
+    assert page.evaluate(colours) == list(ROBOTS[:2])
+    for layer in "view", "fan":
+        page.locator(f".legend button[data-layer={layer}]").click()
+        assert picture(page) != whole
+        whole = picture(page)
+    assert page.evaluate("player.scene.room()") == 0
+
+
+def test_without_webgl_there_are_still_marks_and_words(chromium, space, tmp_path):
+    page = visit(chromium, viewport={"width": 1024, "height": 720})
+    page.add_init_script(
+        "const get = HTMLCanvasElement.prototype.getContext\n"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
+        " return kind === '2d' ? get.call(this, kind, ...more) : null }"
+    )
+    page.goto(write_player_html(tmp_path / "player.html", space).as_uri())
+    page.wait_for_function("window.player?.drawn > 0")
+    page.evaluate("player.seek(20)")
+    map_of(page).press("ArrowDown")
+    assert "mean" in readout(page)
+    assert page.evaluate("player.scene.stage.gl") is None
+    assert page.problems == []
+    page.context.close()
 
 
 def test_hostile_numbers_are_drawn_without_complaint(page, tmp_path):

@@ -47,7 +47,7 @@ def explored(number, folder):
     asked, space = {}, {"__name__": "__main__"}
 
     def explore(draw, *given):
-        asked[draw] = given
+        asked[getattr(draw, "func", draw)] = given  # of a `partial`: what it fixes has a default
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(course, "explore", explore)

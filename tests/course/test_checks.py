@@ -23,6 +23,7 @@ from ekfslam_tutorial.course import (
     progress,
     registry,
     reveal,
+    told,
 )
 from ekfslam_tutorial.course.diagnose import diagnose
 from ekfslam_tutorial.course.exercise import Verdict
@@ -215,7 +216,7 @@ def test_the_file_is_replaced_in_one_step(own_progress, monkeypatch):
     monkeypatch.setattr(logbook.os, "replace", broken)
     check("02.2", lambda x, i, x_r: None)
     assert own_progress.read_text() == before
-    assert [p.name for p in own_progress.parent.iterdir()] == [own_progress.name]  # no part of a file is left
+    assert {p.name for p in own_progress.parent.iterdir()} == {own_progress.name, logbook.backup().name}  # no part
     json.loads(before)
 
 
@@ -503,3 +504,44 @@ def test_how_to_copy_depends_on_what_it_is(given, advice):
     with pytest.raises(expect.Failed) as failed:
         guard.Guarded(spoil, names=("F",))(given)
     assert advice in failed.value.hint
+
+
+# --- at a glance ---
+
+
+class Kernel:
+    """A shell that is not a terminal's."""
+
+
+@pytest.mark.parametrize(("passed", "mark", "line"), [(True, "✓", "solid"), (False, "✗", "dashed")])
+def test_in_a_notebook_a_verdict_has_colour_and_shape_beside_its_words(passed, mark, line, monkeypatch, capsys):
+    shown = []
+    monkeypatch.setattr(told, "get_ipython", Kernel)
+    monkeypatch.setattr(told, "display", lambda data, raw: shown.append(data))
+    told.tell(passed, "[02.3] a <b>\n    second line")
+    assert shown[0]["text/plain"] == "[02.3] a <b>\n    second line" and capsys.readouterr().out == ""
+    page = shown[0]["text/html"]
+    assert mark in page and f"6px {line} #" in page and "[02.3] a &lt;b&gt;\n    second line" in page
+
+
+def test_pass_and_fail_differ_in_all_that_is_seen():
+    one, other = told.LOOK[True], told.LOOK[False]
+    assert all(a != b for a, b in zip(one, other, strict=True))
+
+
+def test_a_verdict_of_check_is_shown_so(monkeypatch):
+    seen = []
+    monkeypatch.setattr(checks, "tell", lambda passed, text: seen.append((passed, text)))
+    check("02.3", own)
+    check("02.3", lambda *_: None)
+    assert [passed for passed, _ in seen] == [True, False] and seen[0][1] == "[02.3] passed"
+
+
+def test_on_a_terminal_it_is_coloured_unless_that_is_not_wanted(monkeypatch, capsys):
+    monkeypatch.setattr(told.sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    told.tell(False, "[02.3] failed\n    more")
+    assert capsys.readouterr().out == "\x1b[1;33m✗ [02.3] failed\x1b[0m\n    more\n"
+    monkeypatch.setenv("NO_COLOR", "1")
+    told.tell(True, "[02.3] passed")
+    assert capsys.readouterr().out == "[02.3] passed\n"

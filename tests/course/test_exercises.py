@@ -11,6 +11,7 @@ import pytest
 from ekfslam_tutorial.course import registry
 from ekfslam_tutorial.course.exercise import Exercise
 from ekfslam_tutorial.course.project import Project
+from ekfslam_tutorial.course.quiz import read_quizzes
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning", "ignore:Casting complex")  # of bent answers
 ALL = [exercise for exercise in registry.everything() if not isinstance(exercise, Project)]  # see test_projects.py
@@ -187,3 +188,46 @@ def test_a_quiz_takes_each_wrong_value(quiz):
     assert "no entry" in quiz.judge({k + "s": v for k, v in quiz.reference.items()}).message
     assert eval(quiz.source().split("=", 1)[1]) == quiz.reference
     assert quiz.judge(eval(quiz.stub().split("=", 1)[1])).status == "not attempted"
+
+
+QUIZ = """
+[[quiz]]
+id = "99.1"
+title = "Sizes"
+hints = ["one", "two", "three"]
+ask = '''
+shape = (2, 3) | what size is it?
+    (3, 2): Rows are outputs: the other way round.
+    else: Count rows, then columns.
+letter = b | which of the two?  a: this  b: that
+    a: No: that one.
+    else: Look again.
+'''
+"""
+
+
+def test_a_quiz_is_read_from_a_text(tmp_path):
+    file = tmp_path / "nb99_quiz.toml"
+    file.write_text(QUIZ)
+    (quiz,) = read_quizzes(file)
+    assert quiz.reference == {"shape": (2, 3), "letter": "b"}
+    shape, letter = quiz.questions
+    assert shape.comment == "what size is it?" and shape.wrong == {(3, 2): "Rows are outputs: the other way round."}
+    assert letter.help == "Look again." and letter.wrong == {"a": "No: that one."}
+
+
+@pytest.mark.parametrize(
+    "old, new, told",
+    [
+        ("    else: Look again.\n", "", "question 'letter' of quiz 99.1 has no line `else: ...`"),
+        ("shape = (2, 3) | what", "shape: what", "a line is `key = right answer | question` or, below it"),
+        ('title = "Sizes"\n', "", "it has no 'title'"),
+        ("hints = [", "hints = ", "is not a file of quizzes"),
+    ],
+)
+def test_a_quiz_in_another_form_is_told(tmp_path, old, new, told):
+    file = tmp_path / "nb99_quiz.toml"
+    file.write_text(QUIZ.replace(old, new))
+    with pytest.raises(ValueError, match="nb99_quiz.toml is not a file of quizzes") as error:
+        read_quizzes(file)
+    assert told in str(error.value)

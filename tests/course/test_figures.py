@@ -12,11 +12,12 @@ import xml.etree.ElementTree as ET
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from PIL import Image
 
 from ekfslam_tutorial.course import figures
 from ekfslam_tutorial.course.draws import nb10
-from ekfslam_tutorial.graphics import covariance_panel, use_style
+from ekfslam_tutorial.graphics import covariance_panel, style, use_style
 
 
 @pytest.fixture(autouse=True)
@@ -93,6 +94,17 @@ def test_few_colours_keep_paper_white_and_lines_where_they_are():
     assert (b[0, -1] == 255).all() and np.mean((a == 255).all(-1) & ~(b == 255).all(-1)) == 0
     assert figures.changed(Image.fromarray(a.astype(np.uint8)), Image.open(io.BytesIO(after))) < 0.002
     assert figures.size(after) == figures.size(before)
+
+
+def test_a_mark_keeps_its_colour_however_small_it_is():
+    fig, ax = plt.subplots(figsize=(10.5, 5.8))
+    ax.plot(np.linspace(0, 1, 500), np.sin(np.linspace(0, 60, 500)), color=style.BLUE, linewidth=3)
+    colours = (style.GREEN, style.VERMILLION, style.ORANGE, style.PURPLE)
+    for x, colour in zip((0.2, 0.4, 0.6, 0.8), colours, strict=True):
+        ax.plot(x, 1.2, "s", color=colour, markersize=3)
+    few = Image.open(io.BytesIO(figures.with_palette(figures.png(fig)))).convert("RGB")
+    kept = {tuple(c) for c in np.reshape(np.asarray(few), (-1, 3)).tolist()}
+    assert {tuple(round(255 * v) for v in to_rgb(colour)) for colour in colours} <= kept
 
 
 def test_a_colour_map_keeps_its_shades():

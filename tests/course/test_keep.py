@@ -17,6 +17,8 @@ import pytest
 
 from ekfslam_tutorial.course import check, keep, own, registry
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.my_file import MyFile
+from ekfslam_tutorial.toolbox.files import locks
 
 module = importlib.import_module("ekfslam_tutorial.course.keep")  # the package has the function of this name
 
@@ -199,6 +201,35 @@ def test_a_self_test_and_an_unknown_number(notebook, file):
         own("05.self")
     with pytest.raises(ValueError, match="numbers of exercises"):
         own()
+
+
+def test_a_project_is_no_function(notebook, file):
+    said = notebook.run('keep("13.project")')
+    assert said.startswith(
+        "[13.project] is not kept: a project is a run, not a function. Its scenario and its loop stay"
+    )
+    with pytest.raises(ValueError, match="own cannot give 13.project: a project is a run"):
+        own("13.project")
+    assert not file.exists()
+
+
+def test_what_is_written_by_hand_gives_arrays_too(notebook, file):
+    file.write_text(
+        "import math\n\ndef predict(x, P, u, U):\n    c, s = math.cos(x[2]), math.sin(x[2])\n"
+        "    n, X = len(x), [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]], [0, 0, 1]]\n"
+        "    X_u = [[c, -s, 0], [s, c, 0], [0, 0, 1]]\n"
+        "    F = [[X[i][j] if i < 3 and j < 3 else float(i == j) for j in range(n)] for i in range(n)]\n"
+        "    G = [X_u[i] if i < 3 else [0, 0, 0] for i in range(n)]\n"
+        "    new = [x[0] + c * u[0] - s * u[1], x[1] + s * u[0] + c * u[1], x[2] + u[2], *x[3:]]\n"
+        "    turned = lambda A, B: [[sum(A[i][k] * B[k][l] * A[j][l] for k in range(len(B)) for l in range(len(B)))\n"
+        "                            for j in range(n)] for i in range(n)]\n"
+        "    return new, [[a + b for a, b in zip(*rows)] for rows in zip(turned(F, P), turned(G, U))]\n"
+    )
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        predict = own("05.1")
+    assert printed.getvalue() == "predict (05.1): yours, from my_slam.py\n"
+    x, P = predict(np.zeros(5), np.eye(5), np.array([1.0, 0.0, 0.1]), 0.01 * np.eye(3))
+    assert isinstance(x, np.ndarray) and isinstance(P, np.ndarray) and P.shape == (5, 5)
 
 
 def test_the_reference_is_not_kept_and_both_say_so(notebook, file):
@@ -431,6 +462,40 @@ def test_a_folder_that_cannot_be_written_is_one_sentence(notebook, file, monkeyp
     assert len(told.splitlines()) == 1 and "nothing is kept" in told
 
 
+def test_two_kernels_keep_one_after_the_other(notebook, file, monkeypatch):
+    """From the reading of the file to its writing nobody else may change it; afterwards there is no trace of that."""
+    seen, read = [], MyFile.read
+
+    def looked_at(path):
+        with pytest.raises(locks.Taken):
+            locks._locked(path)
+        seen.append(path)
+        return read(path)
+
+    monkeypatch.setattr(MyFile, "read", looked_at)
+    notebook.solve("05.1")
+    keep()
+    notebook.solve("05.2")
+    keep()
+    assert len(seen) == 2 and {"05.1", "05.2"} <= read(file).sections().keys()
+    os.close(locks._locked(file))
+    assert not [p for p in file.parent.iterdir() if p.name.startswith(".") or p.suffix in (".lock", ".part")]
+
+
+def test_a_full_disk_leaves_the_file(notebook, file, monkeypatch):
+    notebook.solve("05.1")
+    keep()
+    before = file.read_text()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    notebook.solve("05.2")
+    assert "cannot be written, and nothing is kept: No space left" in notebook.run("keep()")
+    assert file.read_text() == before and not [p for p in file.parent.iterdir() if p.name.startswith(".")]
+
+
 # --- in a real notebook's kernel, and in a script ---
 
 CELLS = '''
@@ -455,7 +520,7 @@ def run_python(text, file):
     script.write_text(text)
     command = [sys.executable, str(script)]
     done = subprocess.run(command, cwd=file.parent, capture_output=True, text=True, env={**os.environ})
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 

@@ -159,7 +159,7 @@ def test_slides_without_mathjax_name_the_cure(tmp_path, monkeypatch, capsys):
     assert "python -m pip install no-such-package" in capsys.readouterr().err
 
 
-def test_the_cut_is_opened_alone_with_large_letters(monkeypatch):
+def test_the_cut_is_opened_alone_with_large_letters_and_no_side_bars(monkeypatch):
     seen = {}
 
     def run(arguments, env, check):
@@ -168,10 +168,13 @@ def test_the_cut_is_opened_alone_with_large_letters(monkeypatch):
         settings = command.Path(env["JUPYTERLAB_SETTINGS_DIR"])
         seen["fonts"] = read(settings / "@jupyterlab" / "apputils-extension" / "themes.jupyterlab-settings")
         seen["arguments"], seen["folder"] = arguments, folder
+        (layout,) = command.Path(env["JUPYTERLAB_WORKSPACES_DIR"]).glob("default*")
+        seen["layout"] = read(layout)["data"]["layout-restorer:data"]
         return command.subprocess.CompletedProcess(arguments, 0)
 
     monkeypatch.setattr(command.subprocess, "run", run)
     assert ekfslam(["lecture", "02", "--lab", "--no-browser"]) == 0
     assert seen["arguments"][-1] == "--no-browser" and seen["fonts"]["overrides"] == command.FONTS
     assert any(c["metadata"].get("tags") == ["folded"] for c in seen["cells"])
+    assert not seen["layout"]["left"]["visible"] and not seen["layout"]["right"]["visible"]
     assert not command.Path(seen["folder"]).exists()

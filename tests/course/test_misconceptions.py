@@ -45,7 +45,7 @@ def wrong_widgets(cell):
     for module, name, number, file in parts(cell, WIDGET):
         real, nb = notebook(number)
         code = "\n".join(c.source for c in nb.cells if c.cell_type == "code")
-        shown = re.search(rf"\bexplore\((?:partial\()?(?:{module}\.)?{name}\b", code)
+        shown = re.search(rf"\bexplore\((?:{module}\.)?{name}\b", code)
         there = (module, name) in DRAWINGS or f"def {name}(" in code  # the notebook's own
         if not there or file != real or not shown:
             bad.append(f"{module}.{name}")

@@ -138,11 +138,11 @@ class Book:
     """A notebook that is being run in this process, in one namespace, as by a student who answers again and again.
 
     At first every code cell is run; with other answers those cells only that they can make a difference to, and a fleet
-    has four runs: that the cells go on is asked, not what they find.
+    has five runs: that the cells go on is asked, not what they find.
     """
 
     def __init__(self, path):
-        self.cells, self.all_run = code_cells(read(path)), False
+        self.cells, self.all_run, self.given = code_cells(read(path)), False, {}
         self.space = {"__name__": "__main__", "__builtins__": __builtins__, "display": self.display}
 
     @staticmethod
@@ -159,7 +159,7 @@ class Book:
             patch.setenv("EKFSLAM_MY_SLAM", str(progress.parent / "my_slam.py"))
             patch.setenv("EKFSLAM_CHECK_SECONDS", "200")
             if self.all_run:
-                patch.setattr(fleet, "run", four_runs(fleet.run))
+                patch.setattr(fleet, "run", five_runs(fleet.run))
             for cell in self.cells if not self.all_run else self.depending_on_answers():
                 source = build.source(cell)
                 if "exercise" in tags(cell):
@@ -171,23 +171,35 @@ class Book:
                     exec(compile(source, f"cell {cell.get('id')}", "exec"), self.space)
                 if "check" in tags(cell):
                     told.append(printed.getvalue())
+                if not self.all_run:
+                    self.given[cell["id"]] = {n: self.space[n] for n in bound(ast.parse(source)) if n in self.space}
                 plt.close("all")
         self.all_run = True
         return told
 
     def depending_on_answers(self):
-        """The cells with checks, and those that read what an answer, or a cell like this, has bound or changed."""
+        """The cells with checks, and those that read what an answer, or a cell like this, has bound or changed.
+
+        The names that a cell between them has bound get what it gave them at first.
+        """
         touched = set()
         for cell in self.cells:
             tree = ast.parse(build.source(cell))
             if "check" in tags(cell) or touched & {n.id for n in ast.walk(tree) if isinstance(n, ast.Name)}:
                 yield cell
-                touched |= bound(tree) | {n for n in changed(tree) if not isinstance(self.space[n], types.ModuleType)}
+                touched |= bound(tree) | {n for n in changed(tree) if self.can_change(n)}
+            elif "exercise" not in tags(cell):
+                self.space.update(self.given[cell["id"]])
+                touched -= bound(tree)
+
+    def can_change(self, name):
+        """Return True if a name of the notebook stands for something that a cell can change: not for a module."""
+        return name in self.space and not isinstance(self.space[name], types.ModuleType)
 
 
-def four_runs(run):
+def five_runs(run):
     """A small fleet instead of a large one."""
-    return lambda scenario, formulas, runs=20, *args, **more: run(scenario, formulas, min(runs, 4), *args, **more)
+    return lambda scenario, formulas, runs=20, *args, **more: run(scenario, formulas, min(runs, 5), *args, **more)
 
 
 def bound(tree):

@@ -339,8 +339,9 @@ def test_every_question_has_its_answer_folded():
         path = next(build.notebooks_folder().glob(f"{number}_*.ipynb"))
         cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
         texts = [build.source(c) for c in cells if c["cell_type"] == "markdown"]
-        asked = sum(text.count("**Predict before you run.**") for text in texts)
-        answers = [text for text in texts if re.match(r"<details><summary>Answer", text)]
+        question = r"\*\*(Predict before you run|.* for you to guess now)\.\*\*"
+        asked = sum(len(re.findall(question, text)) for text in texts)
+        answers = [text for text in texts if re.match(r"<details><summary>(Answer|Debrief</summary>\s+\*\*\()", text)]
         assert asked == len(answers) == questions, (number, asked, len(answers))
         assert not any(re.search(r"[Tt]he answer .*is \*\*\([a-d]\)", text) for text in texts)
         assert all(text.count("<details>") == text.count("</details>") for text in texts)

@@ -84,3 +84,17 @@ def test_the_order_is_that_of_the_links():
     assert verdict.misconception == "heading forgotten + transposed"
     assert verdict.hint.startswith("Two things, in this order. First: beta is counted from the robot's heading.")
     assert "Then: Rows are outputs" in verdict.hint
+
+
+@pytest.mark.parametrize(
+    "id, names",
+    [
+        ("05.5", ("double counting", "id not remembered")),
+        ("07.2", ("each measurement for itself", "the limit squared")),
+        ("07.2", ("first come, first served", "counted from 1")),
+    ],
+)
+def test_pairs_are_named_where_an_answer_has_few_values_too(id, names):
+    exercise = registry.get(id)
+    one, other = ([m for m in exercise.misconceptions if m.name == name][0] for name in names)
+    assert set(exercise.judge(exercise.composed(one, other)).misconception.split(" + ")) == set(names)

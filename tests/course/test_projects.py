@@ -383,7 +383,7 @@ def test_the_notebooks_show_the_tool_that_the_references_use():
     import inspect
 
     from ekfslam_tutorial.course import build
-    from ekfslam_tutorial.course.exercises.nb13_project import change
+    from ekfslam_tutorial.course.projects.nb13 import change
 
     text = inspect.getsource(change).strip()
     for number in ("13", "14", "15"):

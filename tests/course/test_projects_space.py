@@ -10,9 +10,9 @@ from functools import cache
 import pytest
 
 from ekfslam_tutorial.course import check, registry
-from ekfslam_tutorial.course.exercises import nb17_project, nb18_project, nb19_project
+from ekfslam_tutorial.course.projects import nb17, nb18, nb19
 
-MODULES = {"17": nb17_project, "18": nb18_project, "19": nb19_project}
+MODULES = {"17": nb17, "18": nb18, "19": nb19}
 FRAMES = {"17": ("last = 60", "last = 50"), "18": ("last = 900", "last = 600"), "19": ("last = 600", "last = 400")}
 
 
@@ -20,9 +20,9 @@ FRAMES = {"17": ("last = 60", "last = 50"), "18": ("last = 900", "last = 600"), 
 def without_real_logs(monkeypatch):
     """Project 19 takes the real log where there is one: here it takes the twin, of which the truth is known."""
     monkeypatch.delenv("EKFSLAM_DATA", raising=False)
-    for cached in (nb19_project.log, nb19_project.by_the_package):
+    for cached in (nb19.log, nb19.by_the_package):
         cached.cache_clear()
-    monkeypatch.setattr(nb19_project, "here", lambda: nb19_project.TWIN)
+    monkeypatch.setattr(nb19, "here", lambda: nb19.TWIN)
 
 
 def edited(text, *edits):
@@ -45,7 +45,7 @@ def verdict(number, scenario=(), loop=(), start=False):
 
 def everywhere(module, old, new):
     """The edit of a scenario that changes a word in all its lines."""
-    text = edited(module.SCENARIO, FRAMES["18"]) if module is nb18_project else module.SCENARIO
+    text = edited(module.SCENARIO, FRAMES["18"]) if module is nb18 else module.SCENARIO
     return (text, text.replace(old, new))
 
 
@@ -56,8 +56,8 @@ RIGHT = {
     "17 a coarser depth": ("17", [("depth_std = 0.1", "depth_std = 0.3")], ()),
     "17 all measurements are used": ("17", [(", n_updates = 10", "")], ()),
     "18 as it is": ("18", (), ()),
-    "18 a finer sensor": ("18", [everywhere(nb18_project, NOISE, "range_std=0.1, bearing_std_deg=0.7")], ()),
-    "18 a coarser sensor": ("18", [everywhere(nb18_project, NOISE, "range_std=0.3, bearing_std_deg=2.0")], ()),
+    "18 a finer sensor": ("18", [everywhere(nb18, NOISE, "range_std=0.1, bearing_std_deg=0.7")], ()),
+    "18 a coarser sensor": ("18", [everywhere(nb18, NOISE, "range_std=0.3, bearing_std_deg=2.0")], ()),
     "19 as it is": ("19", (), ()),
     "19 a finer laser": ("19", [("range_std = 0.15", "range_std = 0.08"), ("deg = 0.7", "deg = 0.4")], ()),
     "19 wider gates": ("19", (), [("9.2, 25.0", "18.0, 30.0")]),
@@ -134,7 +134,7 @@ WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of
     ),
     "18 too sure of the sensor": (
         "18",
-        [everywhere(nb18_project, NOISE, "range_std=0.05, bearing_std_deg=0.3")],
+        [everywhere(nb18, NOISE, "range_std=0.05, bearing_std_deg=0.3")],
         (),
         "honest",
         "",

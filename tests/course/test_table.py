@@ -11,8 +11,7 @@ HINTS = ("a first hint that is long enough", "a second one that is long enough",
 def asked(solution, returns, cases, checks, **options):
     """A table with one case and no wrong answers."""
     return table(
-        "99.1",
-        "A test",
+        "99.1 A test",
         solution,
         hints=HINTS,
         returns=returns,

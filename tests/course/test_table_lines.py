@@ -15,8 +15,7 @@ def scaled(x, a):
 
 def made(checks, wrong="forgets a | a * x -> x | The factor a has no effect.", **options):
     return table(
-        "99.1",
-        "Scaling",
+        "99.1 Scaling",
         scaled,
         hints=("Look at the units of x and y.", "Every entry is multiplied.", "y = a * x, and so on."),
         returns="y, Y_x, i",

@@ -1,6 +1,9 @@
 """Widgets: every drawing at the ends of its controls, and what happens when a control is moved."""
 
 import ast
+import asyncio
+import html
+import io
 import json
 import re
 import time
@@ -10,6 +13,7 @@ import ipywidgets
 import matplotlib.pyplot as plt
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 from ekfslam_tutorial.course import Choice, Float, Int, Toggle, build, draws, explorable, explore, show, sweep, widgets
 from ekfslam_tutorial.course.figures import Places
@@ -56,7 +60,13 @@ def panel(draw=example, run=False):
 
 
 def caption(panel):
-    return panel.output.outputs[1]["data"]["text/plain"]
+    (said,) = re.findall(r"<div[^>]*>(.*)</div>", panel.caption.value)
+    return html.unescape(said)
+
+
+def dots(panel):
+    """Width of the live picture in dots."""
+    return Image.open(io.BytesIO(panel.picture.value)).width
 
 
 # --- every drawing of every notebook ---
@@ -78,26 +88,45 @@ def _plain_figure():
 
 
 def _cpu_seconds(figure, places):
-    """Processor time of a redraw: a figure drawn and encoded."""
+    """Processor time of a redraw while a control is dragged: a figure drawn and encoded."""
     began = time.process_time()
-    widgets.png(figure(), places=places)
+    widgets.png(figure(), widgets.SCREEN, places=places, quick=True)
     return time.process_time() - began
 
 
+FOLLOWS, MOST = 6, 9
+"""Plain figures (15 to 17 ms each): of a drawing that follows a control that is dragged, 100 ms; and of any, 150 ms."""
+
+
+@pytest.fixture(scope="module")
+def cost():
+    """How many plain figures each drawing costs, as far as they have been measured."""
+    return {}
+
+
 @pytest.mark.parametrize("draw", [d for d in DRAWINGS if not d.run], ids=lambda d: d.__name__)
-def test_a_drawing_is_quick_or_has_a_run_button(draw, handed):
-    """A redraw is meant to take 150 ms. Measured in plain figures (15 to 20 ms each), and so on busy machines too.
+def test_a_drawing_is_quick_or_has_a_run_button(draw, handed, cost):
+    """Measured in plain figures, and so on busy machines too.
 
     The best of both counts: they are drawn by turns, until it is quick enough or has had many chances.
     """
     start, places, plain = {name: c.value for name, c in draw.controls.items()}, Places(), Places()
     mine, its = [], []
-    for _ in range(30):
+    for tries in range(20):
         mine.append(_cpu_seconds(lambda: draw(*handed(draw), **start)[0], places))
         its.append(_cpu_seconds(_plain_figure, plain))
-        if len(mine) > 2 and min(mine) < 8 * min(its):
-            return
-    raise AssertionError(f"{draw.__name__} takes {min(mine) / min(its):.1f} plain figures")
+        if tries > 1 and min(mine) < FOLLOWS * min(its):
+            break
+    cost[draw] = min(mine) / min(its)
+    assert cost[draw] < MOST, f"{draw.__name__} takes {cost[draw]:.1f} plain figures"
+
+
+def test_four_of_five_drawings_follow_a_control_that_is_dragged(cost):
+    """The others are drawn when it is let go, and say so; which, is found on the computer where it happens."""
+    if len(cost) < 10:
+        pytest.skip("the drawings were not measured before this test")
+    follow = [draw for draw, plain in cost.items() if plain < FOLLOWS]
+    assert len(follow) >= 0.8 * len(cost), {d.__name__: round(n, 1) for d, n in cost.items() if n >= FOLLOWS}
 
 
 @pytest.mark.parametrize("draw", DRAWINGS, ids=lambda d: d.__name__)
@@ -128,13 +157,7 @@ def test_the_widgets_of_a_notebook_are_among_those_that_are_swept(path):
         calls = [n for n in ast.walk(ast.parse(build.source(cell))) if isinstance(n, ast.Call)]
         for call in calls:
             if ast.unparse(call.func) == "explore":
-                draw = call.args[0]
-                if (
-                    isinstance(draw, ast.Call) and ast.unparse(draw.func) == "partial"
-                ):  # with a function of the notebook
-                    assert all(isinstance(key.value, ast.Name) for key in draw.keywords)
-                    draw = draw.args[0]
-                assert ast.unparse(draw) in known and not call.keywords
+                assert ast.unparse(call.args[0]) in known and not call.keywords
         assert "nbval-ignore-output" in cell["metadata"].get("tags", [])
 
 
@@ -188,6 +211,16 @@ def test_explore_shows_poster_caption_and_widget(displayed):
     assert not plt.get_fignums()
 
 
+def test_the_live_widget_is_one_picture_with_the_controls_under_it(displayed):
+    """The browser hides the two outputs above it, poster and caption: see tests/browser/test_lab.py."""
+    explore(example)
+    picture, rows, last, said, error, style = displayed[2][0].children
+    assert isinstance(picture, ipywidgets.Image) and picture.tooltip == displayed[1][0]["text/plain"]
+    assert picture.layout.width == "288px" and picture.layout.max_height  # 3 inches; and never higher than the window
+    assert len(rows.children) == len(example.controls) and error.outputs == () and "display: none" in style.value
+    assert [button.description for button in last.children[:-1]] == ["Reset"]
+
+
 def test_show_puts_the_caption_below_and_into_the_alternative_text(displayed):
     fig, facts = example(2, 1.0, "line", True)
     show(fig, "Two   points,\n one metre apart.")
@@ -231,22 +264,65 @@ def test_explore_says_what_it_wants(given):
 
 def test_a_moved_control_redraws():
     p = panel()
-    before = p.output.outputs
+    before = p.picture.value
     p.knobs["n"].value = 5
-    assert "5 points" in caption(p) and p.output.outputs[0]["data"] != before[0]["data"]
-    assert p.output.outputs[0]["metadata"]["image/png"]["alt"] == caption(p)
+    assert "5 points" in caption(p) and p.picture.value != before
+    assert p.picture.tooltip == caption(p)
     assert not plt.get_fignums()
 
 
-def test_sliders_wait_until_they_are_let_go_and_have_labels():
+def test_a_picture_that_rests_has_all_dots(monkeypatch):
+    """288 CSS pixels: a dot for each while a control moves, two when it rests; only the last picture is sharpened."""
+    sharpened, sharpen = [], widgets.Panel.sharpen
+    monkeypatch.setattr(widgets.Panel, "sharpen", lambda self, fig: (sharpened.append(fig), sharpen(self, fig)))
+    monkeypatch.setattr(widgets, "REST", 0.0)
+
+    async def drag():
+        p = panel()
+        for n in 4, 5, 6:
+            p.knobs["n"].value = n
+        moving = dots(p)
+        while p.waiting is not None:
+            await asyncio.sleep(0)
+        return moving, dots(p), p
+
+    moving, resting, p = asyncio.run(drag())
+    assert (moving, resting, len(sharpened)) == (288, 576, 1)
+    assert "6 points" in caption(p) and caption(p) == p.picture.tooltip and not plt.get_fignums()
+
+
+def test_a_picture_is_sharp_at_once_where_nothing_can_wait():
     p = panel()
-    assert p.knobs["n"].continuous_update is False and p.knobs["scale"].continuous_update is False
+    p.knobs["n"].value = 4
+    assert dots(p) == 576 and p.waiting is None
+
+
+def test_controls_have_labels_that_are_not_cut():
+    p = panel()
     assert p.knobs["scale"].description == "scale [m]"
-    assert all(k.description and k.tooltip for k in p.knobs.values())
-    assert p.output.layout.height.endswith("px")
+    assert all(k.description and k.tooltip and k.style.description_width == "max-content" for k in p.knobs.values())
     assert any(
-        isinstance(w, ipywidgets.Play) for row in p.box.children[0].children for w in getattr(row, "children", ())
+        isinstance(w, ipywidgets.Play) for row in p.box.children[1].children for w in getattr(row, "children", ())
     )
+
+
+def test_a_quick_drawing_follows_and_a_slow_one_waits_and_says_so(monkeypatch):
+    clock = iter([0.0, 0.3, 1.0, 1.3, 2.0, 2.02])
+    p = panel()
+    monkeypatch.setattr(widgets.time, "process_time", lambda: next(clock))
+    p.seconds.clear()  # it has just been opened, and was slow: 0.3 s
+    p.knobs["n"].value = 4
+    assert p.knobs["n"].continuous_update is False and "0.3 s here: it is drawn when you let" in p.note.value
+    p.knobs["n"].value = 5
+    assert p.knobs["n"].continuous_update is False
+    p.knobs["n"].value = 6  # what it needed is computed now: 0.02 s
+    assert p.knobs["n"].continuous_update is True and p.note.value == ""
+
+
+def test_controls_of_a_drawing_with_a_run_button_say_nothing_of_waiting():
+    fig, facts = example(3, 0.5, "line", True)
+    p = widgets.Panel(example, example.controls, True, widgets.png(fig), facts, seconds=9.0)
+    assert p.note.value == "" and p.knobs["n"].continuous_update is False
 
 
 def test_reset_brings_the_first_values_back_and_draws_once():
@@ -284,11 +360,11 @@ def test_an_error_is_shown_and_raised():
     p = panel(fails)
     with pytest.raises(ZeroDivisionError):
         p.knobs["n"].value = 0
-    (output,) = p.output.outputs
+    (output,) = p.error.outputs
     assert output["output_type"] == "error" and output["evalue"] == "n must not be 0"
     assert not plt.get_fignums()
     p.knobs["n"].value = 2
-    assert caption(p) == "fine, nothing wrong here at all"
+    assert caption(p) == "fine, nothing wrong here at all" and p.error.outputs == ()
 
 
 def test_an_error_at_the_first_values_is_an_error_of_the_cell(displayed):
@@ -367,5 +443,5 @@ def test_a_drawing_takes_a_function_of_the_notebook(displayed):
 
     explore(partial(picture, count=lambda text: 10 * len(text)))
     assert displayed[1][0]["text/plain"] == "The run says 30 for a number of 3."
-    (knobs, *_) = displayed[2][0].children
+    _, knobs, *_ = displayed[2][0].children
     assert len(knobs.children) == 1

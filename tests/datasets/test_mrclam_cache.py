@@ -55,6 +55,17 @@ def test_a_file_that_has_changed_is_read_again(handmade, cache):
     assert set(read_cached(source, (2,), mrclam.calibrate)[0].robots) == {2}
 
 
+def test_one_byte_is_another_file_whatever_its_date_and_size(handmade, cache):
+    source = Source(handmade)
+    before = read_cached(source, (1,), mrclam.calibrate)[0]
+    path = handmade / "Robot1_Measurement.dat"
+    date = path.stat().st_mtime_ns
+    path.write_text(path.read_text().replace("2.000", "2.001", 1))
+    os.utime(path, ns=(date, date))
+    after = read_cached(source, (1,), mrclam.calibrate)[0]
+    assert (before.robots[1].landmarks.y != after.robots[1].landmarks.y).any()
+
+
 @pytest.mark.parametrize("cut", [0, 20, -20])
 def test_a_damaged_cache_is_made_anew(handmade, cache, cut):
     source = Source(handmade)

@@ -96,7 +96,7 @@ def ours(use):
     place(map, rob, np.array([0.0, -3.0, 0.3]), None if use == "mapping" else np.zeros((3, 3)))
     place(map, sen, np.zeros(3))
     lmks = {i: Lmk(i, EucPnt(2), x=p, slot=i) for i, p in POINTS.items()} if use == "localisation" else {}
-    opt, obs = Options(lmk_type=EucPnt(2)), {}
+    opt, obs = Options(lmk_type=EucPnt(2), error="additive"), {}
     for pose, u, raw in world():
         if use == "mapping":
             rob.x = pose

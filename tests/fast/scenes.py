@@ -10,7 +10,7 @@ from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.slam import Options, Rob, Sen, place
 
-from .law import PLAIN, assert_same_lmks, assert_same_maps, assert_same_obs, fast_engines
+from .law import PLAIN, assert_same_lmks, assert_same_maps, assert_same_obs, exact, fast_engines
 
 POINTS = np.array([[4.0, 1.0], [5.0, -2.0], [3.0, 0.5], [6.0, 2.0], [7.0, -1.0]])
 
@@ -26,7 +26,7 @@ def scene(engine, sensor, capacity=None, **options):
     rob, sen = Rob(1, Odometry2(), U=1e-4 * np.eye(3), sensors=[1]), Sen(1, 1, sensor, Frame2)
     place(map, rob, np.zeros(3), np.diag([0.01, 0.01, 0.001]))
     place(map, sen, np.array([0.2, 0.0, 0.1]))
-    opt = Options(**{"lmk_type": EucPnt(2)} | options)
+    opt = Options(**{"lmk_type": EucPnt(2), "error": "additive"} | options)
     return SimpleNamespace(engine=engine, map=map, rob=rob, sen=sen, lmks={}, obs={}, opt=opt)
 
 
@@ -35,7 +35,8 @@ class Scenes:
 
     def __init__(self, sensor, capacity=None, active=8, **options):
         self.plain = scene(PLAIN, sensor, capacity, **options)
-        engines = fast_engines(active)
+        error = self.plain.opt.error
+        engines = {name: engine for name, engine in fast_engines(active).items() if exact(name, error)}
         self.quick = {name: scene(engine, sensor, capacity, **options) for name, engine in engines.items()}
         self.truth, self.times = Frame2(np.zeros(3)), 0
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ekfslam_tutorial.ekf import carry
 from ekfslam_tutorial.fast import Batch, FastMap, augment, correct, covariance, cross, innovation, predict
 
 RUNS, ROB = 7, slice(0, 3)
@@ -53,6 +54,21 @@ def test_predict_and_correct_are_those_of_the_filter(rng, own, m):
             PHt = cross(map, blocks)
             correct(map, PHt, innovation(z[i], covariance(PHt, blocks), each(R, i, 2)))
         assert_same(batch, maps)
+
+
+@pytest.mark.parametrize("k", [1, 3])
+def test_the_covariance_is_carried_along_as_in_the_filter(rng, k):
+    """Some states stay where they are, in all runs or in some; and so do all states in some of the directions."""
+    batch, maps = both(rng)
+    before, after = rng.normal(size=(2, RUNS, 9, k))
+    after[:, 4:6], after[:3, 8] = before[:, 4:6], before[:3, 8]
+    if k > 1:
+        after[..., 1] = before[..., 1]
+    batch.carry(slice(1, 5), before, after)
+    batch.carry(slice(1, 5), before, before)  # nothing has moved
+    for map, B, B2 in zip(maps, before, after, strict=True):
+        carry(map, slice(1, 5), B, B2)
+    assert_same(batch, maps)
 
 
 def test_each_run_may_see_another_landmark_or_none(rng):

@@ -1,6 +1,8 @@
 """Programs are kept: compiled once on a machine, whatever happens to the files, and however many write them."""
 
+import ast
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,6 +18,7 @@ import pytest
 from ekfslam_tutorial.analysis import monte_carlo
 from ekfslam_tutorial.cli.files import find_scenario
 from ekfslam_tutorial.fast import traces
+from ekfslam_tutorial.fast.compiled import cache as kept
 from ekfslam_tutorial.fast.compiled import program
 from ekfslam_tutorial.toolbox import UserData
 
@@ -114,7 +117,7 @@ def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path, monkeypatch):
         raise PermissionError(dir)
 
     own = SimpleNamespace(TemporaryFile=refuse, TemporaryDirectory=tempfile.TemporaryDirectory)
-    monkeypatch.setattr(program, "tempfile", own)
+    monkeypatch.setattr(kept, "tempfile", own)
     monkeypatch.setenv("EKFSLAM_CACHE", str(tmp_path))
     assert program.build("f8(f8)", "x", ["return 4.0 * x"])(2.0) == 8.0
     assert program.cache_folder() == program.cache_folder() and not list((tmp_path / "compiled").glob("*.py"))
@@ -130,6 +133,74 @@ def test_where_programs_are_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
     assert program.cache_folder() == tmp_path / "home" / ".cache" / "ekfslam_tutorial" / "compiled"
+
+
+KERNEL = """
+import numpy as np
+from numba.core import event
+compilations = []
+class Watch(event.Listener):
+    def on_start(self, event): compilations.append(event)
+    def on_end(self, event): pass
+from ekfslam_tutorial.fast import FastMap
+map = FastMap(compiled=True)
+map.add([0.0, 0.0], np.diag([5.0, 7.0]))
+with event.install_listener("numba:compile", Watch()):
+    from ekfslam_tutorial.fast.compiled import maps
+    print(maps.rows(map, [1])[0, 1], len(compilations) > 0)
+"""
+
+
+def test_a_changed_kernel_is_compiled_anew(tmp_path):
+    """numba looks at the date of one file; `rows` stands in one, and what it calls in another. Without dates here."""
+    package, copy = Path(program.__file__).parents[2], tmp_path / "ekfslam_tutorial"
+    shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__", "course", "notebooks"))
+    said = lambda: (
+        start(tmp_path / "cache", KERNEL, PYTHONPATH=str(tmp_path), PYTHONSAFEPATH="1").communicate()[0].split()
+    )
+    assert said() == ["7.0", "True"]
+    assert said() == ["7.0", "False"]  # kept
+    kernels = copy / "fast" / "compiled" / "kernels.py"
+    text, date = kernels.read_text(), kernels.stat().st_mtime
+    assert (new := text.replace("        copy(P[begin:n, i], out", "        copy(1000 + P[begin:n, i], out")) != text
+    kernels.write_text(new)
+    os.utime(kernels, (date + 1, date + 1))  # Python has caches of its own, by second and size
+    assert said() == ["1007.0", "True"]
+
+
+def test_the_name_of_the_folder_knows_all_that_machine_code_is_made_of():
+    """Whatever a compiled function takes from another file of ours stands in one that the digest is of."""
+    known, taken = {path.stem for path in kept.sources()}, set()
+    for path in kept.HERE.glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        home = {
+            alias.asname or alias.name: (node.module or alias.name).split(".")[0]
+            for node in ast.walk(tree)
+            if isinstance(node, ast.ImportFrom) and node.level
+            for alias in node.names
+        }
+        for node in tree.body:
+            marks = [ast.unparse(mark) for mark in getattr(node, "decorator_list", [])]
+            if "compiled" in marks or path.name in ("kernels.py", "tile.py"):
+                names = (n.id for n in ast.walk(node) if isinstance(n, ast.Name))
+                taken |= {home[name] for name in names if name in home}
+    assert taken >= {"storage", "smallness", "triangle", "tile", "kernels"} and taken <= known
+
+
+@pytest.mark.parametrize("name", ["kernels.py", "tile.py", "maps.py", "storage.py", "smallness.py", "triangle.py"])
+def test_one_byte_of_a_source_is_another_folder(name, monkeypatch, tmp_path):
+    files = []
+    for path in kept.sources():
+        files.append(Path(shutil.copy(path, tmp_path / path.name)))
+    monkeypatch.setattr(kept, "sources", lambda: files)
+    try:
+        kept.key.cache_clear()
+        before, file = kept.key(), tmp_path / name
+        file.write_text(file.read_text().replace("e", "f", 1))
+        kept.key.cache_clear()
+        assert kept.key() != before
+    finally:
+        kept.key.cache_clear()
 
 
 def test_threads_share_a_program(tmp_path, monkeypatch):

@@ -361,6 +361,7 @@ def test_a_camera_that_uses_all_it_sees(name, joint, compiled):
         "options.n_updates": 100,
         "options.n_inits": [100, 100],
         "options.joint": joint,
+        "options.error": "additive",
         "options.compiled": compiled,
         "world.n": 9,
         "time.last": 30,

@@ -14,9 +14,28 @@ from ekfslam_tutorial.fast.compiled import step
 from ekfslam_tutorial.geometry import Frame2, Frame3, e2q
 from ekfslam_tutorial.models import retro_project
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
-from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry2, Odometry3, Unicycle, Vehicle
+from ekfslam_tutorial.models.motion import (
+    Ackermann,
+    ConstantVelocity,
+    DifferentialDrive,
+    Imu,
+    Odometry2,
+    Odometry3,
+    Unicycle,
+    Vehicle,
+)
 from ekfslam_tutorial.models.observation import expect
-from ekfslam_tutorial.models.sensors import BearingOnly2, OmniCam, PinHole, PinHoleDepth, RangeBearing
+from ekfslam_tutorial.models.sensors import (
+    BearingOnly2,
+    DavisonCam,
+    OmniCam,
+    PinHole,
+    PinHoleDepth,
+    PointXY,
+    RangeBearing,
+    RangeBearingElevation,
+    StereoPinHole,
+)
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -39,6 +58,10 @@ SENSORS = {
     "PinHoleDepth, d and c": PinHoleDepth(K, D, c=C),
     "OmniCam": OmniCam(OMNI_K, OMNI_D, fov=3.0),
     "OmniCam, c": OmniCam(OMNI_K, OMNI_D, c=OMNI_C, fov=3.0),
+    "DavisonCam": DavisonCam(K, 2e-6, image_size=(640, 480), margin=7.0),
+    "StereoPinHole": StereoPinHole(K, 0.3),
+    "RangeBearingElevation": RangeBearingElevation(max_range=9.0, fov=5.0, fov_up=2.0),
+    "PointXY": PointXY(max_range=8.0),
 }
 KINDS = {2: (EucPnt(2), HmgPnt(2), AhmPnt(2)), 3: (EucPnt(3), HmgPnt(3), AhmPnt(3), IdpPnt())}
 EXACT = "PinHole, d", "PinHoleDepth, d", "OmniCam"
@@ -180,6 +203,7 @@ def test_a_measurement_is_inside_where_the_model_says_so(name, rng):
     low, high = ([-10, -10], [700, 500]) if sensor.dim == 3 else ([-1, -4], [10, 4])
     low, high = (np.append(low, -1), np.append(high, 9)) if len(sensor.R) == 3 else (low, high)
     low, high = (low[1:], high[1:]) if len(sensor.R) == 1 else (low, high)
+    low, high = ([-1, -4, -2], [10, 4, 2]) if name == "RangeBearingElevation" else (low, high)
     Y = rng.uniform(low, high, (60, len(sensor.R)))
     got = [step.inside(sensor, y) for y in Y]
     if name in EXACT:
@@ -212,6 +236,9 @@ MOTIONS = {
     "ConstantVelocity": (ConstantVelocity(), [0.1, -0.2, 0.3, 0.05, 0.02, 0.3]),
     "Unicycle": (Unicycle(), [1.2, 0.3]),
     "Vehicle": (Vehicle(), [5.0, 0.2, 0.01]),
+    "Ackermann": (Ackermann(), [5.0, 0.2]),
+    "DifferentialDrive": (DifferentialDrive(), [0.5, 0.6]),
+    "Imu": (Imu(), [0.1, -0.2, 0.3, 0.5, 0.2, 9.0, *[1e-3] * 6]),
 }
 
 

@@ -37,6 +37,7 @@ EUC = EucPnt(2)
 OPTIONS = st.fixed_dictionaries(
     {
         "joint": st.booleans(),
+        "error": st.sampled_from(["additive", "invariant"]),  # with this one the compressed maps are lazy: left out
         "reproject": st.booleans(),
         "n_updates": st.sampled_from([None, 3]),
         "md2_threshold": st.sampled_from([np.inf, 6.0]),

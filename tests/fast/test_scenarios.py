@@ -17,7 +17,8 @@ from .law import HOW, assert_same_runs
 SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
 TWINS = {"victoria_park": "victoria_park_twin"}
 TWINS |= {f"mrclam_{name}": "mrclam_twin" for name in ("joint", "localisation", "single", "twin")}
-SIMULATED = sorted({path.stem for path in SCENARIOS.glob("*.toml")} - {*TWINS, "lost_in_the_woods"})
+LOGS = "lost_in_the_woods", "starry_night"
+SIMULATED = sorted({path.stem for path in SCENARIOS.glob("*.toml")} - {*TWINS, *LOGS})
 FRAMES = 30
 EXPECTED = {
     "cloister_idp": {("innovation", False), ("correction", True)},  # a gate
@@ -56,9 +57,10 @@ def test_logs(name):
 
 
 @interpreted
-def test_the_log_that_has_no_twin(data_dir):
-    """All landmarks are known, and the log is a real one."""
-    data, recording = datasets.prepare(scenario("lost_in_the_woods", frames=None))
+@pytest.mark.parametrize("name", LOGS)
+def test_logs_of_one_robot(name):
+    """The real log where it is, else its twin."""
+    data, recording = datasets.prepare(scenario(name, frames=None))
     assert ("correction", True) in assert_same_runs(data, recording, frames=120)[1]
 
 

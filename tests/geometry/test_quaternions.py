@@ -86,7 +86,7 @@ CASES = {
     ),
 }
 LINEAR = {"hat", "q2Q", "q2Qn", "q2Pi", "pi2pc", "w2omega", "q2R_q"}  # linear in their argument: tested by identities
-OTHERS = {"Frame2", "Frame3", "align", "check_jacobians", "numerical_jacobian", "wrap"}
+OTHERS = {"ORIGIN", "Frame2", "Frame3", "align", "check_jacobians", "numerical_jacobian", "wrap"}
 
 
 def test_every_exported_function_is_tested():
@@ -168,6 +168,30 @@ def test_no_step_at_the_switch_to_series():
     ):
         for low, high in zip(f(below), f(above), strict=True):
             assert np.allclose(low, high, rtol=0, atol=1e-11)  # 2e-13 of the argument times a derivative of 2
+
+
+@pytest.mark.parametrize("n", [1.0, 1e-3, 1.01e-4, 0.99e-4, 1e-6, 1e-9, 1e-15, 1e-100])
+@pytest.mark.parametrize("scale", [1.0, 0.7])
+def test_almost_a_whole_turn(n, scale):
+    """q and -q are the same rotation: v(q) = v(-q) + 2 pi u, and the derivative of that. -q is close to [1 0 0 0]."""
+    axis = np.array([2.0, -1.0, 2.0]) / 3
+    q = scale * np.append(-np.cos(n), np.sin(n) * axis)
+    (v, V_q), (rest, REST_q), (u, U_b) = g.q2v(q), g.q2v(-q), g.unit(q[1:])
+    np.testing.assert_allclose(v, rest + 2 * np.pi * u, rtol=1e-13)
+    wanted = -REST_q
+    wanted[:, 1:] += 2 * np.pi * U_b
+    np.testing.assert_allclose(V_q, wanted, rtol=1e-9, atol=1e-13 * np.abs(wanted).max())
+    assert np.linalg.norm(v) == pytest.approx(2 * np.pi - 2 * n, rel=1e-13)
+
+
+@pytest.mark.parametrize("rest", [[0, 0, 0], [0, -0.0, 1e-200], [5e-324, 0, 0], [1e-162, 1e-162, 0]])
+def test_a_whole_turn_is_finite(rest):
+    """No axis is defined, or none can be told; alone and in a stack with other quaternions."""
+    v, V_q = g.q2v(np.array([-1.0, *rest]))
+    assert np.array_equal(v, [2 * np.pi, 0, 0]) and not V_q.any()
+    stack, J = g.q2v(np.array([[-1.0, *rest], [1, 0, 0, 0], [-0.6, 0, 0.8, 0]]))
+    assert np.array_equal(stack[0], v) and not stack[1].any() and np.array_equal(J[1], [[0, 2, 0, 0], *J[1, 1:]])
+    assert np.array_equal(stack[2], g.q2v(np.array([-0.6, 0, 0.8, 0]))[0])
 
 
 def test_no_rotation_has_an_axis_all_the_same():

@@ -130,6 +130,7 @@ class Scenario:
             min_match_ratio=0.1,
             min_inlier_ratio=0.5,
             min_rho=0.001,
+            error="additive",  # the recorded program is the textbook's filter
         )
 
     def control(self, frame, rob):

@@ -7,11 +7,13 @@ from types import SimpleNamespace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
 from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.graphics import ESTIMATE, MapFig, ellipse_points, ellipsoid_wires, nan_separated, sigma_label
 from ekfslam_tutorial.graphics.artists import Labels
 from ekfslam_tutorial.graphics.states import lmk_states, obs_state
+from ekfslam_tutorial.graphics.style import ROBOTS
 from ekfslam_tutorial.graphics.views import fit_limits, look_from
 from ekfslam_tutorial.simulation import SimLmk
 from ekfslam_tutorial.slam import Lmk
@@ -267,6 +269,9 @@ def test_two_robots_have_names_bodies_and_sensors(run):
     fig = MapFig(s)
     assert set(fig.est_rob) == set(fig.sim_rob) == set(fig.est_sen) == set(fig.sim_sen) == {1, 2}
     assert fig.rob_label.names == {1: "ann", 2: "bob"}
+    colors = [fig.est_rob[id].path.get_color() for id in (1, 2)]
+    assert colors == list(ROBOTS[:2]) == [fig.rob_ellipse[id].get_color() for id in (1, 2)]
+    assert [to_hex(c).upper() for c in fig.rob_label.get_facecolors()] == colors
     for id, rob in fig.est_rob.items():
         corners = rows(rob.outline)
         corners = corners[np.isfinite(corners[:, 0])]
@@ -338,10 +343,13 @@ def test_truth_of_a_simulation_is_not_moved(run):
 
 @FLAT
 def test_legend_says_k_and_the_probability_and_tells_truth_from_estimate(run, flat):
-    fig = MapFig(next(run(flat)), k=2)
+    snapshot = next(run(flat))
+    fig = MapFig(snapshot, k=2)
     texts = [t.get_text() for t in fig.fig.legends[0].get_texts()]
     assert sigma_label(2, 2 if flat else 3) in texts
-    assert {"true path and robot", "estimated path and robot", "true landmark", "estimated landmark, id"} <= set(texts)
+    names = [rob.name or f"robot {rob.id}" for rob in snapshot.robs]
+    paths = names if len(names) > 1 else ["estimated path and robot"]
+    assert {"true path and robot", *paths, "true landmark", "estimated landmark, id"} <= set(texts)
     assert fig.sim_lmk.get_marker() != fig.est_lmk.mean.get_marker()
     assert fig.sim_lmk.get_fillstyle() == "none" and fig.est_lmk.mean.get_fillstyle() == "full"
     assert fig.est_rob[1].path.get_linestyle() != fig.sim_rob[1].path.get_linestyle()

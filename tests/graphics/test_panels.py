@@ -27,8 +27,9 @@ def test_error_panel_marks_what_lies_outside_and_counts_it():
     error[[3, 7]] = [0.31, -0.5]
     error[9] = np.nan
     ax = error_panel(t, error, np.full(10, 0.1), k=3, name="x", unit="m")
-    marked = next(line for line in ax.lines if line.get_marker() == "x")
+    marked = next(line for line in ax.lines if line.get_marker() == "|")
     np.testing.assert_array_equal(marked.get_xdata(), [3, 7])
+    assert marked.get_transform() != ax.transData and set(marked.get_ydata()) == {0}  # at the edge, on no curve
     assert "outside: 22.2 %" in legend(ax)  # 2 of the 9 that are known
     assert any("±3σ" in text and "99.7 %" in text for text in legend(ax))
     assert ax.get_ylabel() == "x (m)" and ax.get_xlabel() == "t (s)"
@@ -37,6 +38,18 @@ def test_error_panel_marks_what_lies_outside_and_counts_it():
 def test_error_panel_without_outliers_says_nothing_of_them():
     ax = error_panel(np.arange(3.0), np.zeros(3), np.ones(3))
     assert not any("outside" in text for text in legend(ax))
+
+
+def test_an_error_is_not_joined_across_a_gap_and_a_lonely_one_is_seen():
+    """The true pose may be known for a second, then 200 s later once: a line between them would be invented."""
+    t = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 200.0])
+    ax = error_panel(t, np.arange(6.0), np.ones(6), legend=False)
+    curve = next(line for line in ax.lines if line.get_label() == "estimate - truth")
+    x, y = (np.asarray(a, float) for a in (curve.get_xdata(), curve.get_ydata()))
+    assert np.isnan(y[5]) and 0.4 < x[5] < 200 and y[6] == 5.0
+    (dots,) = ax.containers
+    assert dots[0].get_xdata().tolist() == [200.0]
+    assert ax.get_legend() is None and any("outside: 33.3 %" in text.get_text() for text in ax.texts)  # 4 and 5 of 6
 
 
 def test_error_panels_share_time_and_name_each():

@@ -1,11 +1,14 @@
 """The player as HTML, as a live view, as strip and caption: what can be said without a browser."""
 
+import base64
 import builtins
+import gzip
 import html
 import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,13 +41,23 @@ def run(run):
     return lambda flat, **changes: run(flat, **{k.replace("time_", "time."): v for k, v in changes.items()})
 
 
-def test_the_player_is_one_module_that_needs_nothing():
-    module = player_module()
+@pytest.mark.parametrize("space, most", [(False, 50_000), (True, 112_000)])
+def test_the_player_is_one_module_that_needs_nothing(space, most):
+    module = player_module(space)
     assert not re.search(r"\bimport\b|\bfetch\b|XMLHttpRequest|WebSocket|https?://|\beval\b", module)
     assert len(re.findall(r"^export default", module, re.MULTILINE)) == 1
     assert "export function mount(" in module
     assert "</script" not in module.lower() and "<!--" not in module  # it stands in a script element
-    assert len(module) <= 50_000  # it stands in every notebook output
+    assert len(module) <= most  # it stands in every notebook output
+    assert ("OGL.Renderer" in module) is space
+
+
+def test_the_library_says_which_it_is():
+    asked = json.loads((Path(__file__).parents[2] / "tools" / "ogl" / "package.json").read_text())["dependencies"][
+        "ogl"
+    ]
+    assert player_module().split("*/")[0].endswith("(Unlicense); joined by `make ogl` ")
+    assert f"/* OGL {asked} by Nathan Gordon and contributors, in the public domain" in player_module()
 
 
 def test_colours_and_shapes_are_those_of_the_figures():
@@ -64,7 +77,10 @@ def test_the_frame_is_one_element_in_a_sandbox(log):
     frame = player_frame(log)
     (tag,) = re.findall(r"<iframe ([^']*)srcdoc='[^']*'></iframe>", frame)
     assert 'sandbox="allow-scripts"' in tag and 'title="Player: a run"' in tag
-    assert html.unescape(re.search(r"srcdoc='([^']*)'", frame)[1]) == player_html(log)
+    document = html.unescape(re.search(r"srcdoc='([^']*)'", frame)[1])
+    packed = re.search(r'atob\("([^"]*)"\)', document)[1]
+    assert gzip.decompress(base64.b64decode(packed)).decode() == player_html(log)
+    assert player_frame(log) == frame and len(frame) < 0.6 * len(player_html(log))
 
 
 def test_the_page_holds_the_log(log, tmp_path):

@@ -13,7 +13,16 @@ import pytest
 from ekfslam_tutorial.models import landmarks, motion, sensors
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.motion import Unicycle
-from ekfslam_tutorial.models.sensors import BearingOnly2, OmniCam, PinHole, PinHoleDepth, RangeBearing
+from ekfslam_tutorial.models.sensors import (
+    BearingOnly2,
+    DavisonCam,
+    OmniCam,
+    PinHole,
+    PinHoleDepth,
+    Range,
+    RangeBearing,
+    StereoPinHole,
+)
 
 K = (320.0, 240.0, 300.0, 310.0)
 LENSES = [(), (-0.3,), (-0.3, 0.1), (-0.25, 0.08, 0.01)]  # distortion vectors of length 0 to 3
@@ -26,6 +35,9 @@ EXAMPLES = {
     "PinHoleDepth": [PinHoleDepth(K, d) for d in LENSES],
     "OmniCam": [OmniCam(OMNI_K, OMNI_D, image_size=(1280, 960), fov=3.0)],
     "RangeBearing": [RangeBearing(0.1, 0.02), RangeBearing(0.1, 0.02, max_range=8.0, fov=2.0)],
+    "DavisonCam": [DavisonCam(), DavisonCam(k1=0.0, margin=10.0), DavisonCam(k1=-2e-6)],
+    "StereoPinHole": [StereoPinHole(K, 0.3, margin=4.0)],
+    "Range": [Range(0.1), Range(0.1, bias=0.5, max_range=9.0, dim=3)],
     "BearingOnly2": [BearingOnly2(0.02), BearingOnly2(0.02, fov=2.0)],
     "EucPnt": [EucPnt(2), EucPnt(3)],
     "HmgPnt": [HmgPnt(2), HmgPnt(3)],

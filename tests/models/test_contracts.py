@@ -32,7 +32,7 @@ def test_landmark(lmk):
 
 
 def can_start(sensor, lmk):
-    return hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
+    return hasattr(sensor, "retro") and hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
 
 
 @pytest.mark.parametrize("sensor, lmk", PAIRS)

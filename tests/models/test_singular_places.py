@@ -6,7 +6,7 @@ import pytest
 from ekfslam_tutorial.geometry import Frame2, Frame3, check_jacobians, e2q, wrap
 from ekfslam_tutorial.models import observe, retro_project, to_sensor
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
-from ekfslam_tutorial.models.sensors import OmniCam, PinHole, PinHoleDepth
+from ekfslam_tutorial.models.sensors import OmniCam, PinHole, PinHoleDepth, RangeBearingElevation
 
 from .examples import LENSES, OMNI_D, OMNI_K, PAIRS, K, dim, ready
 
@@ -26,7 +26,7 @@ def poses(d, rng):
 
 def ahead(sensor):
     """Unit vector along the middle of the view."""
-    return np.eye(dim(sensor))[-1 if dim(sensor) == 3 else 0]
+    return np.eye(dim(sensor))[0 if dim(sensor) == 2 or isinstance(sensor, RangeBearingElevation) else -1]
 
 
 def sideways(sensor):
@@ -92,7 +92,7 @@ def test_behind(sensor, lmk, rng):
         check_direct(Rf, Sf, sensor, lmk, l)
         e, *_ = observe(Rf, Sf, sensor, lmk, l)
         v, *_ = to_sensor(Rf, Sf, sensor, lmk, l)
-        all_round = getattr(sensor, "fov", 0) == 2 * np.pi
+        all_round = not hasattr(sensor, "image_size") and getattr(sensor, "fov", 2 * np.pi) == 2 * np.pi
         assert bool(sensor.visible(e, v)) == all_round
 
 

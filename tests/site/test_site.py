@@ -1,12 +1,24 @@
 """The course site as a reader without a network meets it."""
 
+import html
+import importlib.util
+import re
+import sys
 from urllib.parse import unquote, urlsplit
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from bs4 import BeautifulSoup
 
-PAGES = ["README.html", "notebooks/05_range_bearing_ekf_slam.html", "docs/rosetta.html", "docs/api/core.html"]
+from .conftest import ROOT
+
+SPEC = importlib.util.spec_from_file_location("front", ROOT / "docs" / "front.py")
+front = importlib.util.module_from_spec(SPEC)
+sys.modules["front"] = front  # a dataclass looks its module up
+SPEC.loader.exec_module(front)
+
+PAGES = ["README.html", "notebooks/05_range_bearing_ekf_slam.html", "docs/rosetta.html", "docs/api/core/geometry.html"]
+PAGES += ["docs/gallery.html"]
 SERIOUS = ("serious", "critical")
 
 
@@ -15,8 +27,6 @@ def parse(path):
 
 
 def test_every_notebook_and_page_of_the_docs_is_in_the_site(site):
-    from .conftest import ROOT
-
     sources = [*ROOT.glob("notebooks/*.ipynb"), *ROOT.glob("docs/**/*.md"), ROOT / "README.md"]
     assert len(sources) > 20
     for source in sources:
@@ -28,7 +38,7 @@ def test_every_link_inside_the_site_leads_somewhere(site):
     anchors = {path: {tag["id"] for tag in page.find_all(id=True)} for path, page in pages.items()}
     broken, n = [], 0
     for path, page in pages.items():
-        for tag, attribute in (("a", "href"), ("img", "src"), ("script", "src"), ("link", "href")):
+        for tag, attribute in (("a", "href"), ("img", "src"), ("script", "src"), ("link", "href"), ("iframe", "src")):
             for element in page.find_all(tag, **{attribute: True}):
                 parts = urlsplit(element[attribute])
                 if parts.scheme:
@@ -85,6 +95,58 @@ def test_the_player_plays_on_a_page(visit):
     inside.get_by_role("application").focus()
     inside.get_by_role("application").press("ArrowRight")
     inside.wait_for_function("before => player.at !== before", arg=before)
+
+
+def test_a_page_of_names_is_of_one_module(site):
+    pages = list((site / "docs" / "api").rglob("*.html"))
+    modules = [re.findall(r'id="module-([\w.]+)"', path.read_text(encoding="utf-8")) for path in pages]
+    assert max(map(len, modules)) == 1 and sum(map(len, modules)) > 12
+
+
+def test_each_scene_is_shown_with_the_command_that_makes_it(site):
+    text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    parts = re.split(r"<!-- scene: (\w+) -->", text)[1:]
+    assert set(parts[::2]) == set(front.SCENES)
+    for name, below in zip(parts[::2], parts[1::2], strict=True):
+        assert f"\n    {front.SCENES[name].command}\n" in below
+        page = (site / "_static" / "scenes" / f"{name}.html").read_text(encoding="utf-8")
+        assert f"<title>{html.escape(front.SCENES[name].title, quote=False)}</title>" in page
+        assert 50_000 < len(page) < 1_000_000
+
+
+def test_notebooks_are_cards_with_pictures(site):
+    for name in "README.html", "docs/notebooks.html":
+        cards = parse(site / name).select(".sd-card.notebook")
+        assert len(cards) == len(list((ROOT / "notebooks").glob("[0-9][0-9]_*.ipynb")))
+        assert all(card.select_one("img.sd-card-img-top") and card.select_one("a[href$=html]") for card in cards)
+
+
+@pytest.mark.browser
+def test_the_scenes_play(visit):
+    page = visit("docs/gallery.html")
+    for i, scene in enumerate(front.SCENES.values()):
+        frame = page.locator("iframe.scene").nth(i)
+        assert frame.get_attribute("title") == scene.title
+        frame.scroll_into_view_if_needed()
+        inside = frame.element_handle().content_frame()
+        inside.wait_for_function("window.player?.at > 0")
+        assert inside.evaluate("player.log.d === 2 || player.scene.stage.gl !== undefined")
+
+
+@pytest.mark.browser
+def test_heads_of_tables_and_captions_are_whole(visit):
+    """No head of a table is broken into letters, no caption is cut at the right, on a narrow screen."""
+    page = visit("docs/performance.html", width=390, height=844)
+    heads = page.evaluate(
+        "[...document.querySelectorAll('.bd-article th')]"
+        ".map(th => th.offsetHeight / parseFloat(getComputedStyle(th).lineHeight))"
+    )
+    assert heads and max(heads) < 3  # one line and its margins
+    page = visit("notebooks/05_range_bearing_ekf_slam.html", width=390, height=844)
+    cut = page.evaluate(
+        "[...document.querySelectorAll('.output.text_plain pre')].filter(p => p.scrollWidth > p.clientWidth + 1).length"
+    )
+    assert cut == 0
 
 
 @pytest.mark.browser

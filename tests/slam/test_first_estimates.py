@@ -55,7 +55,7 @@ def test_a_robot_that_stands_still_does_not_learn_its_heading(rng, joint, moves)
     """Julier and Uhlmann 2001: the classical counter-example. Landmarks come in later, too, after corrections."""
     sigma, left = np.radians(30.0), {}
     for first in (False, True):
-        scene = Scene(P=np.diag([0, 0, sigma**2]), sensor=SENSOR, first_estimates=first, joint=joint)
+        scene = Scene(P=np.diag([0, 0, sigma**2]), sensor=SENSOR, first_estimates=first, joint=joint, error="additive")
         scene.rob.u, scene.rob.U = np.zeros(3), np.zeros((3, 3))
         for k in range(100):
             if moves:
@@ -96,7 +96,8 @@ def observability(scene, rng, monkeypatch, frames=12):
 def test_three_directions_cannot_be_observed(rng, monkeypatch, joint):
     """With first estimates 3, as in truth: the shifts and the turn. The plain filter believes in 2."""
     for first, unseen in (False, 2), (True, 3):
-        scene = Scene(P=np.diag([0.1, 0.1, 0.1]) ** 2, sensor=SENSOR, first_estimates=first, joint=joint)
+        P = np.diag([0.1, 0.1, 0.1]) ** 2
+        scene = Scene(P=P, sensor=SENSOR, first_estimates=first, joint=joint, error="additive")
         s = np.linalg.svd(observability(scene, rng, monkeypatch), compute_uv=False)
         assert s[-unseen] < 1e-9 * s[0] and s[-unseen - 1] > 1e-4 * s[0]
 
@@ -208,7 +209,7 @@ def test_three_rounds_with_large_noise_are_honest_only_with_first_estimates():
     """NEES at the end of the run over independent seeds: inside its 99.9 % band, where the plain filter is above."""
     seeds, last = 16, {}
     for first in (False, True):
-        data = UserData.from_dict(LOOP | {"options": {"first_estimates": first}})
+        data = UserData.from_dict(LOOP | {"options": {"first_estimates": first, "error": "additive"}})
         last[first] = []
         for seed in range(seeds):
             *_, now = universal_slam(data, seed=seed)

@@ -41,7 +41,7 @@ def stacked(scene, measurements):
 
 
 def test_a_joint_correction_is_that_of_the_stacked_matrices():
-    scene = posts()
+    scene = posts(error="additive")
     measurements = scene.see(POINTS)
     x, P = stacked(scene, measurements)
     events, _ = correct_known_lmks(*scene.all, scene.obs, measurements, scene.opt)
@@ -62,7 +62,7 @@ def test_noise_may_be_a_list():
 
 def test_landmarks_of_several_types_and_known_ones_together(rng):
     """The frame of the robot is normalised afterwards; the landmarks are compared as they are."""
-    scene = mixed_scene(rng, joint=True)
+    scene = mixed_scene(rng, joint=True, error="additive")
     points = {id: lmk.type.point(lmk.state(scene.map))[0] + 0.01 for id, lmk in scene.lmks.items()}
     measurements = scene.see(points)
     x, P = stacked(scene, measurements)

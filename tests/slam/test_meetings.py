@@ -63,7 +63,7 @@ def test_the_correction_is_the_textbooks():
     H = np.hstack([o.E_r, o.E_l, np.zeros((2, 1))])
     y = o.e + [0.05, -0.01]
     K = P @ H.T @ np.linalg.inv(H @ P @ H.T + sen.model.R)
-    (event,) = correct_met_robots(map, rob, sen, [rob, other], raw([2], [y]), Options())
+    (event,) = correct_met_robots(map, rob, sen, [rob, other], raw([2], [y]), Options(error="additive"))
     assert (event.kind, event.rob, event.sen, event.lmk, event.flag) == ("meeting", 1, 7, 2, True)
     np.testing.assert_allclose(map.x, x + K @ [0.05, -0.01], atol=1e-12)
     np.testing.assert_allclose(map.P, P - K @ H @ P, atol=1e-12)

@@ -398,7 +398,7 @@ def test_a_state_read_from_the_map_is_a_copy():
 
 def test_a_lost_robot_opens_its_gate_again():
     """Refused so often in a row, it becomes less certain where it is; the map stays as it was."""
-    scene = posts(md2_threshold=9.0, reopen_after=4, reopen_std=(0.5, 0.3))
+    scene = posts(md2_threshold=9.0, reopen_after=4, reopen_std=(0.5, 0.3), error="additive")
     far = [1.5, -1.0, 0.4]
     lmks = scene.map.P[3:, 3:].copy()
     recovered = []

@@ -21,7 +21,7 @@ def legend_figure():
     l, P = np.array([4.0, 1.0]), np.array([[0.10, 0.06], [0.06, 0.12]])
     cloud = np.random.default_rng(4).multivariate_normal(l, P, 2000)
     fig = plt.figure(figsize=(10.5, 4.0))
-    ax = fig.add_axes((0.07, 0.15, 0.57, 0.83))
+    ax = fig.add_axes((0.08, 0.15, 0.56, 0.83))
     robot(ax, np.zeros(3), size=0.7)
     ax.annotate("robot (estimate: filled)", (0, 0), (-14, -34), textcoords="offset points", fontsize=FONT)
     ax.plot(*cloud.T, ".", color=GREY, markersize=2, alpha=0.6, label=f"{len(cloud)} samples of its Gaussian")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
+from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -25,14 +24,7 @@ from ...graphics import (
     points,
 )
 from ...graphics.style import BLACK, GREEN
-from ...models.motion import Odometry2
-from ...models.sensors import RangeBearing
-from ...simulation import draw
 from ..controls import Int
-from ..exercises.nb05_augment import augment
-from ..exercises.nb05_correct import correct
-from ..exercises.nb05_observe import observe
-from ..exercises.nb05_predict import predict
 from ..widgets import explorable
 from .nb04 import frame_changed
 from .parts import landmarks, robot, true_landmarks
@@ -151,73 +143,39 @@ def nees_runs(groups, dof):
 
 # ---- the step-through widget ----------------------------------------------------------------------------------------
 
-WORLD = {7: (2.2, 1.2), 3: (0.4, 3.6), 12: (-2.4, 3.4), 4: (-2.6, 0.4)}
-SENSOR = RangeBearing(0.1, np.radians(2), max_range=2.9)
-U = np.diag(np.square([0.06, 0.03, np.radians(3)]))
-TURN = np.array([0.75, 0.0, 2 * np.pi / 12])
+FOUR = {7: (2.2, 1.2), 3: (0.4, 3.6), 12: (-2.4, 3.4), 4: (-2.6, 0.4)}  # the landmarks
+OPERATIONS = 36  # of a round
 
 
-@dataclass(frozen=True)
-class Step:
-    """The filter after one operation: what it was, and the state."""
+class Step(NamedTuple):
+    """The filter after one operation: what it was, with which landmark, and the state; the true pose, the frame."""
 
     text: str
-    frame: int
+    lmk: int | None
     x: np.ndarray
     P: np.ndarray
-    ids: tuple
-    lmk: int | None  # landmark of the operation
-    pose: np.ndarray  # the true one
-
-
-@cache
-def steps():
-    """A robot drives a round of 12 frames past 4 landmarks: every single operation of the filter, in order."""
-    rng, pose = np.random.default_rng(8), np.zeros(3)
-    x, P, ids = np.zeros(3), np.zeros((3, 3)), []
-    log = [Step("start: the origin of the map is the first pose", 0, x, P, (), None, pose)]
-
-    def done(k, text, lmk=None):
-        """Note an operation and what it left."""
-        log.append(Step(text, k, x, P, tuple(ids), lmk, pose))
-
-    for k in range(1, 13):
-        pose = Odometry2().move(pose, TURN, 1.0)[0]
-        x, P = predict(x, P, TURN + draw(rng, U), U)
-        done(k, "predict: the robot moves")
-        true = {id: observe(np.array([*pose, *p]), slice(3, 5))[0] for id, p in WORLD.items()}
-        seen = {id: y + draw(rng, SENSOR.R) for id, y in true.items() if y[0] < SENSOR.max_range}
-        for id in [id for id in seen if id in ids]:
-            x, P = correct(x, P, seen[id], SENSOR.R, *observe(x, ranges_of(ids)[ids.index(id)]))
-            done(k, f"correct with landmark {id}", id)
-        for id in [id for id in seen if id not in ids]:
-            x, P = augment(x, P, seen[id], SENSOR.R)
-            ids = [*ids, id]
-            done(k, f"augment: landmark {id} is new", id)
-    r = ranges_of(ids)[0]
-    x, P, ids = np.delete(x, r), np.delete(np.delete(P, r, 0), r, 1), ids[1:]
-    done(12, "delete the oldest landmark: its rows and columns go")
-    return log
+    ids: list
+    pose: np.ndarray
+    frame: int
 
 
 @explorable(
-    step=Int(35, 1, len(steps()) - 1, label="operation", play=1200, tip="Arrow keys move one operation"),
+    step=Int(35, 1, OPERATIONS, label="operation", play=1200, tip="Arrow keys move one operation"),
     ranges={"changed": (0, 25), "blocks": (1, 25)},
 )
-def blocks(step):
-    """Every operation of EKF-SLAM, and the blocks of P that it changes."""
-    before, now = steps()[step - 1], steps()[step]
+def blocks(steps, step):
+    """Every operation of EKF-SLAM in a run of the notebook, and the blocks of P that it changes."""
+    before, now = steps[step - 1], steps[step]
     fig = plt.figure(figsize=(12, 5.8))
     ax = fig.add_axes((0.06, 0.12, 0.38, 0.76))
     ax.set(xlim=(-4.3, 4.3), ylim=(-2.6, 6.0), xticks=range(-4, 5, 2), yticks=range(-2, 7, 2))  # few ticks: quick
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=f"frame {now.frame}")
-    true_landmarks(ax, list(WORLD.values()))
+    true_landmarks(ax, list(FOUR.values()))
     for s, style, name in ((before, PREDICTED, ""), (now, ESTIMATE, "estimate")):
-        landmarks(ax, s.x, s.P, ranges_of(s.ids), style=style, name=name)
+        names = [str(id) for id in s.ids] if s is now else ()
+        landmarks(ax, s.x, s.P, ranges_of(s.ids), labels=names, style=style, name=name)
         plot_ellipse(ax, s.x[:2], s.P[:2, :2], 3, **line(style, linewidth=1.3))
     ax.plot([], [], **line(PREDICTED), label="before")
-    for id, r in zip(now.ids, ranges_of(now.ids), strict=True):
-        ax.annotate(str(id), now.x[r], (10, 7), textcoords="offset points", fontsize=12)
     robot(ax, now.pose, TRUTH, 0.3)
     robot(ax, now.x[:3], ESTIMATE, 0.3)
     if now.lmk is not None:

@@ -128,7 +128,7 @@ def floor_figure(sigmas, floors, heading_std_deg):
         ax.plot(ids[below], sigmas[below], "X", color=VERMILLION, markersize=11, label="EKF-SLAM, below the floor")
     ax.set(xlabel="landmark", ylabel="sigma (m), 1σ", ylim=(0, None), xticks=ids)
     ax.set_title(f"after two rounds; sigma of the first heading {heading_std_deg:g}°")
-    ax.legend()
+    ax.legend(loc="lower right")
     low = int(np.argmin(sigmas / floors))
     return fig, (
         f"First heading: {heading_std_deg:g} degrees. {below.sum()} of {len(ids)} landmarks are below their floor. "
@@ -181,7 +181,7 @@ def closed_with(moment, whole, cut, world):
     ranges, words = moment.ranges, []
     titles = "with cross-covariances", "without them"
     for ax, (x, P), title in zip(axes, (whole, cut), titles, strict=True):
-        map_axes(ax, 15, title)
+        map_axes(ax, 16.5, title)
         true_landmarks(ax, world[list(ranges)])
         landmarks(ax, x, P, list(ranges.values()), labels=[str(i) for i in ranges])
         steps = [(moment.x[r], x[r]) for r in (slice(0, 2), *ranges.values())]
@@ -248,7 +248,7 @@ def scrubber(moments, frame, start_std, difference, world):
 
 def _map(ax, moments, k, world, title=""):
     now = moments[k]
-    map_axes(ax, 15, title)
+    map_axes(ax, 16.5, title)
     true_landmarks(ax, world)
     ax.plot(*np.array([m.truth[:2] for m in moments[: k + 1]]).T, **line(TRUTH, linewidth=1.2), label="true path")
     landmarks(ax, now.x, now.P, list(now.ranges.values()), labels=[str(i) for i in now.ranges])

@@ -2,108 +2,45 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
 
+from ...analysis.consistency import md2
 from ...ekf import Map
 from ...geometry import Frame2
 from ...graphics import ESTIMATE, MEASUREMENT, REJECTED, TRUTH, ellipse_points, line, plot_ellipse, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
 from ...models.landmarks import EucPnt
 from ...models.motion import Odometry2
-from ...models.sensors import RangeBearing
-from ...simulation import draw
 from ...simulation.simulator import SimObs
 from ...slam import Jcbb, Lmk, NearestNeighbour, Rob, Sen, place, project_lmks
-from ...slam.association import distances, gate
+from ...slam.association import gate
 from ..controls import Choice, Float, Toggle
 from ..widgets import explorable
 from .parts import landmarks, map_axes, robot, true_landmarks
 
-NAMES, PLACES = "ABC", np.array([(7.0, 2.6), (6.3, 1.0), (3.0, 3.4)])
-MARKS = ("o", "s", "^")
-COLOURS = (BLUE, GREEN, VERMILLION)
+NAMES, MARKS, COLOURS = "ABC", ("o", "s", "^"), (BLUE, GREEN, VERMILLION)
 
 
-# ---- one moment in a corridor ---------------------------------------------------------------------------------------
-
-POSTS_STD, RANGE_STD, BEARING_STD = 0.05, 0.1, np.radians(1.0)
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A map, the expectations, and the measurements; measurement i belongs to landmark `true[i]`."""
-
-    map: Map
-    obs: list
-    raw: SimObs
-    sensor: RangeBearing
-    true: list
-    pose: np.ndarray
-
-
-def corridor(slip=0.7, slip_std=0.4, n=4, spacing=1.0, missing=None):
-    """A robot in a corridor with posts on both sides; its wheels have slipped.
+def pairs_by(rule, moment, sensor):
+    """What a rule of the package makes of a moment of the notebook: pairs {measurement: landmark}.
 
     Parameters
     ----------
-    slip : float
-        Where the robot is, ahead of its estimate, m.
-    slip_std : float
-        How uncertain it is along the corridor, m.
-    n : int
-        Posts on each side.
-    spacing : float
-        Between posts, m.
-    missing : list of int, optional
-        Posts that are in the map and not seen.
-
-    Returns
-    -------
-    Scene
+    rule : Association
+        `NearestNeighbour()`, for example.
+    moment : object
+        With `x`, `P`, pose and landmarks of the map; `ys`, shape (k, 2), the measurements.
+    sensor : RangeBearing
     """
-    sensor = RangeBearing(RANGE_STD, BEARING_STD)
-    along = 3.0 + spacing * np.arange(n)
-    points = np.array([(x, y) for x in along for y in (1.2, -1.2)])
-    map, rng = Map(), np.random.default_rng(5)
+    map = Map()
     rob, sen = Rob(1, Odometry2()), Sen(1, 1, sensor, Frame2, x=np.zeros(3))
-    place(map, rob, np.zeros(3), np.diag(np.square([slip_std, 0.1, np.radians(1)])))
-    lmks = {}
-    for id, p in enumerate(points):
-        lmks[id] = Lmk(id, EucPnt(2), r=map.add(p + POSTS_STD * rng.standard_normal(2), POSTS_STD**2 * np.eye(2)))
-    pose = np.array([slip, 0.0, 0.0])
-    true = [i for i in range(len(points)) if i not in (missing or [])]
-    y = sensor.project(Frame2(pose).to_frame(points[true])[0])[0] + draw(rng, sensor.R, (len(true),))
-    return Scene(map, project_lmks(map, rob, sen, lmks.values()), measured([-1] * len(true), y), sensor, true, pose)
-
-
-def judged(scene, association):
-    """Pairs of an association as {measurement: landmark}, and how many of them are right."""
-    pairs = {i: l for l, i in association(scene.map, scene.obs, scene.raw, scene.sensor).pairs.items()}
-    return pairs, sum(scene.true[i] == l for i, l in pairs.items())
-
-
-def measured(ids, y):
-    """Raw measurements, bearings between -pi and pi as a sensor gives them."""
-    y = np.array(y, float).reshape(-1, 2)
-    y[:, 1] = np.arctan2(np.sin(y[:, 1]), np.cos(y[:, 1]))
-    return SimObs(1, np.asarray(ids, int), y)
-
-
-# ---- three landmarks ------------------------------------------------------------------------------------------------
-
-
-def three_landmarks(heading_std_deg=4.0, y=None):
-    """A robot at the origin, three landmarks in its map, maybe one measurement. Returns a Scene."""
-    map, sensor = Map(), RangeBearing(0.15, np.radians(1))
-    rob, sen = Rob(1, Odometry2()), Sen(1, 1, sensor, Frame2, x=np.zeros(3))
-    place(map, rob, np.zeros(3), np.diag(np.square([0.1, 0.1, np.radians(heading_std_deg)])))
-    lmks = {i: Lmk(i, EucPnt(2), r=map.add(p, 0.05**2 * np.eye(2))) for i, p in enumerate(PLACES)}
-    raw = measured([], np.zeros((0, 2))) if y is None else measured([-1], [y])
-    return Scene(map, project_lmks(map, rob, sen, lmks.values()), raw, sensor, [], np.zeros(3))
+    place(map, rob, moment.x[:3], moment.P[:3, :3])
+    ranges = [_range(j) for j in range((len(moment.x) - 3) // 2)]
+    lmks = [Lmk(j, EucPnt(2), r=map.add(moment.x[r], moment.P[r, r])) for j, r in enumerate(ranges)]
+    raw = SimObs(1, np.full(len(moment.ys), -1), moment.ys)
+    return {i: j for j, i in rule(map, project_lmks(map, rob, sen, lmks), raw, sensor).pairs.items()}
 
 
 # ---- figures of the notebook ----------------------------------------------------------------------------------------
@@ -229,25 +166,28 @@ def counts_figure(slips, right: dict[str, list]):
     confidence=Choice(0.99, {"95 %": 0.95, "99 %": 0.99, "99.99 %": 0.9999}, "gate"),
     ranges={"inside": (0, 3), "d2_nearest": (0, 1e6)},
 )
-def gate_space(range_m, bearing_deg, heading_std_deg, confidence):
-    """Gates in the measurement space, and the same moment in metres: which landmark is the nearest?"""
-    y = np.array([range_m, np.radians(bearing_deg)])
-    scene, limit = three_landmarks(heading_std_deg, y), gate(confidence, 2)
-    d2 = distances(scene.obs, scene.raw, scene.sensor)[0]
+def gate_space(places, expected, range_m, bearing_deg, heading_std_deg, confidence):
+    """Gates in the measurement space, and the same moment in metres: which landmark is the nearest?
+
+    The notebook hands over where the landmarks are, and expected(heading_std_deg) -> expectations, covariances Z.
+    """
+    y, limit = np.array([range_m, np.radians(bearing_deg)]), gate(confidence, 2)
+    es, Zs = expected(heading_std_deg)
+    d2 = md2(y - es, Zs)  # far from the seam: nothing to be wrapped
     p = range_m * np.array([np.cos(y[1]), np.sin(y[1])])
-    metres = np.hypot(*(PLACES - p).T)
+    metres = np.hypot(*(places - p).T)
 
     fig, (ax, side) = plt.subplots(1, 2, figsize=(13, 6), layout="constrained")
-    for o, name, mark, color, d in zip(scene.obs, NAMES, MARKS, COLOURS, d2, strict=True):
-        ring = ellipse_points(o.e, o.E + scene.sensor.R, np.sqrt(limit))
+    for e, Z, name, mark, color, d in zip(es, Zs, NAMES, MARKS, COLOURS, d2, strict=True):
+        ring = ellipse_points(e, Z, np.sqrt(limit))
         ax.plot(np.degrees(ring[:, 1]), ring[:, 0], color=color, linewidth=2.5, linestyle="-" if d <= limit else ":")
-        ax.plot(np.degrees(o.e[1]), o.e[0], mark, color=color, markersize=9, label=f"{name}: $d^2$ = {d:.1f}")
+        ax.plot(np.degrees(e[1]), e[0], mark, color=color, markersize=9, label=f"{name}: $d^2$ = {d:.1f}")
     ax.plot(bearing_deg, range_m, **points(MEASUREMENT, markersize=16, markeredgewidth=3), label="measurement y")
     ax.plot([], [], color=GREY, linewidth=2.5, label=f"gate {100 * confidence:g} %: $d^2 \\leq$ {limit:.1f}")
     ax.plot([], [], color=GREY, linewidth=2.5, linestyle=":", label="gate that y does not pass")
     ax.set(xlabel="bearing (deg)", ylabel="range (m)", xlim=(-35, 90), ylim=(1, 11), title="measurement space")
     ax.legend(loc="upper right", fontsize=11)
-    for place_, name, mark, color, m in zip(PLACES, NAMES, MARKS, COLOURS, metres, strict=True):
+    for place_, name, mark, color, m in zip(places, NAMES, MARKS, COLOURS, metres, strict=True):
         side.plot(*np.transpose([p, place_]), color=GREY, linewidth=1)
         side.plot(*place_, mark, color=color, markersize=9, label=f"{name}: {m:.2f} m")
     side.plot(*p, **points(MEASUREMENT, markersize=16, markeredgewidth=3), label="where y points")
@@ -325,18 +265,18 @@ def swap(moments, table, fine, frame, swap_at, room):
     end=Toggle(True, "the last two posts are in view"),
     ranges={"nn_right": (0, 8), "jcbb_right": (0, 8)},
 )
-def two_ways(slip, slip_std, end):
-    """A symmetric corridor: nearest neighbour above, joint compatibility below."""
-    scene = corridor(slip, slip_std, missing=None if end else [6, 7])
+def two_ways(corridor, sensor, slip, slip_std, end):
+    """A symmetric corridor, corridor(slip, slip_std, end): nearest neighbour above, joint compatibility below."""
+    moment = corridor(slip, slip_std, end)
     fig, axes = plt.subplots(2, 1, figsize=(12, 6.6), layout="constrained", sharex=True)
     facts, words = {}, []
-    seen = Frame2(np.zeros(3)).from_frame(scene.sensor.retro(scene.raw.y)[0])[0]
-    posts = np.array([scene.map.x[3 + 2 * i : 5 + 2 * i] for i in range(len(scene.obs))])
+    seen, posts = sensor.retro(moment.ys)[0], moment.x[3:].reshape(-1, 2)  # from the estimated pose, the origin
     for ax, association, name, key in (
         (axes[0], NearestNeighbour(), "nearest neighbour", "nn_right"),
         (axes[1], Jcbb(), "joint compatibility (JCBB)", "jcbb_right"),
     ):
-        pairs, right = judged(scene, association)
+        pairs = pairs_by(association, moment, sensor)
+        right = sum(moment.ids[i] == j for i, j in pairs.items())
         ax.plot(*posts.T, **points(ESTIMATE, markersize=9), label="posts in the map")
         ax.plot(
             *seen.T,
@@ -344,15 +284,13 @@ def two_ways(slip, slip_std, end):
             label="measured, from the estimated pose",
         )
         for i, j in pairs.items():
-            good = scene.true[i] == j
+            good = moment.ids[i] == j
             color, dash = (GREEN, "-") if good else (VERMILLION, "--")
             ax.plot(*np.transpose([seen[i], posts[j]]), color=color, linestyle=dash, linewidth=3.5, zorder=2)
         ax.plot([], [], color=GREEN, linewidth=3.5, label="right pair")
         ax.plot([], [], color=VERMILLION, linestyle="--", linewidth=3.5, label="wrong pair")
-        plot_ellipse(
-            ax, np.zeros(2), scene.map.P[:2, :2], 3, color=BLUE, linewidth=1.3, label="pose, 3σ ellipse (98.9 %)"
-        )
-        robot(ax, scene.pose, TRUTH, 0.4)
+        plot_ellipse(ax, np.zeros(2), moment.P[:2, :2], 3, color=BLUE, linewidth=1.3, label="pose, 3σ ellipse (98.9 %)")
+        robot(ax, moment.pose, TRUTH, 0.4)
         robot(ax, np.zeros(3), ESTIMATE, 0.4)
         ax.set(
             xlim=(-2.6, 8),

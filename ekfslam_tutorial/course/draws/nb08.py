@@ -3,17 +3,13 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ...geometry import Frame2, wrap
 from ...graphics import DEAD_RECKONING, ESTIMATE, REJECTED, TRUTH, UPDATED, line, points
 from ...graphics.style import BLACK, BLUE, GREY, ORANGE, VERMILLION
-from ...models.sensors.range_bearing import polar
 from ..controls import Choice, Float, Int, Toggle
 from ..widgets import explorable
 from . import parts
 
 LANDMARK = (8.0, 0.2)  # true range (m) and bearing (rad) of the landmark of the robot that stands still
-LANDMARKS = np.array([[6.0, 4.0], [-3.0, 7.0], [2.0, -5.0], [-6.0, -2.0]])
-STD = np.array([0.1, np.radians(1.0)])  # of range and bearing
 
 
 def sigma_figure(curves):
@@ -73,20 +69,14 @@ def stand_still(standing, prior, n, seed):
     robot=Toggle(True, label="move the robot, too"),
     ranges={"change_m": (0, 30)},
 )
-def rotate_world(dx, dy, turn, robot):
-    """Move the whole solution, or the map alone: do the residuals notice?"""
-    rng = np.random.default_rng(12)
-    a = np.linspace(0, 1.5 * np.pi, 8)
-    poses = np.column_stack([3 * np.cos(a), 3 * np.sin(a), a + np.pi / 2])
-    y = _expected(poses, LANDMARKS) + rng.normal(size=(8, 4, 2)) * STD
-    G = Frame2(np.array([dx, dy, np.radians(turn)]))
-    moved_l = G.from_frame(LANDMARKS)[0]
-    moved = G.compose(Frame2(poses))[0].x if robot else poses
-    before, after = _residual(y, _expected(poses, LANDMARKS)), _residual(y, _expected(moved, moved_l))
+def rotate_world(move_solution, dx, dy, turn, robot):
+    """Move the whole solution, or the map alone, by a function of the notebook: do the residuals notice?"""
+    poses, landmarks, before = move_solution(0.0, 0.0, 0.0, True)
+    moved, moved_l, after = move_solution(dx, dy, turn, robot)
     fig, (ax, right) = plt.subplots(1, 2, figsize=(11.0, 4.9))
     fig.subplots_adjust(left=0.07, right=0.98, bottom=0.2, top=0.9, wspace=0.2)
     ax.plot(*poses[:, :2].T, **line(DEAD_RECKONING), label="path before")
-    ax.plot(*LANDMARKS.T, **points(ESTIMATE, color=GREY, fillstyle="none", markersize=8), label="map before")
+    ax.plot(*landmarks.T, **points(ESTIMATE, color=GREY, fillstyle="none", markersize=8), label="map before")
     ax.plot(*moved[:, :2].T, **line(ESTIMATE), label="path after")
     for pose in poses:
         parts.robot(ax, pose, DEAD_RECKONING, 1.0)
@@ -138,14 +128,3 @@ def eigenvalues(smallest, forms, form, gain, noise, double):
         "of 20 sequences."
     )
     return fig, {"negative": int(bad.sum()), "failures": count, "caption": caption}
-
-
-def _expected(poses, l):
-    """Expected measurements of all landmarks from all poses, shape (K, N, 2)."""
-    return np.array([polar(Frame2(pose).to_frame(l)[0])[0] for pose in poses])
-
-
-def _residual(y, e):
-    z = y - e
-    z[..., 1] = wrap(z[..., 1])
-    return z

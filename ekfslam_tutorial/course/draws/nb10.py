@@ -22,7 +22,6 @@ from .nb10_runs import (
     SIGHT,
     STEPS,
     VALUE,
-    attitude,
     judged,
     slerp,
 )
@@ -146,10 +145,11 @@ def two_orders(yaw, ahead, roll):
         )
         space.ground(4)
         space.gizmo(WORLD, 0.8, "world", color=GREY)
-        space.gizmo(first, 1.0, name[0], linestyle="--", linewidth=1.8)
+        space.gizmo(first, 1.0, linestyle="--", linewidth=1.8)
+        space.name(first, name[0], avoid=(WORLD.t, F.t))
         space.gizmo(F, 1.3, linewidth=3.4)
+        space.name(F, name, 16, avoid=(first.t,), weight="bold")
         space.line([WORLD.t, first.t, F.t], color=BLACK, linestyle=":")
-        space.text(F.t, name, fontsize=16, weight="bold", xytext=(8, -20))
     e, _ = results["A B"].minus(results["B A"])
     apart, angle = float(np.linalg.norm(e[:3])), float(np.degrees(np.linalg.norm(e[3:])))
     caption = (
@@ -183,7 +183,7 @@ def ball(s, angle, flip):
     for q_end, name in ((q0, "first"), (q1, "second")):
         tip = q2R(q_end)[0] @ nose
         space.line(tip, marker="s", color=BLACK, markersize=9, linestyle="none")
-        space.text(tip, name)
+        space.text(tip, name, xytext=(10, 4) if name == "second" else (10, -16))
     space.gizmo(Frame3(np.r_[0, 0, 0, q]), 0.9)
     space.line(q2R(q)[0] @ nose, **points(ESTIMATE, markersize=12), label="nose now")
     space.ax.legend(loc="lower left", frameon=False)
@@ -212,8 +212,8 @@ def ball(s, angle, flip):
     run=True,
     ranges={"norm": (0.3, 3), "along": (0, 2)},
 )
-def norm_drift(mode, prior, seed, attitude=attitude):
-    """An attitude filter that adds its corrections to q: what becomes of the norm, and of P along q?"""
+def norm_drift(attitude, mode, prior, seed):
+    """An attitude filter of the notebook, attitude(mode, prior, seed): what becomes of the norm, and of P along q?"""
     all_runs = judged(attitude, mode, prior)
     one = all_runs[seed]
     k = np.arange(1, STEPS + 1)

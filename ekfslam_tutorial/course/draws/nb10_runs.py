@@ -1,4 +1,4 @@
-"""The experiment of notebook 10: an attitude filter with an additive correction, which breaks the norm of q."""
+"""What notebook 10 asks of its attitude filter, and the way between two orientations."""
 
 from __future__ import annotations
 
@@ -6,57 +6,13 @@ from functools import cache
 
 import numpy as np
 
-from ...geometry import Frame3, q2qc, q2R, q_prod, unit, v2q
+from ...geometry import Frame3, q2qc, q_prod, unit
 
 NEVER, VALUE, BOTH = "never", "value only", "value and covariance"
 STEPS, RUNS = 100, 40
 DIRECTIONS = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])  # up and north, in the world
 RATE = np.array([0.05, 0.02, 0.1])  # turn in one step, rad
 GYRO, SIGHT = np.radians(1.0), 0.1  # noise: of a turn, rad; of a measured direction
-
-
-def attitude(mode: str, prior: float, seed: int):
-    """One run, step by step; every fifth step two known directions are measured.
-
-    Parameters
-    ----------
-    mode : str
-        How the quaternion is normalised after each correction.
-    prior : float
-        Standard deviation of the first orientation about each axis, degrees.
-    seed : int
-
-    Yields
-    ------
-    q, P, true : ndarray
-        Orientation, its covariance (4, 4), and the true orientation, after each step.
-    """
-    start, gyro, sight = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3))
-    q, true = np.array([1.0, 0, 0, 0]), v2q(np.radians(prior) * start.normal(size=3))[0]
-    J = v2q(np.zeros(3))[1]
-    P = np.radians(prior) ** 2 * J @ J.T
-    for k in range(STEPS):
-        true = q_prod(true, v2q(RATE)[0])[0]
-        dq, DQ_v = v2q(RATE + GYRO * gyro.normal(size=3))
-        q, Q_q, Q_dq = q_prod(q, dq)
-        Q_v = Q_dq @ DQ_v
-        P = Q_q @ P @ Q_q.T + GYRO**2 * Q_v @ Q_v.T
-        for d in DIRECTIONS if k % 5 == 0 else ():
-            y = q2R(true)[0].T @ d + SIGHT * sight.normal(size=3)
-            q, P = correct(q, P, d, y)
-            if mode != NEVER:
-                q, Q_q = unit(q)
-                P = Q_q @ P @ Q_q.T if mode == BOTH else P
-        yield q, P, true
-
-
-def correct(q, P, d, y):
-    """Correct an orientation with the measured direction y = R(q)' d; the correction is added to q."""
-    R, R_q = q2R(q)
-    H = np.einsum("ijk,i->jk", R_q, d)
-    Z = H @ P @ H.T + SIGHT**2 * np.eye(3)
-    K = np.linalg.solve(Z, H @ P).T
-    return q + K @ (y - R.T @ d), P - K @ Z @ K.T
 
 
 def _judge(q, P, true):

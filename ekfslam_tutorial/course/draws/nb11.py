@@ -16,10 +16,8 @@ from .nb11_runs import (
     STEP,
     STEPS,
     beliefs,
-    believe,
     euler_sigmas,
     flights,
-    fly,
     small,
     spread,
     std_of,
@@ -101,7 +99,7 @@ def twist(v, roll, pitch, yaw):
     space.line(t, **line(ESTIMATE, linewidth=2.5), label="path")
     for F in frames[::10]:
         space.gizmo(F, 0.22 * half, linewidth=1.8)
-    space.text(t[0], "start")
+    space.name(frames[0], "start", 13)
     rate = float(np.linalg.norm(w))
     if rate < 1e-9:
         radius, advance = 0.0, 6 * v
@@ -128,8 +126,8 @@ def twist(v, roll, pitch, yaw):
     turning=Toggle(False, "the turn is noisy, too"),
     ranges={"inside": (0, 100)},
 )
-def tube(step, axes, turning, fly=fly, believe=believe):
-    """The tube of uncertainty round a flight, and robots that really fly with noise in their own axes."""
+def tube(fly, believe, step, axes, turning):
+    """The tube of uncertainty round a flight, believe(...), and robots that really fly with noise in their own axes."""
     means, covs = beliefs(believe, turning, "robot" if axes == ROBOT else "world")
     real = flights(fly, turning)[step][:, :3]
     S = covs[step][:3, :3] + 1e-12 * np.eye(3)

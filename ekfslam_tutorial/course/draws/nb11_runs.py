@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 
 from ...geometry import Frame3, e2q, q2e, q_prod, v2q
-from ...models.motion import Odometry3
 from ..exercises.nb11_odo3 import odo3
 
 STEPS, SAMPLES = 40, 300
@@ -34,25 +33,6 @@ def twist_path(v, w, seconds=6.0, dt=0.1):
 def std_of(turning: bool) -> np.ndarray:
     """Standard deviations of a step, with or without the noise of the turn."""
     return STD * np.array([1, 1, 1, turning, turning, turning])
-
-
-def fly(x, turning, rng, n=SAMPLES):
-    """Frames (n, 7) of robots that really move with noise in their own axes, after each step."""
-    x = np.tile(x, (n, 1))
-    for _ in range(STEPS):
-        x = Odometry3().move(x, STEP + std_of(turning) * rng.normal(size=(n, 6)), 1.0)[0]
-        yield x
-
-
-def believe(x, P, turning, axes):
-    """Mean and covariance of a filter that takes the noise in the axes of the "robot" or of the "world"."""
-    for _ in range(STEPS):
-        x, X_x, X_u = odo3(x, STEP)
-        if axes == "world":  # the same numbers, added along x, y, z of the world
-            X_u = X_u.copy()
-            X_u[:3, :3] = np.eye(3)
-        P = X_x @ P @ X_x.T + X_u @ np.diag(std_of(turning) ** 2) @ X_u.T
-        yield x, P
 
 
 @cache

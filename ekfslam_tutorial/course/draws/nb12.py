@@ -31,7 +31,6 @@ from .nb12_runs import (
     Calibration,
     K,
     board,
-    calibrate,
     corner,
     fold_of,
     in_lens,
@@ -41,7 +40,7 @@ from .nb12_runs import (
 )
 from .space import Space
 
-__all__ = ["FORWARD", "SIZE", "START", "START_STD", "TRUE", "Calibration", "K", "board", "calibrate", "fold_of"]
+__all__ = ["FORWARD", "SIZE", "START", "START_STD", "TRUE", "Calibration", "K", "board", "fold_of"]
 
 NARROW = np.array([320.0, 240.0, 450.0, 450.0])  # k of a camera with a smaller angle of view
 FORWARD = np.concatenate([[0, 0, 0.6], e2q(np.array([-np.pi / 2, 0, -np.pi / 2]))[0]])  # looks ahead, 0.6 m above
@@ -327,7 +326,7 @@ def ray(u, v, s, s_std, noise):
     seed=Int(0, 0, 9, label="noise number"),
     ranges={"corner": (0, 1e4), "nis": (0, 1e6)},
 )
-def calibration(views, part, noise, n_d, seed, calibrate=calibrate):
+def calibration(calibrate, views, part, noise, n_d, seed):
     """An EKF whose state is k and d: what it has learnt, and what it says about the parts that it has not seen."""
     c = calibrate(views, part, noise, n_d, seed)
     r = np.linspace(0, 1.2, 100)

@@ -1,4 +1,4 @@
-"""What the drawings of notebook 12 compute: walls and boards in a lens, the way back, a calibration by an EKF."""
+"""What the drawings of notebook 12 compute: walls and boards in a lens, the way back, the error of a calibration."""
 
 from dataclasses import dataclass
 
@@ -78,42 +78,6 @@ class Calibration:
     pixels: np.ndarray
     residuals: np.ndarray
     nis: float  # mean of all views, divided by its number of measurements: 1 is honest
-
-
-def calibrate(views=10, part=0.9, std=0.5, n_d=2, seed=0, iterations=4):
-    """Estimate k and d by an EKF, from views of a board whose place is known.
-
-    Parameters
-    ----------
-    views : int
-    part : float
-        The part of the image that the board fills.
-    std : float
-        Noise of a pixel, px.
-    n_d : int
-        Numbers of the distortion vector that the filter has. The lens has two.
-    seed : int
-    iterations : int
-        How often a view is linearised, each time at the newest estimate (an iterated EKF). 1: a plain EKF.
-    """
-    place, noise = (np.random.default_rng(s) for s in np.random.SeedSequence([12, seed]).spawn(2))
-    n = 4 + n_d
-    x, P = START[:n].copy(), np.diag(START_STD[:n] ** 2)
-    nis = []
-    for _ in range(views):
-        p = board(place, part)
-        y = pin_hole(p, TRUE[:4], TRUE[4:])[0] + std * noise.standard_normal((len(p), 2))
-        new = x
-        for _ in range(iterations):
-            e, _, U_k, U_d = pin_hole(p, new[:4], new[4:])
-            H = np.concatenate([U_k, U_d], -1).reshape(-1, n)
-            z, Z = (y - e).ravel() - H @ (x - new), H @ P @ H.T + std**2 * np.eye(2 * len(p))
-            W = np.linalg.solve(Z, H @ P)
-            new = x + W.T @ z
-        nis.append(z @ np.linalg.solve(Z, z) / len(z))
-        x, P = new, P - P @ H.T @ W
-    after = y - pin_hole(p, x[:4], x[4:])[0]
-    return Calibration(x, P, y, after, float(np.mean(nis)))
 
 
 def model_error(c, r):

@@ -72,7 +72,18 @@ class Space:
             u, v = self.xy(frame.t + 1.16 * size * frame.R[:, i])
             self.ax.text(u, v, letter, color=style.get("color", color), fontsize=13, ha="center", va="center", zorder=6)
         if name:
-            self.text(frame.t, name, xytext=(-5, -16), ha="right", fontsize=14)
+            self.name(frame, name)
+
+    def name(self, frame, words, size=14, avoid=(), **style):
+        """Write beside the origin of a frame, where none of its axes is, nor a line to one of the points `avoid`."""
+        lines = self.xy(np.array([*frame.R.T, *(p - frame.t for p in avoid)]))
+        lines = lines[np.linalg.norm(lines, axis=1) > 0.15]  # an axis that comes out of the picture takes no room
+        lines = lines / np.linalg.norm(lines, axis=1)[:, None]
+        a = np.radians(np.arange(210, 570, 15))  # of several as good as each other, the one most to the lower left
+        ways = np.column_stack([np.cos(a), np.sin(a)])
+        way = ways[np.argmin(np.max(ways @ lines.T, axis=1, initial=-1.0).round(2))]
+        room = (6 + 0.3 * size * len(words), 6 + 0.6 * size) * way
+        self.text(frame.t, words, xytext=room, ha="center", va="center", fontsize=size, **style)
 
     def robot(self, frame, size=0.3, **style):
         """Draw a robot's body as its edges."""

@@ -27,13 +27,11 @@ def angles(*values):
 
 
 wrapping = table(
-    "00.1",
-    "Wrap an angle",
+    "00.1 Wrap an angle",
     wrap,
     hints=(
         "Whole turns do not change a direction: add or subtract 2 pi until the angle is small enough.",
-        "Python's % does it without a loop: a % (2 * np.pi) lies between 0 and 2 pi. You want -pi to pi: shift the "
-        "angle before, and shift it back afterwards.",
+        "Python's % does it without a loop: a % (2 * np.pi) lies between 0 and 2 pi. You want -pi to pi: shift the angle before, and shift it back afterwards.",
         "(angle + np.pi) % (2 * np.pi) - np.pi. Another way: the arctan2 of the sine and the cosine.",
     ),
     returns="wrapped",
@@ -68,8 +66,7 @@ wrapping = table(
     arctan2 with its arguments swapped | np.pi - (np.pi - angle) % (2 * np.pi) -> np.arctan2(np.cos(angle), np.sin(angle)) | arctan2 takes the sine first, then the cosine.
     cut off | np.pi - (np.pi - angle) % (2 * np.pi) -> np.clip(angle, -np.pi, np.pi) | You cut the angle off at pi. Another angle is another direction: remove whole turns instead.
     shift not undone | np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
-    fmod: np.fmod and math.fmod keep the sign of the input. Python's % with a positive number never gives a negative one.
-        np.pi - (np.pi - angle) % (2 * np.pi) -> np.fmod(angle + np.pi, 2 * np.pi) - np.pi
+    fmod | np.pi - (np.pi - angle) % (2 * np.pi) -> np.fmod(angle + np.pi, 2 * np.pi) - np.pi | np.fmod and math.fmod keep the sign of the input. Python's % with a positive number never gives a negative one.
     mirrored | np.pi - (np.pi - angle) % (2 * np.pi) -> (np.pi - angle) % (2 * np.pi) - np.pi | The sign is the wrong way round: left has become right.
     one turn only: Your function removes one turn. After several turns one is not enough: use a loop, or %.
         np.pi - (np.pi - angle) % (2 * np.pi) -> angle - 2 * np.pi * (np.asarray(angle) > np.pi) + 2 * np.pi * (np.asarray(angle) <= -np.pi)

@@ -49,8 +49,7 @@ def one_after_the_other(rng):
 
 
 correction = table(
-    "01.4",
-    "The correction",
+    "01.4 The correction",
     correct,
     hints=(
         "Three steps: the covariance Z of the innovation, the gain K, then the new x and P.",

@@ -36,8 +36,7 @@ def whole_turns(rng):
 
 
 surprise = table(
-    "01.3",
-    "The innovation",
+    "01.3 The innovation",
     innovation,
     hints=(
         "Subtract first. Then ask: which of the two numbers is an angle?",

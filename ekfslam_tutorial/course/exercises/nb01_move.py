@@ -39,13 +39,11 @@ def special(rng):
 
 
 motion = table(
-    "01.2",
-    "The motion and its Jacobians",
+    "01.2 The motion and its Jacobians",
     move,
     hints=(
         "Write the three lines of x2 on paper first. Then differentiate each line by x, y, theta, and by v, w.",
-        "x2 = [x + v dt cos(theta), y + v dt sin(theta), theta + w dt], with the theta *before* the step. The third "
-        "column of F_x holds the derivatives by theta.",
+        "x2 = [x + v dt cos(theta), y + v dt sin(theta), theta + w dt], with the theta *before* the step. The third column of F_x holds the derivatives by theta.",
         "F_x = [[1, 0, -d s], [0, 1, d c], [0, 0, 1]] with d = v dt; F_u = [[dt c, 0], [dt s, 0], [0, dt]].",
     ),
     returns="x2, F_x, F_u",
@@ -70,10 +68,8 @@ motion = table(
     wrong="""
     sine and cosine swapped | x[0] + d * c, x[1] + d * s -> x[0] + d * s, x[1] + d * c | x goes with the cosine, y with the sine.
     turned first | x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(x[2] + dt * u[1]), x[1] + d * np.sin(x[2] + dt * u[1]) | The robot drives first, the way it looks *before* the step, and then turns.
-    half the turn first: The robot drives the way it looks *before* the step, not in the middle of the turn.
-        x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(x[2] + dt * u[1] / 2), x[1] + d * np.sin(x[2] + dt * u[1] / 2)
-    arc: Yours is the exact arc. Here the robot drives v dt straight ahead first, and then it turns.
-        x2 = np.array([x[0] + d * c, x[1] + d * s, x[2] + u[1] * dt]) -> x2 = Unicycle().move(x, u, dt)[0]
+    half the turn first | x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(x[2] + dt * u[1] / 2), x[1] + d * np.sin(x[2] + dt * u[1] / 2) | The robot drives the way it looks *before* the step, not in the middle of the turn.
+    arc | x2 = np.array([x[0] + d * c, x[1] + d * s, x[2] + u[1] * dt]) -> x2 = Unicycle().move(x, u, dt)[0] | Yours is the exact arc. Here the robot drives v dt straight ahead first, and then it turns.
     turned to the other side | x[2] + u[1] * dt -> x[2] - u[1] * dt | A positive w turns to the left: theta *plus* w dt.
     dt forgotten | x[0] + d * c, x[1] + d * s, x[2] + u[1] * dt -> x[0] + u[0] * c, x[1] + u[0] * s, x[2] + u[1] | v and w are per second: multiply both by dt.
     dt forgotten in the drive | x[0] + d * c, x[1] + d * s -> x[0] + u[0] * c, x[1] + u[0] * s | v is in m per second: the robot goes v dt.
@@ -83,8 +79,7 @@ motion = table(
     degrees | x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(np.radians(x[2])), x[1] + d * np.sin(np.radians(x[2])) | The heading is in radians already: no conversion.
     turn in degrees | x[2] + u[1] * dt -> x[2] + np.radians(u[1] * dt) | The turn is in radians, like the heading: no conversion.
     driven backwards | x[0] + d * c, x[1] + d * s -> x[0] - d * c, x[1] - d * s | A positive v drives ahead: x *plus* v dt cos(theta).
-    F_x after the move: You used the heading *after* the step in F_x. Differentiate at the pose before it.
-        [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, -d * np.sin(x2[2])], [0, 1, d * np.cos(x2[2])], [0, 0, 1]]
+    F_x after the move | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, -d * np.sin(x2[2])], [0, 1, d * np.cos(x2[2])], [0, 0, 1]] | You used the heading *after* the step in F_x. Differentiate at the pose before it.
     F_x transposed | return x2, F_x, F_u -> return x2, F_x.T, F_u | Rows are outputs, columns are inputs: yours is the transpose.
     F_x is the identity | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, 0], [0, 1, 0], [0, 0, 1]] | A small error of the heading moves the robot sideways by v dt: F_x has a third column.
     sign of the sine | [1, 0, -d * s] -> [1, 0, d * s] | The derivative of the cosine is *minus* the sine.

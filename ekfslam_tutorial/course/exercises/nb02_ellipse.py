@@ -54,10 +54,8 @@ drawn = Exercise(
     ellipse,
     hints=(
         "Make a circle of radius 1 first: points (cos a, sin a) for a from 0 to 2 pi. Then stretch it, turn it, shift it.",
-        "np.linalg.eigh(P) gives variances D and, as the columns of V, the directions of the axes. Along column j the "
-        "half axis is k sqrt(D[j]).",
-        "A point is mean + k V diag(sqrt(D)) u, with u = (cos a, sin a). With all u as columns of one matrix, transpose "
-        "the product to get the shape (n, 2).",
+        "np.linalg.eigh(P) gives variances D and, as the columns of V, the directions of the axes. Along column j the half axis is k sqrt(D[j]).",
+        "A point is mean + k V diag(sqrt(D)) u, with u = (cos a, sin a). With all u as columns of one matrix, transpose the product to get the shape (n, 2).",
     ),
     canonical=as_curve,
 )
@@ -130,41 +128,24 @@ def _(f, rng):
 
 # eigh makes V symmetric in the plane, so that its rows do no harm; those of eig do.
 drawn.edited("""
-the root forgotten: P and its eigenvalues D are *variances*. Along an axis, one sigma is the root of its variance.
-    np.sqrt(D) -> D
-k under the root: The half axis is k sigma: the root of the variance first, then times k.
-    k * V @ np.diag(np.sqrt(D)) -> V @ np.diag(np.sqrt(k * D))
-k forgotten: That is the ellipse of 1 sigma, whatever k is.
-    k * V -> V
-always 3 sigma: The size of the ellipse is the argument k; 3 is only what is drawn most.
-    k * V -> 3 * V
-k squared: k squared belongs to the squared distance, (p - mean)' P^-1 (p - mean) = k^2. The half axis is k sigma.
-    k * V -> k**2 * V
-rows of V: The eigenvectors are the *columns* of V. Its rows turn the ellipse the other way.
-    np.linalg.eigh -> np.linalg.eig
+the root forgotten | np.sqrt(D) -> D | P and its eigenvalues D are *variances*. Along an axis, one sigma is the root of its variance.
+k under the root | k * V @ np.diag(np.sqrt(D)) -> V @ np.diag(np.sqrt(k * D)) | The half axis is k sigma: the root of the variance first, then times k.
+k forgotten | k * V -> V | That is the ellipse of 1 sigma, whatever k is.
+always 3 sigma | k * V -> 3 * V | The size of the ellipse is the argument k; 3 is only what is drawn most.
+k squared | k * V -> k**2 * V | k squared belongs to the squared distance, (p - mean)' P^-1 (p - mean) = k^2. The half axis is k sigma.
+rows of V | np.linalg.eigh -> np.linalg.eig | The eigenvectors are the *columns* of V. Its rows turn the ellipse the other way.
     k * V -> k * V.T
-axes swapped: eigh sorts: D[j] belongs to column j of V. Yours has the long axis where the short one should be.
-    np.sqrt(D) -> np.sqrt(D[::-1])
-not turned: The variances on the diagonal of P do not know the tilt. The half axes come from the eigenvectors of all of P.
-    k * V @ np.diag(np.sqrt(D)) -> k * np.diag(np.sqrt(np.diag(P)))
-eigenvalues, but not turned: These are the right half axes, but they lie along x and y: turn them, by V.
-    k * V @ -> k *
-root of each entry: A root of a matrix is not the root of each entry. Take the eigenvalues, or np.linalg.cholesky(P).
-    V @ np.diag(np.sqrt(D)) -> np.sqrt(np.abs(P))
-the inverse: 1 / sqrt(D) is small where P is large. The ellipse is long where the variance is large.
-    np.sqrt(D) -> 1 / np.sqrt(D)
-whole axis for half: That is twice too large: k sigma is *half* an axis, from the centre to the curve.
-    k * V -> 2 * k * V
-half of the half axis: That is half as large as it should be: k sigma is already *half* an axis (a width would be 2 k sigma).
-    k * V -> k / 2 * V
-mean forgotten: The ellipse belongs around the mean: add it to every point.
-    mean + ( -> (
-half of the circle: The angle must go once round: from 0 to 2 pi.
-    2 * np.pi -> np.pi
-angles in degrees: np.cos and np.sin want radians: let the angle go from 0 to 2 pi, not to 360.
-    2 * np.pi -> 360
-Cholesky factor transposed: np.linalg.cholesky gives L with P = L L'. Multiply the circle by L, not by its transpose.
-    V @ np.diag(np.sqrt(D)) -> np.linalg.cholesky(P).T
+axes swapped | np.sqrt(D) -> np.sqrt(D[::-1]) | eigh sorts: D[j] belongs to column j of V. Yours has the long axis where the short one should be.
+not turned | k * V @ np.diag(np.sqrt(D)) -> k * np.diag(np.sqrt(np.diag(P))) | The variances on the diagonal of P do not know the tilt. The half axes come from the eigenvectors of all of P.
+eigenvalues, but not turned | k * V @ -> k * | These are the right half axes, but they lie along x and y: turn them, by V.
+root of each entry | V @ np.diag(np.sqrt(D)) -> np.sqrt(np.abs(P)) | A root of a matrix is not the root of each entry. Take the eigenvalues, or np.linalg.cholesky(P).
+the inverse | np.sqrt(D) -> 1 / np.sqrt(D) | 1 / sqrt(D) is small where P is large. The ellipse is long where the variance is large.
+whole axis for half | k * V -> 2 * k * V | That is twice too large: k sigma is *half* an axis, from the centre to the curve.
+half of the half axis | k * V -> k / 2 * V | That is half as large as it should be: k sigma is already *half* an axis (a width would be 2 k sigma).
+mean forgotten | mean + ( -> ( | The ellipse belongs around the mean: add it to every point.
+half of the circle | 2 * np.pi -> np.pi | The angle must go once round: from 0 to 2 pi.
+angles in degrees | 2 * np.pi -> 360 | np.cos and np.sin want radians: let the angle go from 0 to 2 pi, not to 360.
+Cholesky factor transposed | V @ np.diag(np.sqrt(D)) -> np.linalg.cholesky(P).T | np.linalg.cholesky gives L with P = L L'. Multiply the circle by L, not by its transpose.
 """)
 
 
@@ -180,8 +161,7 @@ def _wrong(name, hint):
     return add
 
 
-@_wrong("99.7 per cent", "A k-sigma ellipse is where (p - mean)' P^-1 (p - mean) = k^2, in any dimension. That it holds "
-        "98.9 % for k = 3, and not 99.7 %, is how things are in the plane.")  # fmt: skip
+@_wrong("99.7 per cent", "A k-sigma ellipse is where (p - mean)' P^-1 (p - mean) = k^2, in any dimension. That it holds 98.9 % for k = 3, and not 99.7 %, is how things are in the plane.")  # fmt: skip
 def _(P, k):
     return np.sqrt(-2 * np.log(1 - erf(k / np.sqrt(2)))) * np.linalg.cholesky(P)
 
@@ -202,5 +182,4 @@ def _by_angle(turn):
     return matrix
 
 
-_wrong("turned by degrees", "The angle of the ellipse is in degrees, as matplotlib's Ellipse wants it; np.cos and np.sin "
-       "want radians.")(_by_angle(np.degrees))  # fmt: skip
+_wrong("turned by degrees", "The angle of the ellipse is in degrees, as matplotlib's Ellipse wants it; np.cos and np.sin want radians.")(_by_angle(np.degrees))  # fmt: skip

@@ -36,8 +36,7 @@ def some(rng, n):
 
 
 grown = table(
-    "02.4",
-    "The map grows",
+    "02.4 The map grows",
     add_landmark,
     hints=(
         "The new landmark comes from y and the known x_r. Whose noise is in it? Do the old ones share it?",
@@ -45,10 +44,7 @@ grown = table(
         "The noise of y reaches l through L_y: covariance L_y R L_y'. The zeros have shapes (2n, 2) and (2, 2n).",
     ),
     returns="x, P",
-    cases={
-        "any": lambda rng: [some(rng, n) for n in (3, 1, 2)],
-        "empty": lambda rng: [some(rng, 0)],
-    },
+    cases={"any": lambda rng: [some(rng, n) for n in (3, 1, 2)], "empty": lambda rng: [some(rng, 0)]},
     checks="""
     sizes                          | x[:0], P[:0]        | any   | Each landmark brings two numbers to x, two rows and two columns to P.
     old landmarks                  | x[:-2], P[:-2, :-2] | any   | What was in the map stays where it was, as it was.
@@ -78,8 +74,7 @@ grown = table(
     measurement instead of landmark | [x, l] -> [x, y] | The map holds x and y of each landmark: append q(y, x_r), not the measurement y.
     correlated with the old ones: That would be right if an uncertain robot tied them together (SLAM). Here the pose is known: zeros.
         P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, :] = np.tile(L_y @ R @ L_y.T, n // 2 + 1); P_new[:, n:] = P_new[n:, :].T
-    noise added to all: A new landmark tells nothing about the old ones: their block of P stays as it is.
-        P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, n:] = L_y @ R @ L_y.T; P_new += np.kron(np.eye(n // 2 + 1), L_y @ R @ L_y.T)
+    noise added to all | P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, n:] = L_y @ R @ L_y.T; P_new += np.kron(np.eye(n // 2 + 1), L_y @ R @ L_y.T) | A new landmark tells nothing about the old ones: their block of P stays as it is.
     old covariance lost | P_new[:n, :n] = P -> pass | The old P must stand in the upper left block.
     only the variances of the old ones | P_new[:n, :n] = P -> P_new[:n, :n] = np.diag(np.diag(P)) | The old P stands in the upper left block as it was, with all its covariances.
     """,

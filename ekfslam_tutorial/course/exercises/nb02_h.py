@@ -47,13 +47,11 @@ def along(angle):
 
 
 expected = table(
-    "02.2",
-    "The measurement function h and its Jacobian",
+    "02.2 The measurement function h and its Jacobian",
     h,
     hints=(
         "Start with dx = x_l - x_r and dy = y_l - y_r: from the robot to the landmark. All else is made of them.",
-        "Bearing: the direction arctan2(dy, dx), seen from a robot that is turned by theta. Only two columns of H "
-        "are not zero: 2i and 2i + 1.",
+        "Bearing: the direction arctan2(dy, dx), seen from a robot that is turned by theta. Only two columns of H are not zero: 2i and 2i + 1.",
         "With r2 = dx^2 + dy^2 and r = sqrt(r2), the two columns are [[dx/r, dy/r], [-dy/r2, dx/r2]].",
     ),
     returns="e, H",
@@ -85,8 +83,7 @@ expected = table(
     arctan of the quotient | np.arctan2(dy, dx) -> np.arctan(dy / dx) | arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).
     bearing to the right | np.arctan2(dy, dx) - x_r[2] -> x_r[2] - np.arctan2(dy, dx) | Your bearing has the wrong sign: angles count to the left (counter-clockwise).
     bearing in degrees | wrap(np.arctan2(dy, dx) - x_r[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x_r[2])) | Angles are in radians everywhere.
-    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-        wrap(np.arctan2(dy, dx) - x_r[2]) -> (np.arctan2(dy, dx) - x_r[2] + np.pi) % 2 * np.pi - np.pi
+    brackets forgotten | wrap(np.arctan2(dy, dx) - x_r[2]) -> (np.arctan2(dy, dx) - x_r[2] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
     sign of the bearing lost | wrap(np.arctan2(dy, dx) - x_r[2]) -> np.abs(wrap(np.arctan2(dy, dx) - x_r[2])) | Left and right are different directions: a bearing to the right is negative.
     range squared | e = np.array([r, -> e = np.array([r2, | Take the square root: the range is in metres, dx^2 + dy^2 in square metres.
     distances added | e = np.array([r, -> e = np.array([abs(dx) + abs(dy), | The range is the straight distance: the root of dx^2 + dy^2, not the sum of both ways.
@@ -102,18 +99,15 @@ expected = table(
         H[:, 2 * i : 2 * i + 2] -> H[:, :]
     H transposed | return e, H -> return e, H.T | Rows are outputs (range, bearing), columns are inputs (the map): H is 2 x 2n.
     columns instead of vectors | return e, H -> return e[:, None], H | Vectors have one axis here: np.array([r, beta]), no columns, no extra brackets.
-    derivative by the robot: That is the derivative by the robot's position. By the landmark's it has the other sign: dr/dx_l = +dx/r.
-        [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dx / r, -dy / r], [dy / r2, -dx / r2]]
+    derivative by the robot | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dx / r, -dy / r], [dy / r2, -dx / r2]] | That is the derivative by the robot's position. By the landmark's it has the other sign: dr/dx_l = +dx/r.
     sign of the range row | [[dx / r, dy / r], -> [[-dx / r, -dy / r], | The range grows when the landmark moves away: dr/dx_l = +dx/r, dr/dy_l = +dy/r.
     r for r^2 | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, dy / r], [-dy / r, dx / r]] | The bearing row is divided by r^2, not by r: a landmark twice as far away turns half as fast.
     r^2 for r | [[dx / r, dy / r], -> [[dx / r2, dy / r2], | The range row is divided by r, not by r^2: it is a unit vector.
     sign of the bearing row | [-dy / r2, dx / r2] -> [dy / r2, -dx / r2] | d bearing / d x_l = -dy/r^2 and d bearing / d y_l = +dx/r^2. Check with a landmark straight ahead.
     minus sign forgotten | [-dy / r2, dx / r2] -> [dy / r2, dx / r2] | d bearing / d x_l = -dy/r^2: a landmark on the left that moves forward (x_l grows) gets a smaller bearing.
     dx and dy swapped | [-dy / r2, dx / r2] -> [-dx / r2, dy / r2] | In the bearing row dy stands in the x column and dx in the y column: [-dy, dx] / r^2.
-    block transposed: The 2 x 2 block is transposed: the first row is the derivative of the range, by x_l and by y_l.
-        [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, -dy / r2], [dy / r, dx / r2]]
-    turned by theta: x is in the map frame, and so are the columns of H. theta only shifts the bearing: it is not in H.
-        H = np.zeros -> c, s = np.cos(x_r[2]), np.sin(x_r[2]); dx, dy = c * dx + s * dy, c * dy - s * dx; H = np.zeros
+    block transposed | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, -dy / r2], [dy / r, dx / r2]] | The 2 x 2 block is transposed: the first row is the derivative of the range, by x_l and by y_l.
+    turned by theta | H = np.zeros -> c, s = np.cos(x_r[2]), np.sin(x_r[2]); dx, dy = c * dx + s * dy, c * dy - s * dx; H = np.zeros | x is in the map frame, and so are the columns of H. theta only shifts the bearing: it is not in H.
     in degrees | [-dy / r2, dx / r2] -> [np.degrees(-dy / r2), np.degrees(dx / r2)] | The bearing row is in degrees per metre: keep to radians.
     rows swapped | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dy / r2, dx / r2], [dx / r, dy / r]] | The first row of H is the derivative of the range, the second that of the bearing.
     """,

@@ -37,8 +37,7 @@ def landmark_of(y, x_r):
 
 
 born = table(
-    "02.3",
-    "The initialisation function q and its Jacobian",
+    "02.3 The initialisation function q and its Jacobian",
     q,
     hints=(
         "In which direction of the map does the robot look when it looks at the landmark? Two angles add up.",
@@ -60,14 +59,10 @@ born = table(
     derivative            | d L_y / y | any    | First column: dl/d range. Second column: dl/d bearing, it grows with the range.
     """,
     wrong="""
-    heading forgotten: beta is counted from the robot's heading. In the map the direction is theta + beta.
-        l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(y[1]), np.sin(y[1])])
-    heading subtracted: A landmark seen to the left (beta > 0) lies in the direction theta *plus* beta.
-        l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(x_r[2] - y[1]), np.sin(x_r[2] - y[1])])
-    bearing minus heading: h subtracts theta, so q must add it: the direction in the map is theta + beta.
-        l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(y[1] - x_r[2]), np.sin(y[1] - x_r[2])])
-    bearing forgotten: The landmark is not straight ahead: its direction in the map is theta + beta.
-        l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(x_r[2]), np.sin(x_r[2])])
+    heading forgotten | l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(y[1]), np.sin(y[1])]) | beta is counted from the robot's heading. In the map the direction is theta + beta.
+    heading subtracted | l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(x_r[2] - y[1]), np.sin(x_r[2] - y[1])]) | A landmark seen to the left (beta > 0) lies in the direction theta *plus* beta.
+    bearing minus heading | l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(y[1] - x_r[2]), np.sin(y[1] - x_r[2])]) | h subtracts theta, so q must add it: the direction in the map is theta + beta.
+    bearing forgotten | l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(x_r[2]), np.sin(x_r[2])]) | The landmark is not straight ahead: its direction in the map is theta + beta.
     robot position forgotten | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s] | That is the landmark as seen from the robot. Add the robot's own position.
     robot position subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c - x_r[0], r * s - x_r[1]] | Walk from the map's origin to the robot, then to the landmark: the two vectors add up.
     behind the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark lies in the direction theta + beta *from the robot*: x_r plus, not minus.

@@ -75,13 +75,11 @@ def across(side, theta):
 
 
 step = table(
-    "02.5",
-    "The whole algorithm",
+    "02.5 The whole algorithm",
     map_step,
     hints=(
         "One loop over the measurements. A landmark is new or known: the measurement is used for one of the two, once.",
-        "New: add_landmark(...) and remember its id. Known: i = ids.index(id), then e, H = h(x, i, x_r), innovation "
-        "(wrap the bearing!), Z, K, new x, new P.",
+        "New: add_landmark(...) and remember its id. Known: i = ids.index(id), then e, H = h(x, i, x_r), innovation (wrap the bearing!), Z, K, new x, new P.",
         "z = y - e with z[1] wrapped; Z = H P H' + R; K = P H' inv(Z); x = x + K z; P = (I - K H) P.",
     ),
     returns="x, P, ids",
@@ -111,13 +109,11 @@ step = table(
     """,
     wrong="""
     double counting | else: -> if True: | The landmark was started with this measurement and then updated with it: P is exactly half. Use `else`.
-    no filtering: A known landmark is started anew at each sight: the star cloud. Combine old and new by the gain K.
-        x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2], L_y = q(y, x_r)
+    no filtering | x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2], L_y = q(y, x_r) | A known landmark is started anew at each sight: the star cloud. Combine old and new by the gain K.
         P = P - K @ Z @ K.T -> P = P.copy(); P[i : i + 2, i : i + 2] = L_y @ R @ L_y.T
     known landmarks ignored | else: -> elif False: | A known landmark stays as it was at first sight. Its new measurement must correct x and P.
     known landmark added again | if id not in ids: -> if True: | A known landmark was put into the map a second time. Look it up in `ids`.
-    plain mean: Old and new are weighted equally, whatever P and R say. The gain K weighs them.
-        x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2] = (x[i : i + 2] + q(y, x_r)[0]) / 2
+    plain mean | x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2] = (x[i : i + 2] + q(y, x_r)[0]) / 2 | Old and new are weighted equally, whatever P and R say. The gain K weighs them.
         P = P - K @ Z @ K.T -> pass
     innovation reversed | [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])] | z is measurement minus expectation, y - e. Yours pushes the landmark away.
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).

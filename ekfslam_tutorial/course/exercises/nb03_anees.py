@@ -36,13 +36,11 @@ def other_units(rng):
 
 
 averaged = table(
-    "03.2",
-    "ANEES and its band",
+    "03.2 ANEES and its band",
     anees,
     hints=(
         "One run: NEES = e' P^-1 e, chi-square with n degrees of freedom. What is the distribution of a *sum* of N?",
-        "The sum of N independent NEES is chi-square with N n degrees of freedom. Its band, divided by N, is that of "
-        "the average.",
+        "The sum of N independent NEES is chi-square with N n degrees of freedom. Its band, divided by N, is that of the average.",
         "With tail = (1 - confidence) / 2 the band is chi2.ppf(tail, N n) / N to chi2.ppf(1 - tail, N n) / N.",
     ),
     returns="average, band",
@@ -90,8 +88,7 @@ averaged = table(
     all of the rest below | [tail, 1 - tail] -> [2 * tail, 1 - tail] | At the lower end only half of the rest is left out: (1 - confidence) / 2.
     confidence in per cent | [tail, 1 - tail] -> [49.5 + tail, 50.5 - tail] | The confidence is a number from 0 to 1: 1 - confidence is left out, not 100 - confidence.
     low and high swapped | [tail, 1 - tail] -> [1 - tail, tail] | Return the lower end first.
-    normal instead of chi-square: n +- z sqrt(2 n / N) is good for many runs only. With few, use chi2.ppf.
-        chi2.ppf([tail, 1 - tail], N * n) / N -> n + norm.ppf([tail, 1 - tail]) * np.sqrt(2 * n / N)
+    normal instead of chi-square | chi2.ppf([tail, 1 - tail], N * n) / N -> n + norm.ppf([tail, 1 - tail]) * np.sqrt(2 * n / N) | n +- z sqrt(2 n / N) is good for many runs only. With few, use chi2.ppf.
     always 95 % | (1 - confidence) / 2 -> 0.025 | The third argument is the confidence: 0.95 is only an example.
     """,
 )

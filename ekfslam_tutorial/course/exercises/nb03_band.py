@@ -38,15 +38,12 @@ def _easy(rng):
 
 
 banded = table(
-    "03.5",
-    "The error band",
+    "03.5 The error band",
     error_band,
     hints=(
         "The band of x is about one number: which entry of P is its variance?",
-        "The variances of x, y and theta are the diagonal of P; a sigma is the root of a variance. The error of an angle "
-        "is a difference of angles.",
-        "e = x - truth, then e[:, 2] = wrap(e[:, 2]). np.diagonal(P, axis1=1, axis2=2) gives the variances at all times, "
-        "shape (T, 3); w is k times their root.",
+        "The variances of x, y and theta are the diagonal of P; a sigma is the root of a variance. The error of an angle is a difference of angles.",
+        "e = x - truth, then e[:, 2] = wrap(e[:, 2]). np.diagonal(P, axis1=1, axis2=2) gives the variances at all times, shape (T, 3); w is k times their root.",
     ),
     returns="e, w",
     cases={
@@ -78,7 +75,6 @@ banded = table(
     the mean P for all | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.tile(np.sqrt(np.diag(P.mean(0))), (len(P), 1)) | P changes from time to time: P[t] belongs to the error at t.
     band of the ellipsoid | k * -> np.sqrt(chi2.ppf(erf(k / np.sqrt(2)), 3)) * | That is the size of an ellipsoid, for three numbers together. Each band is about one number.
     heading in degrees | return e, w -> return e * [1, 1, 180 / np.pi], w * [1, 1, 180 / np.pi] | All in radians: degrees are for the axis of a plot.
-    the inverse of P: P says how uncertain, its inverse how certain. The band of one number, whatever the others are, wants the diagonal of P itself.
-        np.diagonal(P, axis1=1, axis2=2) -> 1 / np.diagonal(np.linalg.inv(P), axis1=1, axis2=2)
+    the inverse of P | np.diagonal(P, axis1=1, axis2=2) -> 1 / np.diagonal(np.linalg.inv(P), axis1=1, axis2=2) | P says how uncertain, its inverse how certain. The band of one number, whatever the others are, wants the diagonal of P itself.
     """,
 )

@@ -24,8 +24,7 @@ def some(rng, dof):
 
 
 covered = table(
-    "03.1",
-    "How much does a k-sigma ellipse hold?",
+    "03.1 How much does a k-sigma ellipse hold?",
     coverage,
     hints=(
         "The truth is inside if e' P^-1 e < k^2. Which distribution does e' P^-1 e have?",

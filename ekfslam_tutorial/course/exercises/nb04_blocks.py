@@ -40,14 +40,11 @@ def pose_known(rng, n):
 
 
 blocks = table(
-    "04.2",
-    "The covariance of a new landmark",
+    "04.2 The covariance of a new landmark",
     new_blocks,
     hints=(
-        "Write the error of the landmark: dl = L_r dx_r + L_y v, with v the error of the measurement. Each block of "
-        "the covariance is the mean of a product of two errors.",
-        "cov(dl, dx) = L_r cov(dx_r, dx), as v has nothing to do with dx. The rows of P that belong to the robot are "
-        "P[:3].",
+        "Write the error of the landmark: dl = L_r dx_r + L_y v, with v the error of the measurement. Each block of the covariance is the mean of a product of two errors.",
+        "cov(dl, dx) = L_r cov(dx_r, dx), as v has nothing to do with dx. The rows of P that belong to the robot are P[:3].",
         "P_lx = L_r P[:3] and P_ll = L_r P_rr L_r' + L_y R L_y' with P_rr = P[:3, :3].",
     ),
     returns="P_lx, P_ll",
@@ -68,8 +65,7 @@ blocks = table(
     """,
     wrong="""
     zero cross-covariance | return P_lx, -> return 0 * P_lx, | P_ll is right, but P_lx = 0 says: landmark and robot err independently. Yet the landmark was seen from that very pose.
-    mapping formula: That is the mapping formula of notebook 02, for a pose without error. The robot itself is uncertain now: its error enters through L_r, into P_ll and into P_lx.
-        P_lx = L_r @ P[:3] -> P_lx = np.zeros((2, len(P)))
+    mapping formula | P_lx = L_r @ P[:3] -> P_lx = np.zeros((2, len(P))) | That is the mapping formula of notebook 02, for a pose without error. The robot itself is uncertain now: its error enters through L_r, into P_ll and into P_lx.
     pose term only in P_lx | P_ll = P_lx[:, :3] @ L_r.T + L_y -> P_ll = L_y | P_ll has two terms: the pose is uncertain, too. Did you forget L_r P_rr L_r'?
     measurement noise forgotten | L_r.T + L_y @ R @ L_y.T -> L_r.T | P_ll has two terms: the measurement has noise, too. Did you forget L_y R L_y'?
     only the robot | return P_lx, -> P_lx[:, 3:] = 0; return P_lx, | The old landmarks are correlated with the robot, so the new one is correlated with them: take all columns of P[:3].

@@ -46,8 +46,7 @@ def nothing_shared(rng):
 SIZES = ((9, slice(7, 9)), (7, slice(5, 7)), (13, slice(9, 11)))
 
 effect = table(
-    "04.4",
-    "Seeing landmark A changes landmark B",
+    "04.4 Seeing landmark A changes landmark B",
     effect_on,
     hints=(
         "Correct the whole state on paper: K = P H' inv(Z), x + K z, P - K Z K'. Landmark B owns some rows of K.",
@@ -72,8 +71,7 @@ effect = table(
     wrong="""
     B is not in view, so it stays: A and B were seen by the same uncertain robot: they share errors, and what corrects A corrects B. H is zero in B's own columns, so take B's whole rows of P: P[b] @ H.T.
         PHt[b] @ np.linalg.inv(Z) -> np.zeros((2, len(R)))
-    (I - K H) with B's block only: In P - K H P the row of B is P[b] - K_b H P, with the whole H and P. B's own part of H is zero, so (I - K_b H_b) P_bb changes nothing.
-        P[b, b] - K_b @ Z @ K_b.T -> P[b, b]
+    (I - K H) with B's block only | P[b, b] - K_b @ Z @ K_b.T -> P[b, b] | In P - K H P the row of B is P[b] - K_b H P, with the whole H and P. B's own part of H is zero, so (I - K_b H_b) P_bb changes nothing.
     Z without R | H @ PHt + R -> H @ PHt | Z is the covariance of z = y - e: the measurement has noise, too. Z = H P H' + R.
     R for Z | np.linalg.inv(Z) -> np.linalg.inv(R) | The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.
     only the diagonal of R | H @ PHt + R -> H @ PHt + np.diag(np.diag(R)) | Use the whole R: the noise of range and bearing may be correlated.

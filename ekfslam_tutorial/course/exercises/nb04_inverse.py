@@ -31,14 +31,11 @@ def along_x(rng):
 
 
 inverse = table(
-    "04.1",
-    "A new landmark and its two Jacobians",
+    "04.1 A new landmark and its two Jacobians",
     inverse_observation,
     hints=(
-        "The beam points in the direction a = theta + beta, seen from the map. All else is made of r, cos(a) and "
-        "sin(a).",
-        "Move the robot by 1 m: where does the landmark go? Now turn the robot by a small angle: the landmark moves "
-        "along a circle of radius r. The same happens when the bearing changes.",
+        "The beam points in the direction a = theta + beta, seen from the map. All else is made of r, cos(a) and sin(a).",
+        "Move the robot by 1 m: where does the landmark go? Now turn the robot by a small angle: the landmark moves along a circle of radius r. The same happens when the bearing changes.",
         "L_r = [[1, 0, -r sin(a)], [0, 1, r cos(a)]]. The last column of L_y is the last column of L_r.",
     ),
     returns="l, L_r, L_y",
@@ -55,28 +52,20 @@ inverse = table(
     L_y                     | d L_y / y   | any     | Differentiate l by the measurement: two columns, by the range and by the bearing.
     """,
     wrong="""
-    heading forgotten: Without theta this is right only for a robot that looks along the x axis: the beam points in the direction theta + beta.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(y[1]), x_r[1] + r * np.sin(y[1])]
-    bearing subtracted: Angles count counter-clockwise: a bearing to the left is added to the heading.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2] - y[1]), x_r[1] + r * np.sin(x_r[2] - y[1])]
-    bearing forgotten: The landmark is not straight ahead: the beam points in the direction theta + beta.
-        [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2]), x_r[1] + r * np.sin(x_r[2])]
+    heading forgotten | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(y[1]), x_r[1] + r * np.sin(y[1])] | Without theta this is right only for a robot that looks along the x axis: the beam points in the direction theta + beta.
+    bearing subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2] - y[1]), x_r[1] + r * np.sin(x_r[2] - y[1])] | Angles count counter-clockwise: a bearing to the left is added to the heading.
+    bearing forgotten | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2]), x_r[1] + r * np.sin(x_r[2])] | The landmark is not straight ahead: the beam points in the direction theta + beta.
     sine and cosine swapped | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * s, x_r[1] + r * c] | cos belongs to x and sin to y.
     seen from the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s] | That is the landmark in a frame at the robot: add the robot's position.
     range subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark is in front of the sensor: add r in the direction of the beam.
     angles taken as degrees | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(np.radians(a)), x_r[1] + r * np.sin(np.radians(a))] | Angles are in radians already: no np.radians here.
     columns instead of vectors | return l, -> return l[:, None], | Vectors have one axis here: l = np.array([x, y]), no columns.
-    the pose is known: L_r = 0 says: the landmark does not depend on the pose. That was notebook 02; now the pose is uncertain and its error goes into the landmark.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[0, 0, 0], [0, 0, 0]]
-    turning does not matter: Turn the robot by a small angle: the landmark swings along a circle of radius r. The last column of L_r is not zero.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, 0], [0, 1, 0]]
-    only theta in the last column: In the last column of L_r, sin and cos are taken of the whole direction theta + beta.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(x_r[2])], [0, 1, r * np.cos(x_r[2])]]
-    only beta in the last column: In the last column of L_r, sin and cos are taken of the whole direction theta + beta.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(y[1])], [0, 1, r * np.cos(y[1])]]
+    the pose is known | [[1, 0, -r * s], [0, 1, r * c]] -> [[0, 0, 0], [0, 0, 0]] | L_r = 0 says: the landmark does not depend on the pose. That was notebook 02; now the pose is uncertain and its error goes into the landmark.
+    turning does not matter | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, 0], [0, 1, 0]] | Turn the robot by a small angle: the landmark swings along a circle of radius r. The last column of L_r is not zero.
+    only theta in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(x_r[2])], [0, 1, r * np.cos(x_r[2])]] | In the last column of L_r, sin and cos are taken of the whole direction theta + beta.
+    only beta in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(y[1])], [0, 1, r * np.cos(y[1])]] | In the last column of L_r, sin and cos are taken of the whole direction theta + beta.
     range forgotten in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -s], [0, 1, c]] | A landmark twice as far away swings twice as much: the last column of L_r has a factor r.
-    sine and cosine swapped in the last column: d cos(a) = -sin(a) da: the sine stands in the row of x_l, the cosine in the row of y_l.
-        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * c], [0, 1, r * s]]
+    sine and cosine swapped in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * c], [0, 1, r * s]] | d cos(a) = -sin(a) da: the sine stands in the row of x_l, the cosine in the row of y_l.
     sign of the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, r * s], [0, 1, -r * c]] | d cos(a) = -sin(a) da and d sin(a) = +cos(a) da: check the signs in the last column of L_r.
     minus sign forgotten in L_r | [1, 0, -r * s] -> [1, 0, r * s] | d cos(a) = -sin(a) da: the upper right entry of L_r has a minus sign.
     position block negative | [[1, 0, -r * s], [0, 1, r * c]] -> [[-1, 0, -r * s], [0, -1, r * c]] | Move the robot by 1 m: the new landmark moves with it, not against it.

@@ -33,14 +33,12 @@ def some(rng, n, model=None):
 
 
 motion = table(
-    "04.3",
-    "The robot moves, the landmarks stand still",
+    "04.3 The robot moves, the landmarks stand still",
     moved,
     hints=(
         "Write the errors after the step: dx_r' = X_x dx_r + X_u w for the robot, dm' = dm for the map. Then multiply.",
         "Three blocks: P_rr becomes X_x P_rr X_x' + X_u U X_u', P_rm becomes X_x P_rm, P_mm stays. And P_mr = P_rm'.",
-        "Copy P. Multiply its first three rows by X_x from the left, then its first three columns by X_x' from the "
-        "right, then add X_u U X_u' to P[:3, :3].",
+        "Copy P. Multiply its first three rows by X_x from the left, then its first three columns by X_x' from the right, then add X_u U X_u' to P[:3, :3].",
     ),
     returns="P",
     cases={

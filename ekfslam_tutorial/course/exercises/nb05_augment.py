@@ -43,8 +43,7 @@ def second(rng):
 
 
 augmentation = table(
-    "05.4",
-    "Augment",
+    "05.4 Augment",
     augment,
     hints=(
         "l, L_r, L_y = inverse_observation(x[:3], y) gives the landmark. Then the blocks of notebook 04.",
@@ -70,10 +69,8 @@ augmentation = table(
     two in turn      | P[-2:, :-2]         | second     | The second new landmark shares the robot's error with the first one.
     """,
     wrong="""
-    zero cross-covariance: P_ll is right, but zero beside it says: landmark and robot err independently. Yet the landmark was seen from that very pose: P_lx = L_r P[:3].
-        return np -> P_lx = 0 * P_lx; return np
-    mapping formula: That is the mapping formula, for a pose without error. The robot is uncertain, too: its error enters through L_r, into P_ll and into P_lx.
-        P_lx = L_r @ P[:3] -> P_lx = 0 * L_r @ P[:3]
+    zero cross-covariance | return np -> P_lx = 0 * P_lx; return np | P_ll is right, but zero beside it says: landmark and robot err independently. Yet the landmark was seen from that very pose: P_lx = L_r P[:3].
+    mapping formula | P_lx = L_r @ P[:3] -> P_lx = 0 * L_r @ P[:3] | That is the mapping formula, for a pose without error. The robot is uncertain, too: its error enters through L_r, into P_ll and into P_lx.
     pose term forgotten | P_ll = P_lx[:, :3] @ L_r.T + L_y -> P_ll = L_y | P_ll has two terms: the pose is uncertain, too. Did you forget L_r P_rr L_r'?
     measurement noise forgotten | L_r.T + L_y @ R @ L_y.T -> L_r.T | P_ll has two terms: did you forget L_y R L_y'?
     only the robot | return np -> P_lx[:, 3:] = 0; return np | The old landmarks are correlated with the robot, so the new one is correlated with them: take all columns of P[:3].
@@ -86,8 +83,7 @@ augmentation = table(
     noise subtracted | L_r.T + L_y -> L_r.T - L_y | Two causes of error make the landmark more uncertain than one: the two terms add up.
     identity | return np -> P_ll = np.eye(2); return np | An identity says: 1 m^2 of variance, whatever the pose and the sensor.
     identity and zero | return np -> P_ll, P_lx = np.eye(2), 0 * P_lx; return np | An identity says: 1 m^2, whatever pose and sensor. And zero says: nothing in common with the robot.
-    very uncertain, and that is all: A huge covariance must be followed by a correction with the same measurement; otherwise it is simply wrong.
-        return np -> P_ll, P_lx = 1e6 * np.eye(2), 0 * P_lx; return np
+    very uncertain, and that is all | return np -> P_ll, P_lx = 1e6 * np.eye(2), 0 * P_lx; return np | A huge covariance must be followed by a correction with the same measurement; otherwise it is simply wrong.
     old map forgotten | [[P, -> [[np.diag(np.diag(P)), | A new landmark changes nothing between the others: the old P stays as it is.
     sign of the cross-covariance | return np -> P_lx = -P_lx; return np | If the robot is further left than it thinks, so is the landmark: plus L_r P[:3].
     landmark in the robot's frame | [x, l] -> [x, y[0] * np.array([np.cos(y[1]), np.sin(y[1])])] | That is where the robot sees it. The map wants the map frame: inverse_observation.

@@ -59,8 +59,7 @@ def one_after_the_other(rng):
 
 
 correction = table(
-    "05.3",
-    "Correct",
+    "05.3 Correct",
     correct,
     hints=(
         "Innovation z = y - e, its covariance Z, the gain K, then x and P: five lines, for the whole state at once.",
@@ -116,8 +115,7 @@ correction = table(
     x unchanged | x = x + K @ z -> pass | The innovation moves the state: x + K z.
     only the robot | x = x + K @ z -> x = x + (np.arange(len(x)) < 3) * (K @ z) | That is localisation: in SLAM the landmarks are uncertain, too. Correct the whole state.
     only the landmarks | x = x + K @ z -> x = x + (np.arange(len(x)) >= 3) * (K @ z) | That is mapping: in SLAM the pose is uncertain, too. Correct the whole state.
-    only robot and seen landmark: The other landmarks share errors with robot and landmark: correct the whole state. A filter that does not do so diverges.
-        x = x + K @ z -> x = x + H.any(0) * (K @ z)
+    only robot and seen landmark | x = x + K @ z -> x = x + H.any(0) * (K @ z) | The other landmarks share errors with robot and landmark: correct the whole state. A filter that does not do so diverges.
     covariance unchanged | P = P - K @ Z @ K.T -> pass | The measurement brings information: P - K Z K'.
     covariance added | P = P - K -> P = P + K | The measurement brings information: K Z K' is subtracted.
     K R K' subtracted | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
@@ -126,8 +124,7 @@ correction = table(
     P (I - K H) | P = P - K @ Z @ K.T -> P = P @ (np.eye(len(P)) - K @ H) | The order matters: (I - K H) P. Yours is not symmetric.
     only the seen block of P | P = P - K @ Z @ K.T -> P = P - np.outer(H.any(0), H.any(0)) * (K @ Z @ K.T) | All of P changes: the other landmarks and their covariances, too.
     only the robot's block of P | P = P - K @ Z @ K.T -> i = np.arange(len(x)) < 3; P = P - np.outer(i, i) * (K @ Z @ K.T) | All of P changes: landmarks and covariances, too.
-    cross-covariances deleted: A correction does not make robot and landmarks independent: keep all blocks of P.
-        return x, P -> return x, P * (np.kron(np.eye((len(P) + 1) // 2), np.ones((2, 2)))[1:, 1:] > 0)
+    cross-covariances deleted | return x, P -> return x, P * (np.kron(np.eye((len(P) + 1) // 2), np.ones((2, 2)))[1:, 1:] > 0) | A correction does not make robot and landmarks independent: keep all blocks of P.
     gain transposed | np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(Z, PHt.T) | K = P H' inv(Z) has a row for each number of the state: n x 2, not 2 x n.
     columns instead of vectors | return x, P -> return x[:, None], P | Vectors have one axis here: x has shape (n,), no columns.
     """,

@@ -89,15 +89,12 @@ def out(result, n):
 
 
 frame = table(
-    "05.5",
-    "The whole loop",
+    "05.5 The whole loop",
     slam_frame,
     hints=(
         "Predict once, before all else; for each known landmark observe and correct; for each new one augment.",
-        "A measurement is used once: to correct a landmark that is in ids, or to start one that is not. Work on a new "
-        "list of ids: ids = list(ids).",
-        "k = 3 + 2 * ids.index(id); e, H = observe(x, slice(k, k + 2)); x, P = correct(x, P, y, R, e, H). After "
-        "augment: ids = ids + [id].",
+        "A measurement is used once: to correct a landmark that is in ids, or to start one that is not. Work on a new list of ids: ids = list(ids).",
+        "k = 3 + 2 * ids.index(id); e, H = observe(x, slice(k, k + 2)); x, P = correct(x, P, y, R, e, H). After augment: ids = ids + [id].",
     ),
     returns="x, P, ids",
     angles={"x": 2},
@@ -215,8 +212,7 @@ def _(x, P, ids, u, U, seen, ys, R):
 
 
 @frame.wrong(
-    "known landmarks started anew",
-    "A known landmark is corrected, with all that is known of it: do not replace it.",
+    "known landmarks started anew", "A known landmark is corrected, with all that is known of it: do not replace it."
 )
 def _(x, P, ids, u, U, seen, ys, R):
     x, P = predict(x, P, u, U)

@@ -40,15 +40,12 @@ def case(rng, n=9, at=5, theta=None, bearing=None):
 
 
 observation = table(
-    "05.2",
-    "Expect",
+    "05.2 Expect",
     observe,
     hints=(
         "e is that of notebook 02. What is new: the pose is in the state, so H has columns for the robot, too.",
-        "e depends on differences only, landmark minus robot. So what are the first two columns, compared with those "
-        "of the landmark? And what happens to range and bearing when the robot turns?",
-        "With E_l the 2 x 2 block of the landmark: H[:, l] = E_l, H[:, :2] = -E_l, H[:, 2] = [0, -1], and zero "
-        "elsewhere.",
+        "e depends on differences only, landmark minus robot. So what are the first two columns, compared with those of the landmark? And what happens to range and bearing when the robot turns?",
+        "With E_l the 2 x 2 block of the landmark: H[:, l] = E_l, H[:, :2] = -E_l, H[:, 2] = [0, -1], and zero elsewhere.",
     ),
     returns="e, H",
     angles={"e": 1},
@@ -81,13 +78,12 @@ observation = table(
     arctan of the quotient | np.arctan2(dy, dx) -> np.arctan(dy / dx) | arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).
     bearing to the right | np.arctan2(dy, dx) - x[2] -> x[2] - np.arctan2(dy, dx) | Your bearing has the wrong sign: angles count to the left (counter-clockwise).
     bearing in degrees | wrap(np.arctan2(dy, dx) - x[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - x[2])) | Angles are in radians everywhere.
-    brackets forgotten: Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-        wrap(np.arctan2(dy, dx) - x[2]) -> (np.arctan2(dy, dx) - x[2] + np.pi) % 2 * np.pi - np.pi
+    brackets forgotten | wrap(np.arctan2(dy, dx) - x[2]) -> (np.arctan2(dy, dx) - x[2] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
     sign of the bearing lost | wrap(np.arctan2(dy, dx) - x[2]) -> np.abs(wrap(np.arctan2(dy, dx) - x[2])) | Left and right are different directions: a bearing to the right is negative.
     range squared | e = np.array([r, -> e = np.array([r2, | Take the square root: the range is in metres.
     robot at the origin | x[l] - x[:2] -> x[l] | The differences begin at the robot: subtract its position, x[:2].
     the mapping Jacobian | -E_l, [0, -1], E_l -> 0, 0, E_l | That is H of notebook 02, where the pose was known. Now the pose is in the state: it has columns of its own, the first three.
-    the localisation Jacobian | -E_l, [0, -1], E_l -> -E_l, [0, -1], 0 | The landmark is in the state, too: its block belongs into the columns l.
+    the localisation Jacobian | -E_l, [0, -1], E_l -> -E_l, [0, -1], 0 | The landmark is in the state, too: its block belongs in the columns l.
     heading column forgotten | [0, -1] -> [0, 0] | The bearing is measured from the robot's own axis: d bearing / d theta = -1. Without it the filter never corrects its heading, and diverges.
     heading column positive | [0, -1] -> [0, 1] | Turn the robot to the left: the landmark moves to the right in its view. d bearing / d theta = -1.
     heading in the range | [0, -1] -> [-1, 0] | Turning on the spot changes no distance: d range / d theta = 0, d bearing / d theta = -1.
@@ -103,10 +99,9 @@ observation = table(
     dx and dy swapped | [-dy / r2, dx / r2] -> [-dx / r2, dy / r2] | In the bearing row dy stands in the x column and dx in the y column: [-dy, dx] / r^2.
     block transposed | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, -dy / r2], [dy / r, dx / r2]] | The first row is the derivative of the range, by x and by y: your block is transposed.
     rows swapped | return e, H -> return e, H[::-1] | The first row of H is the derivative of the range, the second that of the bearing.
-    turned by theta: The state is in the map frame, and so are the columns of H: theta only shifts the bearing.
-        H = np.zeros -> c, s = np.cos(x[2]), np.sin(x[2]); E_l = E_l @ [[c, -s], [s, c]]; H = np.zeros
+    turned by theta | H = np.zeros -> c, s = np.cos(x[2]), np.sin(x[2]); E_l = E_l @ [[c, -s], [s, c]]; H = np.zeros | The state is in the map frame, and so are the columns of H: theta only shifts the bearing.
     only five columns | return e, H -> return e, np.hstack([H[:, :3], E_l]) | H has a column for each number of the state: put the blocks into a matrix of zeros, 2 x n.
-    landmark right behind the robot | H[:, l] -> H[:, 3:5] | The landmark's block belongs into the columns l, not always into 3:5.
+    landmark right behind the robot | H[:, l] -> H[:, 3:5] | The landmark's block belongs in the columns l, not always in 3:5.
     H transposed | return e, H -> return e, H.T | Rows are outputs (range, bearing), columns are inputs (the state): H is 2 x n.
     the first landmark always | dx, dy = -> l = slice(3, 5); dx, dy = | The landmark asked for is x[l], not always x[3:5].
     columns instead of vectors | return e, -> return e[:, None], | Vectors have one axis here: e = np.array([r, beta]), no columns.

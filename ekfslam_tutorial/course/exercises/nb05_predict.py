@@ -65,16 +65,12 @@ def nearly_certain(rng, n):
 
 
 prediction = table(
-    "05.1",
-    "Predict",
+    "05.1 Predict",
     predict,
     hints=(
-        "The step is seen from the robot: turn it by theta before you add it to the pose. X_x and X_u are the "
-        "derivatives of the new pose, taken at the old one.",
-        "With c = cos(theta), s = sin(theta): X_u = [[c, -s, 0], [s, c, 0], [0, 0, 1]] and the new pose is x_r + X_u "
-        "u. Its derivative by theta is the last column of X_x.",
-        "The last column of X_x is [-s dx - c dy, c dx - s dy, 1]. Then P_rr = X_x P_rr X_x' + X_u U X_u', P_rm = X_x "
-        "P_rm, P_mr = P_rm', and P_mm stays.",
+        "The step is seen from the robot: turn it by theta before you add it to the pose. X_x and X_u are the derivatives of the new pose, taken at the old one.",
+        "With c = cos(theta), s = sin(theta): X_u = [[c, -s, 0], [s, c, 0], [0, 0, 1]] and the new pose is x_r + X_u u. Its derivative by theta is the last column of X_x.",
+        "The last column of X_x is [-s dx - c dy, c dx - s dy, 1]. Then P_rr = X_x P_rr X_x' + X_u U X_u', P_rm = X_x P_rm, P_mr = P_rm', and P_mm stays.",
     ),
     returns="x, P",
     angles={"x": 2},
@@ -109,13 +105,10 @@ prediction = table(
     X_x is the identity | P[:3] = X_x -> X_x = np.eye(3); P[:3] = X_x | The new position depends on theta, too: the last column of X_x is not [0, 0, 1].
     X_x' P X_x | P[:3] = X_x -> P[:3] = X_x.T | The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
         P[:, :3] @ X_x.T -> P[:, :3] @ X_x
-    sign in X_x: d cos(theta) = -sin(theta): check the signs in the last column of X_x.
-        [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, s * u[0] + c * u[1]], [0, 1, s * u[1] - c * u[0]]
+    sign in X_x | [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, s * u[0] + c * u[1]], [0, 1, s * u[1] - c * u[0]] | d cos(theta) = -sin(theta): check the signs in the last column of X_x.
     sign of one entry of X_x | -s * u[0] - c * u[1] -> s * u[0] + c * u[1] | d cos(theta) = -sin(theta): the first entry of the last column is -s dx - c dy.
-    dy forgotten in X_x: The last column of X_x is [-s dx - c dy, c dx - s dy, 1]: dy is in it, too.
-        [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -s * u[0]], [0, 1, c * u[0]]
-    X_x not turned: The last column of X_x holds the step in the map, turned by 90 degrees: use sin and cos of theta.
-        [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -u[1]], [0, 1, u[0]]
+    dy forgotten in X_x | [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -s * u[0]], [0, 1, c * u[0]] | The last column of X_x is [-s dx - c dy, c dx - s dy, 1]: dy is in it, too.
+    X_x not turned | [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -u[1]], [0, 1, u[0]] | The last column of X_x holds the step in the map, turned by 90 degrees: use sin and cos of theta.
     U not turned | X_u @ U @ X_u.T -> U | U says how uncertain the step is, ahead and to the left. In the map that is X_u U X_u'.
     U turned the other way | X_u @ U @ X_u.T -> X_u.T @ U @ X_u | The noise goes through X_u from the left: X_u U X_u'.
     U squared | X_u @ U @ X_u.T -> X_u @ U**2 @ X_u.T | U holds variances already: do not square it.

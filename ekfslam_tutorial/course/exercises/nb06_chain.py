@@ -39,13 +39,11 @@ def slipped(rng):
 
 
 chain = table(
-    "06.2",
-    "Closing a chain",
+    "06.2 Closing a chain",
     close_chain,
     hints=(
         "First the covariance before the closure. Landmarks i and k have the errors of some steps in common: which?",
-        "cov(i, k) is the sum of q over the steps that both share: up to the smaller of i and k. The measurement sees "
-        "the last landmark only, so H = [0 ... 0 1] and P H' is the last column of P.",
+        "cov(i, k) is the sum of q over the steps that both share: up to the smaller of i and k. The measurement sees the last landmark only, so H = [0 ... 0 1] and P H' is the last column of P.",
         "C = np.cumsum(q), P = np.minimum.outer(C, C), K = P[:, -1] / (P[-1, -1] + R); then K z and P - K H P.",
     ),
     returns="dx, P",

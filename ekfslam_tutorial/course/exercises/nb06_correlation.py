@@ -28,8 +28,7 @@ def scaled(rng, *units):
 
 
 corr = table(
-    "06.1",
-    "Correlation coefficients",
+    "06.1 Correlation coefficients",
     correlation,
     hints=(
         "The correlation of two numbers is their covariance, measured in units of their standard deviations.",

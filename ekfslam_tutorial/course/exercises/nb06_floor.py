@@ -43,14 +43,11 @@ def around(*landmarks):
 
 
 floor = table(
-    "06.4",
-    "The floor",
+    "06.4 The floor",
     floor_of,
     hints=(
-        "l = t_0 + R(theta_0) m, where m is the place of the landmark seen from the first pose: m is exact. How does l "
-        "move if x_0, y_0 or theta_0 changes a little?",
-        "Shift the first pose: the landmark shifts with it. Turn the first pose by a small angle: the landmark moves "
-        "on a circle round the first position, across the line to it.",
+        "l = t_0 + R(theta_0) m, where m is the place of the landmark seen from the first pose: m is exact. How does l move if x_0, y_0 or theta_0 changes a little?",
+        "Shift the first pose: the landmark shifts with it. Turn the first pose by a small angle: the landmark moves on a circle round the first position, across the line to it.",
         "J = [[1, 0, -(l_y - y_0)], [0, 1, l_x - x_0]], and the floor is J P_0 J'.",
     ),
     returns="floor",
@@ -72,18 +69,13 @@ floor = table(
     no correlation with the heading | J @ P_0 @ J.T -> J @ (P_0 * [[1, 1, 0], [1, 1, 0], [0, 0, 1]]) @ J.T | P_0 has covariances between position and heading: use the whole P_0.
     diagonal of P_0 only | J @ P_0 @ J.T -> J @ np.diag(np.diag(P_0)) @ J.T | P_0 has covariances, too: use the whole P_0.
     P_0 squared | J @ P_0 @ J.T -> J @ P_0 @ P_0 @ J.T | P_0 holds variances already: do not square it.
-    turned round the origin: A wrong first heading turns the map round the first *position*, not round the origin: use l - t_0.
-        [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, -l[1]], [0, 1, l[0]]]
-    sign of the rotation: Turned to the left, a landmark ahead moves to the left: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
-        [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1] - x_0[1]], [0, 1, -(l[0] - x_0[0])]]
-    moved along the line: A rotation moves the landmark *across* the line to it: swap the two entries, and mind the sign.
-        [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[0] - x_0[0]], [0, 1, l[1] - x_0[1]]]
+    turned round the origin | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, -l[1]], [0, 1, l[0]]] | A wrong first heading turns the map round the first *position*, not round the origin: use l - t_0.
+    sign of the rotation | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1] - x_0[1]], [0, 1, -(l[0] - x_0[0])]] | Turned to the left, a landmark ahead moves to the left: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
+    moved along the line | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[0] - x_0[0]], [0, 1, l[1] - x_0[1]]] | A rotation moves the landmark *across* the line to it: swap the two entries, and mind the sign.
     one sign of the rotation | -(l[1] - x_0[1]) -> l[1] - x_0[1] | d(l)/d(theta) = [-(l_y - y_0), l_x - x_0]: the first entry has a minus.
     position forgotten | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[0, 0, -(l[1] - x_0[1])], [0, 0, l[0] - x_0[0]]] | The first position is uncertain, too: the map shifts with it.
-    the position in the robot's frame: P_0 is in world coordinates already: shift the first pose by 1 m in x, and the landmark shifts by 1 m in x.
-        return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, :2] = [[c, -s], [s, c]]; return J
-    turned with the heading: The landmark is given in the world already: its distance in x and in y is l - t_0, not turned.
-        return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, 2] = np.array([[c, -s], [s, c]]) @ J[:, 2]; return J
+    the position in the robot's frame | return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, :2] = [[c, -s], [s, c]]; return J | P_0 is in world coordinates already: shift the first pose by 1 m in x, and the landmark shifts by 1 m in x.
+    turned with the heading | return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, 2] = np.array([[c, -s], [s, c]]) @ J[:, 2]; return J | The landmark is given in the world already: its distance in x and in y is l - t_0, not turned.
     sigma of the heading in degrees | return J -> J[:, 2] = np.degrees(J[:, 2]); return J | P_0 holds rad^2 already: no conversion.
     distance instead of components | return J -> J[:, 2] = np.hypot(*(l - x_0[:2])); return J | The movement has a direction: -(l_y - y_0) in x and l_x - x_0 in y.
     no distance | return J -> J[:, 2] /= max(np.hypot(*(l - x_0[:2])), 1e-12); return J | A heading error of 1 degree moves a far landmark more than a near one: the distance is missing.

@@ -34,8 +34,7 @@ def independent(rng):
 
 
 relative = table(
-    "06.3",
-    "One landmark against another one",
+    "06.3 One landmark against another one",
     relative_covariance,
     hints=(
         "Write the error of the difference: dd = dl_b - dl_a. Its covariance is the mean of dd dd'. Multiply out.",

@@ -61,15 +61,12 @@ def distances(zs, Zs, confidence):
 
 
 gate = table(
-    "07.1",
-    "The gate",
+    "07.1 The gate",
     choose,
     hints=(
         "The squared Mahalanobis distance is z' inv(Z) z: how large is z, in units of its own sigma?",
-        "If the match is right, it is a chi-square number with m degrees of freedom. chi2.ppf(confidence, m) is the "
-        "limit that a right match stays below with this probability.",
-        "d2 = [z @ inv(Z) @ z for each landmark]; inside = np.flatnonzero(d2 <= chi2.ppf(confidence, m)); i is "
-        "inside[0] if len(inside) == 1, else None.",
+        "If the match is right, it is a chi-square number with m degrees of freedom. chi2.ppf(confidence, m) is the limit that a right match stays below with this probability.",
+        "d2 = [z @ inv(Z) @ z for each landmark]; inside = np.flatnonzero(d2 <= chi2.ppf(confidence, m)); i is inside[0] if len(inside) == 1, else None.",
     ),
     returns="i, d2",
     kinds={"i": "an index counted from 0, or None"},
@@ -91,8 +88,7 @@ gate = table(
     the limit           | i  | limit  | The gate is the chi-square quantile for m degrees of freedom: 9.2 for m = 2 and 99 %.
     """,
     wrong="""
-    nearest of several: Two landmarks pass the gate. The nearer one is only a guess: the ambiguous case must return None.
-        int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) if len(inside) else None
+    nearest of several | int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) if len(inside) else None | Two landmarks pass the gate. The nearer one is only a guess: the ambiguous case must return None.
     first of several | if len(inside) == 1 -> if len(inside) | Two landmarks pass the gate: which one comes first means nothing. Return None.
     no gate | int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) | The nearest landmark may be far away: without a gate every measurement is matched to something.
     Euclidean distance | z @ np.linalg.solve(Z, z) -> z @ z | z has a unit for each entry (m, rad), and each its own sigma: use z' inv(Z) z.
@@ -105,8 +101,7 @@ gate = table(
     as many degrees of freedom as landmarks | np.shape(zs)[1] -> len(zs) | Each landmark has its own gate, with m degrees of freedom.
     3 sigma | chi2.ppf(confidence, np.shape(zs)[1]) -> 9.0 | The limit follows from `confidence` and m: chi2.ppf(confidence, m).
     always 99 % | chi2.ppf(confidence, -> chi2.ppf(0.99, | The limit follows from `confidence`: 0.99 is only an example.
-    root of the limit: d2 is the squared distance: compare it with chi2.ppf(confidence, m) itself, without a root.
-        chi2.ppf(confidence, np.shape(zs)[1]) -> np.sqrt(chi2.ppf(confidence, np.shape(zs)[1]))
+    root of the limit | chi2.ppf(confidence, np.shape(zs)[1]) -> np.sqrt(chi2.ppf(confidence, np.shape(zs)[1])) | d2 is the squared distance: compare it with chi2.ppf(confidence, m) itself, without a root.
     other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | chi2.ppf(confidence, m), not of 1 - confidence: that gate lets almost nothing in.
     counted from 1 | int(inside[0]) -> int(inside[0]) + 1 | Indices are counted from 0 here.
     -1 for none | else None -> else -1 | Return None, not -1: -1 is the index of the last landmark.

@@ -49,15 +49,12 @@ def pairs(zs, Hs, P, R, confidence):
 
 
 joint = table(
-    "07.3",
-    "Plausible together",
+    "07.3 Plausible together",
     jointly_compatible,
     hints=(
         "Stack the innovations to one long vector of 2m numbers, and the Jacobians to one matrix of 2m rows.",
-        "H P H' has blocks between different pairs: their expectations share the error of the robot. The noises of the "
-        "measurements are independent: R is repeated along the diagonal.",
-        "z = np.concatenate(zs), H = np.concatenate(Hs), Z = H P H' + np.kron(np.eye(m), R), d2 = z' inv(Z) z, and the "
-        "limit is chi2.ppf(confidence, 2 m).",
+        "H P H' has blocks between different pairs: their expectations share the error of the robot. The noises of the measurements are independent: R is repeated along the diagonal.",
+        "z = np.concatenate(zs), H = np.concatenate(Hs), Z = H P H' + np.kron(np.eye(m), R), d2 = z' inv(Z) z, and the limit is chi2.ppf(confidence, 2 m).",
     ),
     returns="ok, d2, Z",
     kinds={"ok": "True or False"},
@@ -92,8 +89,7 @@ joint = table(
     as many degrees of freedom as states | chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, len(P)) | The innovations are tested, 2m numbers, not the n states behind them.
     always 99 % | chi2.ppf(confidence, -> chi2.ppf(0.99, | The limit follows from `confidence`: 0.99 is only an example.
     not squared | d2 = z @ np.linalg.solve(Z, z) -> d2 = np.sqrt(z @ np.linalg.solve(Z, z)) | The gate is for the squared distance: no root.
-    sum of the single distances: The sum of single distances looks at each pair alone. Use the stacked z and Z.
-        z @ np.linalg.solve(Z, z) -> sum(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs))
+    sum of the single distances | z @ np.linalg.solve(Z, z) -> sum(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs)) | The sum of single distances looks at each pair alone. Use the stacked z and Z.
     all first numbers, then all second ones | d2 = z -> z = zs.T.ravel(); d2 = z | z and Z must have the same order: pair after pair.
     each pair by its own gate: ok must come from the joint d2. Each pair in its own gate is not enough: look at two that lean to opposite sides.
         return d2 <= chi2.ppf(confidence, len(z)) -> return max(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs)) <= chi2.ppf(confidence, 2)

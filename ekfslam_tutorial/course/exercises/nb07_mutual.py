@@ -36,14 +36,11 @@ def sizes(*shapes, high=15, limit=9.0):
 GATED = [[1, 900, 900], [900, 12, 900], [900, 900, 500]]
 
 mutual = table(
-    "07.2",
-    "Mutual nearest neighbours",
+    "07.2 Mutual nearest neighbours",
     mutual_nearest,
     hints=(
-        "Each measurement has a nearest landmark (the least entry of its row), each landmark a nearest measurement "
-        "(the least entry of its column).",
-        "A pair (i, j) counts only if j is the best of row i *and* i is the best of column j, and D[i, j] is inside "
-        "the gate.",
+        "Each measurement has a nearest landmark (the least entry of its row), each landmark a nearest measurement (the least entry of its column).",
+        "A pair (i, j) counts only if j is the best of row i *and* i is the best of column j, and D[i, j] is inside the gate.",
         "near = np.argmin(D[i]); accept if np.argmin(D[:, near]) == i and D[i, near] <= limit; all others stay -1.",
     ),
     returns="j",
@@ -64,7 +61,7 @@ mutual = table(
     checks="""
     shape                          | j[:0] | any         | One entry for each measurement.
     clear pairs                    | j | clear           | Each measurement near one landmark: take the least entry of its row.
-    the gate                       | j | gate            | The nearest landmark may still be too far: -1.
+    the gate                       | j | gate            | The nearest landmark may still be too far: -1. A distance of just the limit is not too far.
     a landmark is used once        | j | one landmark    | Two measurements want the same landmark: only the nearer one gets it. The other has no claim to its second best.
     two landmarks, one measurement | j | one measurement | The measurement goes to the nearer of the two landmarks.
     nothing to match               | j | nothing         | No landmark in the map, or no measurement: no pairs, and no error.

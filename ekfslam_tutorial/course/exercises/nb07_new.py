@@ -69,14 +69,12 @@ def at_the_limit(rng):
 MAP = [[3.0, 0.0], [6.0, 0.5], [6.0, -0.5]]
 
 new = table(
-    "07.4",
-    "New landmarks",
+    "07.4 New landmarks",
     new_ones,
     hints=(
         "First the table D: each measurement against each expectation. What is the covariance of y - e?",
         "z = y - e with the bearing wrapped, Z = E + R. A measurement is new if its whole row of D is beyond the gate.",
-        "z = [y[0] - e[0], wrap(y[1] - e[1])], D[i, j] = z' inv(E_j + R) z; new if all(D[i] > limit), with the limit "
-        "chi2.ppf(confidence, 2). For an empty map every measurement is new: all([]) is True.",
+        "z = [y[0] - e[0], wrap(y[1] - e[1])], D[i, j] = z' inv(E_j + R) z; new if all(D[i] > limit), with the limit chi2.ppf(confidence, 2). For an empty map every measurement is new: all([]) is True.",
     ),
     returns="new, D",
     kinds={"new": "a list of indices"},
@@ -123,10 +121,8 @@ new = table(
     counted from 1 | return [i for -> return [i + 1 for | Indices are counted from 0.
     nothing new on an empty map | if all(D[i] > limit) -> if len(es) and all(D[i] > limit) | With no landmark in the map every measurement is new: all([]) is True.
     one degree of freedom | chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 1) | Two numbers are compared: chi2 with 2 degrees of freedom.
-    as many degrees of freedom as landmarks: Each landmark has its own gate, of two numbers: 2 degrees of freedom, however many landmarks there are.
-        chi2.ppf(confidence, 2) -> chi2.ppf(confidence, len(es))
-    degrees of freedom of all landmarks: Each landmark has its own gate, of two numbers: 2 degrees of freedom, however many landmarks there are.
-        chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 2 * len(es))
+    as many degrees of freedom as landmarks | chi2.ppf(confidence, 2) -> chi2.ppf(confidence, len(es)) | Each landmark has its own gate, of two numbers: 2 degrees of freedom, however many landmarks there are.
+    degrees of freedom of all landmarks | chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 2 * len(es)) | Each landmark has its own gate, of two numbers: 2 degrees of freedom, however many landmarks there are.
     degrees of freedom of all measurements | chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 2 * len(ys)) | Each measurement is tested alone, by two numbers: 2 degrees of freedom.
     other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | chi2.ppf(confidence, 2), not of 1 - confidence.
     """,

@@ -66,8 +66,7 @@ def behind(rng, side):
 
 
 fej = table(
-    "08.2",
-    "First-estimates Jacobians",
+    "08.2 First-estimates Jacobians",
     correct_fej,
     hints=(
         "Only one thing differs from the ordinary correction: *where* the Jacobian H is taken. What stays as it was?",

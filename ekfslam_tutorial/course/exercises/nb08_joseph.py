@@ -35,8 +35,7 @@ def numbers(*found):
 
 
 form = table(
-    "08.3",
-    "Joseph form",
+    "08.3 Joseph form",
     joseph,
     hints=(
         "Write the error after the correction. Let dx be the error before, v the noise: y = H x + v.",
@@ -59,8 +58,7 @@ form = table(
     """,
     wrong="""
     the short form | A @ P @ A.T + K @ R @ K.T -> A @ P | (I - K H) P is right for the best gain only. For any gain: (I - K H) P (I - K H)' + K R K'.
-    the short form, made symmetric: Making (I - K H) P symmetric hides the trouble: for another gain the numbers are still wrong. Add up the covariances of (I - K H) dx and K v.
-        A @ P @ A.T + K @ R @ K.T -> (A @ P + (A @ P).T) / 2
+    the short form, made symmetric | A @ P @ A.T + K @ R @ K.T -> (A @ P + (A @ P).T) / 2 | Making (I - K H) P symmetric hides the trouble: for another gain the numbers are still wrong. Add up the covariances of (I - K H) dx and K v.
     P - K Z K' | A @ P @ A.T + K @ R @ K.T -> P - K @ (H @ P @ H.T + R) @ K.T | P - K Z K' is right for the best gain only. Start from the new error, (I - K H) dx - K v.
     noise forgotten | A.T + K @ R @ K.T -> A.T | The noise of the measurement enters the new error, too: add K R K'.
     noise subtracted | A.T + K -> A.T - K | Covariances of independent errors add up: plus K R K'.

@@ -45,8 +45,7 @@ def sizes(H, F):
 
 
 hidden = table(
-    "08.1",
-    "The directions that no measurement sees",
+    "08.1 The directions that no measurement sees",
     observability,
     hints=(
         "An error dx_0 of the first state becomes F_0 dx_0, then F_1 F_0 dx_0 ... What does each H_k see?",
@@ -86,8 +85,7 @@ hidden = table(
         rows.append(H_k @ Phi) -> rows.append(H_k @ Phi); Phi = F_k @ Phi
     rank instead of what is missing | O.shape[1] - np -> np | That is the number of directions that *are* seen. Return n minus it.
     rows instead of columns | O.shape[1] - np -> len(O) - np | n is the number of columns, one for each state: O.shape[1], not len(O).
-    only singular values that are zero: O may have fewer rows than columns: then there are invisible directions without a zero singular value. n minus the rank counts all.
-        O.shape[1] - np -> min(O.shape) - np
+    only singular values that are zero | O.shape[1] - np -> min(O.shape) - np | O may have fewer rows than columns: then there are invisible directions without a zero singular value. n minus the rank counts all.
     only the first time | np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> np.linalg.matrix_rank(H[0]) | All measurements of all times together: take the rank of the whole O, not of H_0.
     always three | O.shape[1] - np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> 3 | Three is the answer for SLAM in the plane. Compute it: n minus the rank of O.
     fixed threshold: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.

@@ -43,13 +43,11 @@ def _mirrored(path, truth):
 
 
 trajectory = table(
-    "09.4",
-    "ATE after alignment",
+    "09.4 ATE after alignment",
     ate,
     hints=(
         "Shift both paths so that their mean is zero. Then only an angle is left to find.",
-        "The best angle has the tangent sum(a x b) / sum(a . b), with a and b the shifted points: use arctan2. "
-        "np.linalg.svd of b.T @ a does it, too; then see that the determinant is +1.",
+        "The best angle has the tangent sum(a x b) / sum(a . b), with a and b the shifted points: use arctan2. np.linalg.svd of b.T @ a does it, too; then see that the determinant is +1.",
         "aligned = R a + mean(truth) for each point. ATE: squared distance of each point, mean, root.",
     ),
     returns="aligned, ate",
@@ -71,46 +69,29 @@ trajectory = table(
     gauge     | ate | moved    | The ATE must not change when the whole path is moved and turned.
     """,
     wrong="""
-    not aligned: The map has its own origin and direction. Align first: nobody told the filter where the truth's frame is.
-        a @ R.T + truth.mean(axis=0) -> path
-    moved, not turned: The direction of the start is not known either: find the angle, too.
-        a @ R.T -> a
-    turned, not moved: After the turn, put the mean of the path on the mean of the truth.
-        a @ R.T + truth.mean(axis=0) -> path @ R.T
-    turned about the origin: Subtract the mean of the path before you turn it.
-        a @ R.T -> path @ R.T - path.mean(axis=0)
-    turned the wrong way: Your angle has the wrong sign, or R is transposed: it turns truth to path.
-        R.T -> R
-    with a scale: Range measurements fix the scale: it is no gauge. A free scale hides errors.
-        a @ R.T -> np.sum(b * (a @ R.T)) / np.sum(a * a) * a @ R.T
-    mirror allowed: The SVD may give a mirror image. The determinant of R must be +1.
-        np.array([[c, -s], [s, c]]) -> _orthogonal(a, b)
-    first points only: Two points hold the noise of two points. Use all of them: least squares.
-        a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path[0], truth - truth[0]
+    not aligned | a @ R.T + truth.mean(axis=0) -> path | The map has its own origin and direction. Align first: nobody told the filter where the truth's frame is.
+    moved, not turned | a @ R.T -> a | The direction of the start is not known either: find the angle, too.
+    turned, not moved | a @ R.T + truth.mean(axis=0) -> path @ R.T | After the turn, put the mean of the path on the mean of the truth.
+    turned about the origin | a @ R.T -> path @ R.T - path.mean(axis=0) | Subtract the mean of the path before you turn it.
+    turned the wrong way | R.T -> R | Your angle has the wrong sign, or R is transposed: it turns truth to path.
+    with a scale | a @ R.T -> np.sum(b * (a @ R.T)) / np.sum(a * a) * a @ R.T | Range measurements fix the scale: it is no gauge. A free scale hides errors.
+    mirror allowed | np.array([[c, -s], [s, c]]) -> _orthogonal(a, b) | The SVD may give a mirror image. The determinant of R must be +1.
+    first points only | a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path[0], truth - truth[0] | Two points hold the noise of two points. Use all of them: least squares.
         np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b) -> a[1, 0] * b[1, 1] - a[1, 1] * b[1, 0], a[1] @ b[1]
         R.T + truth.mean(axis=0) -> R.T + truth[0]
-    first point on first point: All points count alike: put mean on mean, not start on start.
-        a @ R.T + truth.mean(axis=0) -> (path - path[0]) @ R.T + truth[0]
-    truth laid on the path: Return the path in the frame of the truth, not the other way round.
-        a @ R.T + truth.mean(axis=0) -> b @ R + path.mean(axis=0)
+    first point on first point | a @ R.T + truth.mean(axis=0) -> (path - path[0]) @ R.T + truth[0] | All points count alike: put mean on mean, not start on start.
+    truth laid on the path | a @ R.T + truth.mean(axis=0) -> b @ R + path.mean(axis=0) | Return the path in the frame of the truth, not the other way round.
     plain arctan: np.arctan cannot tell an angle from the opposite one: np.arctan2 takes both sums.
         np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b)) -> np.arctan(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / np.sum(a * b))
     turn in degrees: The functions of numpy take radians: no conversion.
         turn = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b)) -> turn = np.degrees(np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b)))
-    mean distance: ATE is the root of the mean *square*: large errors count more.
-        np.sqrt(np.mean(d2)) -> np.mean(np.sqrt(d2))
-    mean over x and y: One distance per point: add x and y before the mean, so divide by n, not by 2 n.
-        np.mean(d2) -> np.mean(d2) / 2
-    no root: That is the mean squared distance, in square metres. Take the root.
-        np.sqrt(np.mean(d2)) -> np.mean(d2)
-    no mean: That grows with the length of the path: take the mean of the squares.
-        np.mean(d2) -> np.sum(d2)
-    largest error: That is the worst point. ATE is an average over all.
-        np.mean(d2) -> np.max(d2)
-    last point: ATE is about the whole path, not about its end.
-        np.mean(d2) -> d2[-1]
-    median: ATE is a mean: every point counts, the far ones most.
-        np.mean(d2) -> np.median(d2)
+    mean distance | np.sqrt(np.mean(d2)) -> np.mean(np.sqrt(d2)) | ATE is the root of the mean *square*: large errors count more.
+    mean over x and y | np.mean(d2) -> np.mean(d2) / 2 | One distance per point: add x and y before the mean, so divide by n, not by 2 n.
+    no root | np.sqrt(np.mean(d2)) -> np.mean(d2) | That is the mean squared distance, in square metres. Take the root.
+    no mean | np.mean(d2) -> np.sum(d2) | That grows with the length of the path: take the mean of the squares.
+    largest error | np.mean(d2) -> np.max(d2) | That is the worst point. ATE is an average over all.
+    last point | np.mean(d2) -> d2[-1] | ATE is about the whole path, not about its end.
+    median | np.mean(d2) -> np.median(d2) | ATE is a mean: every point counts, the far ones most.
     """,
 )
 

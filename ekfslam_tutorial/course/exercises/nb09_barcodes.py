@@ -38,8 +38,7 @@ def nothing(rng, robots=False):
 
 
 barcodes = table(
-    "09.2",
-    "From barcodes to landmarks",
+    "09.2 From barcodes to landmarks",
     landmarks_seen,
     hints=(
         "A barcode is a label that was stuck on a subject. The table says which.",
@@ -68,31 +67,18 @@ barcodes = table(
     nothing left    | measurements | nothing | With no row that stays, return empty arrays, do not fail: np.zeros((0, 2)) for the measurements.
     """,
     wrong="""
-    barcode taken for the subject: The number in the log is the barcode. Translate it with the table.
-        subject_of.get(barcode, -1) -> barcode
-    only listed, not translated: Return the subject that wears the barcode, not the barcode.
-        subject_of.get(barcode, -1) -> barcode if barcode in subject_of else -1
-    columns swapped: Column 1 of the table holds the barcodes, column 0 the subjects.
-        {barcode: subject for -> {subject: barcode for
-    row number for the subject: The table may be in any order: take the subject from column 0, not the row.
-        {barcode: subject for subject, barcode in table} -> {barcode: row + 1 for row, (_, barcode) in enumerate(table)}
-    nearest barcode: A barcode that is not in the table was misread. The nearest number is not a better guess.
-        subject_of.get(barcode, -1) -> table[np.argmin(abs(table[:, 1] - barcode)), 0]
-    misread rows kept: A misread sighting has no subject: drop the row. A wrong landmark would bend the map.
-        (subjects != -1) & ~np -> ~np
-    robots kept: Robots move; a landmark must stand still. Drop the rows that show a robot.
-        & ~np.isin(subjects, robots) -> & True
-    only the robots: The other way round: keep the landmarks, drop the robots.
-        (subjects != -1) & ~np -> np
-    subjects above 5: Which subjects are robots is the third argument; 1 to 5 is one case only.
-        (subjects != -1) & ~np.isin(subjects, robots) -> subjects > 5
-    bearing first: The order is [range, bearing], as in the rows.
-        rows[keep, 2:] -> rows[keep, 3:1:-1]
-    robots taken for barcodes: The list holds subjects, not barcodes: translate first, then drop them.
-        np.isin(subjects, robots) -> np.isin(rows[:, 1], robots)
-    all rows measured: The measurements belong to the rows that stay, too: rows[keep, 2:].
-        rows[keep, 2:] -> rows[:, 2:]
-    one axis lost: With no row that stays the measurements still have two columns: shape (0, 2), not (0,).
-        rows[keep, 2:] -> np.array([row[2:] for row in rows[keep]])
+    barcode taken for the subject | subject_of.get(barcode, -1) -> barcode | The number in the log is the barcode. Translate it with the table.
+    only listed, not translated | subject_of.get(barcode, -1) -> barcode if barcode in subject_of else -1 | Return the subject that wears the barcode, not the barcode.
+    columns swapped | {barcode: subject for -> {subject: barcode for | Column 1 of the table holds the barcodes, column 0 the subjects.
+    row number for the subject | {barcode: subject for subject, barcode in table} -> {barcode: row + 1 for row, (_, barcode) in enumerate(table)} | The table may be in any order: take the subject from column 0, not the row.
+    nearest barcode | subject_of.get(barcode, -1) -> table[np.argmin(abs(table[:, 1] - barcode)), 0] | A barcode that is not in the table was misread. The nearest number is not a better guess.
+    misread rows kept | (subjects != -1) & ~np -> ~np | A misread sighting has no subject: drop the row. A wrong landmark would bend the map.
+    robots kept | & ~np.isin(subjects, robots) -> & True | Robots move; a landmark must stand still. Drop the rows that show a robot.
+    only the robots | (subjects != -1) & ~np -> np | The other way round: keep the landmarks, drop the robots.
+    subjects above 5 | (subjects != -1) & ~np.isin(subjects, robots) -> subjects > 5 | Which subjects are robots is the third argument; 1 to 5 is one case only.
+    bearing first | rows[keep, 2:] -> rows[keep, 3:1:-1] | The order is [range, bearing], as in the rows.
+    robots taken for barcodes | np.isin(subjects, robots) -> np.isin(rows[:, 1], robots) | The list holds subjects, not barcodes: translate first, then drop them.
+    all rows measured | rows[keep, 2:] -> rows[:, 2:] | The measurements belong to the rows that stay, too: rows[keep, 2:].
+    one axis lost | rows[keep, 2:] -> np.array([row[2:] for row in rows[keep]]) | With no row that stays the measurements still have two columns: shape (0, 2), not (0,).
     """,
 )

@@ -35,11 +35,10 @@ def in_units(offsets, z, Z):
 
 
 clock = table(
-    "09.3",
-    "A clock offset from the NIS",
+    "09.3 A clock offset from the NIS",
     clock_offset,
     hints=(
-        "Wrong stamps make the innovations larger than Z lets expect. Which number compares z with Z?",
+        "Wrong stamps make the innovations larger than Z predicts. Which number compares z with Z?",
         "NIS of one measurement: z' inv(Z) z. Average it over the measurements of a run; compare the runs.",
         "np.linalg.solve(Z[k, j], z[k, j]) in two loops; then offsets[np.argmin(nis)].",
     ),
@@ -59,36 +58,21 @@ clock = table(
     units       | nis    | units | Metres or millimetres: the NIS has no unit and must not change.
     """,
     wrong="""
-    no Z: z' z adds square metres to square radians. Measure z in units of Z: z' inv(Z) z.
-        np.linalg.solve(Z, z[..., None])[..., 0] -> z
-    multiplied by Z: A large Z forgives a large innovation: divide by Z, z' inv(Z) z.
-        np.linalg.solve(Z, z[..., None]) -> (Z @ z[..., None])
-    square root: That is the Mahalanobis distance. The NIS is its square.
-        np.mean(np.einsum("kmi,kmi->km", z, np.linalg.solve(Z, z[..., None])[..., 0]), axis=1) -> np.mean(np.sqrt(_each(z, Z)), axis=1)
-    diagonal of Z only: Range and bearing innovations are correlated: use the whole Z.
-        np.linalg.solve(Z, z[..., None])[..., 0] -> z / np.diagonal(Z, axis1=2, axis2=3)
-    sum instead of mean: The mean NIS of an honest filter is the number of components of z. Divide by m.
-        np.mean( -> np.sum(
-    divided by the components: Here the NIS is not divided: for range and bearing an honest filter has 2.
-        axis=1) -> axis=1) / z.shape[2]
-    NIS of the mean innovation: Signs cancel in the mean. Take the NIS of each innovation first.
-        np.mean(np.einsum("kmi,kmi->km", z, np.linalg.solve(Z, z[..., None])[..., 0]), axis=1) -> _each(z.mean(1), Z.mean(1))
-    median: The mean is wanted: its expectation is the number of components of z.
-        np.mean( -> np.median(
-    number of the run: Return the offset itself, in seconds: offsets[np.argmin(nis)].
-        offsets[np.argmin(nis)] -> float(np.argmin(nis))
-    largest NIS: A large NIS is a bad fit: take the smallest.
-        argmin -> argmax
-    sign of the offset: The offsets are the candidates already: return the best one with its own sign.
-        return offsets -> return -offsets
-    the smallest NIS returned: Return the offset that belongs to the smallest NIS.
-        offsets[np.argmin(nis)] -> nis.min()
-    NIS nearest to the ideal: Two filters differ here only in their stamps: the better stamps surprise less. Nearest to 2 is for tuning R.
-        np.argmin(nis) -> np.argmin(abs(nis - 2))
-    the first offset: Which run has the smallest NIS differs from log to log: offsets[np.argmin(nis)].
-        np.argmin(nis) -> 0
-    one Z for the run: Each measurement has its own Z[k, j]: yours takes one for the whole run.
-        solve(Z, -> solve(Z.mean(1, keepdims=True),
+    no Z | np.linalg.solve(Z, z[..., None])[..., 0] -> z | z' z adds square metres to square radians. Measure z in units of Z: z' inv(Z) z.
+    multiplied by Z | np.linalg.solve(Z, z[..., None]) -> (Z @ z[..., None]) | A large Z forgives a large innovation: divide by Z, z' inv(Z) z.
+    square root | np.mean(np.einsum("kmi,kmi->km", z, np.linalg.solve(Z, z[..., None])[..., 0]), axis=1) -> np.mean(np.sqrt(_each(z, Z)), axis=1) | That is the Mahalanobis distance. The NIS is its square.
+    diagonal of Z only | np.linalg.solve(Z, z[..., None])[..., 0] -> z / np.diagonal(Z, axis1=2, axis2=3) | Range and bearing innovations are correlated: use the whole Z.
+    sum instead of mean | np.mean( -> np.sum( | The mean NIS of an honest filter is the number of components of z. Divide by m.
+    divided by the components | axis=1) -> axis=1) / z.shape[2] | Here the NIS is not divided: for range and bearing an honest filter has 2.
+    NIS of the mean innovation | np.mean(np.einsum("kmi,kmi->km", z, np.linalg.solve(Z, z[..., None])[..., 0]), axis=1) -> _each(z.mean(1), Z.mean(1)) | Signs cancel in the mean. Take the NIS of each innovation first.
+    median | np.mean( -> np.median( | The mean is wanted: its expectation is the number of components of z.
+    number of the run | offsets[np.argmin(nis)] -> float(np.argmin(nis)) | Return the offset itself, in seconds: offsets[np.argmin(nis)].
+    largest NIS | argmin -> argmax | A large NIS is a bad fit: take the smallest.
+    sign of the offset | return offsets -> return -offsets | The offsets are the candidates already: return the best one with its own sign.
+    the smallest NIS returned | offsets[np.argmin(nis)] -> nis.min() | Return the offset that belongs to the smallest NIS.
+    NIS nearest to the ideal | np.argmin(nis) -> np.argmin(abs(nis - 2)) | Two filters differ here only in their stamps: the better stamps surprise less. Nearest to 2 is for tuning R.
+    the first offset | np.argmin(nis) -> 0 | Which run has the smallest NIS differs from log to log: offsets[np.argmin(nis)].
+    one Z for the run | solve(Z, -> solve(Z.mean(1, keepdims=True), | Each measurement has its own Z[k, j]: yours takes one for the whole run.
     """,
 )
 

@@ -37,14 +37,12 @@ def shuffled(rng, m):
 
 
 times = table(
-    "09.1",
-    "Rows in the order of time",
+    "09.1 Rows in the order of time",
     by_time,
     hints=(
         "The stamps decide the order; each row moves as a whole.",
         "np.argsort(..., kind='stable') gives the order of the rows. np.diff gives the steps from row to row.",
-        "Count the negative steps of rows[:, 0] first. Then sort: rows[order]. The longest step of the sorted stamps "
-        "is the gap.",
+        "Count the negative steps of rows[:, 0] first. Then sort: rows[order]. The longest step of the sorted stamps is the gap.",
     ),
     returns="rows, late, gap",
     cases={
@@ -73,34 +71,21 @@ times = table(
     gap of few  | gap  | small      | The longest step between neighbours *after* sorting, in seconds.
     """,
     wrong="""
-    each column sorted by itself: np.sort(rows, axis=0) sorts every column alone: stamps and measurements no longer belong together.
-        rows = rows[np.argsort(rows[:, 0], kind="stable")] -> rows = np.sort(rows, axis=0)
-    not sorted: The rows still have the order of the file.
-        return rows, late -> return file, late
+    each column sorted by itself | rows = rows[np.argsort(rows[:, 0], kind="stable")] -> rows = np.sort(rows, axis=0) | np.sort(rows, axis=0) sorts every column alone: stamps and measurements no longer belong together.
+    not sorted | return rows, late -> return file, late | The rows still have the order of the file.
         late = int( -> file = rows; late = int(
-    latest first: Time must rise from row to row.
-        return rows, late -> return rows[::-1], late
-    equal stamps lose their order: Rows with the same stamp must keep their order: use a stable sort and the stamp alone.
-        np.argsort(rows[:, 0], kind="stable") -> np.lexsort((*rows.T[:0:-1], rows[:, 0]))
-    a sort that is not stable: np.argsort alone may put rows with the same stamp into another order: kind="stable".
-        , kind="stable")] -> )]
-    equal stamps turned round: Rows with the same stamp must keep their order: yours comes out the other way round.
-        rows = rows[np.argsort(rows[:, 0], kind="stable")] -> rows = rows[::-1][np.argsort(rows[::-1, 0], kind="stable")]
-    counted after sorting: After sorting no row is late. Count the steps back in the rows as they come.
-        int(np.sum(np.diff(rows[:, 0]) < 0)) -> 0
-    rows that moved: One late row pushes many others. Count rows whose stamp is earlier than that of the row before.
-        np.sum(np.diff(rows[:, 0]) < 0) -> np.sum(np.argsort(rows[:, 0], kind="stable") != np.arange(len(rows)))
-    behind the latest so far: Compare each row with the row just before it in the file, not with the latest stamp so far.
-        np.diff(rows[:, 0]) < 0 -> rows[:, 0] < np.maximum.accumulate(rows[:, 0])
-    equal stamps counted as late: Two sightings in one picture have the same stamp: that is no fault. Count steps below zero only.
-        < 0 -> <= 0
-    gap before sorting: Rows out of order make steps that never were. Sort first, then look for the longest step.
-        late, np.max(np.diff(rows[:, 0])) -> late, gap
+    latest first | return rows, late -> return rows[::-1], late | Time must rise from row to row.
+    equal stamps lose their order | np.argsort(rows[:, 0], kind="stable") -> np.lexsort((*rows.T[:0:-1], rows[:, 0])) | Rows with the same stamp must keep their order: use a stable sort and the stamp alone.
+    a sort that is not stable | , kind="stable")] -> )] | np.argsort alone may put rows with the same stamp into another order: kind="stable".
+    equal stamps turned round | rows = rows[np.argsort(rows[:, 0], kind="stable")] -> rows = rows[::-1][np.argsort(rows[::-1, 0], kind="stable")] | Rows with the same stamp must keep their order: yours comes out the other way round.
+    counted after sorting | int(np.sum(np.diff(rows[:, 0]) < 0)) -> 0 | After sorting no row is late. Count the steps back in the rows as they come.
+    rows that moved | np.sum(np.diff(rows[:, 0]) < 0) -> np.sum(np.argsort(rows[:, 0], kind="stable") != np.arange(len(rows))) | One late row pushes many others. Count rows whose stamp is earlier than that of the row before.
+    behind the latest so far | np.diff(rows[:, 0]) < 0 -> rows[:, 0] < np.maximum.accumulate(rows[:, 0]) | Compare each row with the row just before it in the file, not with the latest stamp so far.
+    equal stamps counted as late | < 0 -> <= 0 | Two sightings in one picture have the same stamp: that is no fault. Count steps below zero only.
+    gap before sorting | late, np.max(np.diff(rows[:, 0])) -> late, gap | Rows out of order make steps that never were. Sort first, then look for the longest step.
         late = int( -> gap = np.max(np.diff(rows[:, 0])); late = int(
-    length of the log: That is the time from the first row to the last, not the longest step between neighbours.
-        np.max(np.diff(rows[:, 0])) -> np.ptp(rows[:, 0])
-    typical step: The longest step is wanted: np.max, not a mean.
-        np.max( -> np.mean(
+    length of the log | np.max(np.diff(rows[:, 0])) -> np.ptp(rows[:, 0]) | That is the time from the first row to the last, not the longest step between neighbours.
+    typical step | np.max( -> np.mean( | The longest step is wanted: np.max, not a mean.
     """,
 )
 

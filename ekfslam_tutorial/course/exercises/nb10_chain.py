@@ -39,14 +39,12 @@ def sphere(F):
 NONE = Frame3(np.eye(7)[3])
 
 exercise = table(
-    "10.5",
-    "The chain rule",
+    "10.5 The chain rule",
     see,
     hints=(
         "Two steps: from the world to the robot, pr; from the robot to the sensor, ps. Each gives its own Jacobians.",
         "Write the names of the results as OUT_in: pr, PR_r, PR_p = Rf.to_frame(p). Which names make PS_r?",
-        "ps, PS_s, PS_pr = Sf.to_frame(pr). In a product the inner names are equal: PS_pr @ PR_r. PS_p goes the same "
-        "way.",
+        "ps, PS_s, PS_pr = Sf.to_frame(pr). In a product the inner names are equal: PS_pr @ PR_r. PS_p goes the same way.",
     ),
     returns="ps, PS_r, PS_s, PS_p",
     jacobians={"PS_p": "ps"},
@@ -63,37 +61,23 @@ exercise = table(
     by the point          | d PS_p / p | any | p changes pr, and pr changes ps: PS_p = PS_pr PR_p.
     """,
     wrong="""
-    frames swapped: The point is in the world: it goes into the robot's frame first, then the sensor's.
-        pr, PR_r, PR_p = Rf.to_frame(p) -> pr, PS_s, PR_p = Sf.to_frame(p)
+    frames swapped | pr, PR_r, PR_p = Rf.to_frame(p) -> pr, PS_s, PR_p = Sf.to_frame(p) | The point is in the world: it goes into the robot's frame first, then the sensor's.
         ps, PS_s, PS_pr = Sf.to_frame(pr) -> ps, PS_r, PS_pr = Rf.to_frame(pr)
         return ps, PS_pr @ PR_r, PS_s -> return ps, PS_r, PS_pr @ PS_s
-    from_frame: from_frame goes out of a frame. The point comes from the world and goes in: to_frame.
-        Rf.to_frame -> Rf.from_frame
+    from_frame | Rf.to_frame -> Rf.from_frame | from_frame goes out of a frame. The point comes from the world and goes in: to_frame.
         Sf.to_frame -> Sf.from_frame
-    one step only: That is the point in the robot's frame. The sensor has a frame of its own on it.
-        return ps, PS_pr @ PR_r, PS_s, PS_pr @ PR_p -> return pr, PR_r, Sf.to_frame(p)[1], PR_p
-    second step taken at p: PS_s must be taken where the second step starts, at pr: Sf.to_frame(pr).
-        PR_r, PS_s, -> PR_r, Sf.to_frame(p)[1],
-    PR_r handed on: PR_r is the derivative of pr, not of ps: the names must chain, PS_pr @ PR_r.
-        PS_pr @ PR_r -> PR_r
-    PS_pr for PS_p: PS_pr is the derivative by the point in the *robot's* frame: PS_p = PS_pr @ PR_p.
-        PS_pr @ PR_p -> PS_pr
-    PR_p for PS_p: PR_p is the derivative of pr. Of ps it is PS_pr @ PR_p: the names must chain.
-        PS_pr @ PR_p -> PR_p
-    product the wrong way round: PR_p @ PS_pr: the names do not chain (p, then ps). Turn it round: PS_pr @ PR_p.
-        PS_pr @ PR_p -> PR_p @ PS_pr
-    transposed factor: A factor of the chain is transposed. Jacobians are used as they come: PS_pr @ PR_r.
-        PS_pr @ PR_r -> PS_pr.T @ PR_r
+    one step only | return ps, PS_pr @ PR_r, PS_s, PS_pr @ PR_p -> return pr, PR_r, Sf.to_frame(p)[1], PR_p | That is the point in the robot's frame. The sensor has a frame of its own on it.
+    second step taken at p | PR_r, PS_s, -> PR_r, Sf.to_frame(p)[1], | PS_s must be taken where the second step starts, at pr: Sf.to_frame(pr).
+    PR_r handed on | PS_pr @ PR_r -> PR_r | PR_r is the derivative of pr, not of ps: the names must chain, PS_pr @ PR_r.
+    PS_pr for PS_p | PS_pr @ PR_p -> PS_pr | PS_pr is the derivative by the point in the *robot's* frame: PS_p = PS_pr @ PR_p.
+    PR_p for PS_p | PS_pr @ PR_p -> PR_p | PR_p is the derivative of pr. Of ps it is PS_pr @ PR_p: the names must chain.
+    product the wrong way round | PS_pr @ PR_p -> PR_p @ PS_pr | PR_p @ PS_pr: the names do not chain (p, then ps). Turn it round: PS_pr @ PR_p.
+    transposed factor | PS_pr @ PR_r -> PS_pr.T @ PR_r | A factor of the chain is transposed. Jacobians are used as they come: PS_pr @ PR_r.
         PS_pr @ PR_p -> PS_pr.T @ PR_p
-    Jacobians by frames swapped: Return the derivative by the robot's frame first, then the sensor's.
-        PS_pr @ PR_r, PS_s, -> PS_s, PS_pr @ PR_r,
-    PS_s multiplied once more: PS_s is the derivative of ps already: nothing stands behind the sensor.
-        PS_s, PS_pr @ PR_p -> PS_pr @ PS_s, PS_pr @ PR_p
-    both factors transposed: Jacobians are used as they come: PS_pr @ PR_p, no transposes.
-        PS_pr @ PR_p -> PS_pr.T @ PR_p.T
-    PS_r twice: PS_s is the derivative by the sensor's frame: it comes out of the second step, Sf.to_frame(pr).
-        PR_r, PS_s, -> PR_r, PS_pr @ PR_r,
-    the other factor: PS_r goes through pr: its factors are PS_pr and PR_r, not PR_p.
-        PS_pr @ PR_r -> PR_p @ PR_r
+    Jacobians by frames swapped | PS_pr @ PR_r, PS_s, -> PS_s, PS_pr @ PR_r, | Return the derivative by the robot's frame first, then the sensor's.
+    PS_s multiplied once more | PS_s, PS_pr @ PR_p -> PS_pr @ PS_s, PS_pr @ PR_p | PS_s is the derivative of ps already: nothing stands behind the sensor.
+    both factors transposed | PS_pr @ PR_p -> PS_pr.T @ PR_p.T | Jacobians are used as they come: PS_pr @ PR_p, no transposes.
+    PS_r twice | PR_r, PS_s, -> PR_r, PS_pr @ PR_r, | PS_s is the derivative by the sensor's frame: it comes out of the second step, Sf.to_frame(pr).
+    the other factor | PS_pr @ PR_r -> PR_p @ PR_r | PS_r goes through pr: its factors are PS_pr and PR_r, not PR_p.
     """,
 )

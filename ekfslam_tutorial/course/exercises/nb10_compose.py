@@ -46,8 +46,7 @@ def _three(A, B, C):
 
 
 exercise = table(
-    "10.2",
-    "A frame in a frame",
+    "10.2 A frame in a frame",
     compose,
     canonical=one_sign,
     settled=_signed,
@@ -74,31 +73,18 @@ exercise = table(
     three frames | x     | three      | (A B) C must be A (B C).
     """,
     wrong="""
-    frames swapped: You put F into G: first out of G, then out of F, so F stands on the left.
-        R, _ = -> F, G = G, F; R, _ =
-    quaternions swapped: The positions are right, but the product is the wrong way round: q_F q_G.
-        q_prod(F[3:], G[3:]) -> q_prod(G[3:], F[3:])
-    positions added: t_G is given in the axes of F: turn it with R_F before you add it.
-        R @ G[:3] -> G[:3]
-    everything added: Frames cannot be added: turn t_G with R_F, and multiply the quaternions.
-        np.concatenate([t, q]) -> F + G
-    position turned back: You go out of F: R_F, not its transpose.
-        R @ G -> R.T @ G
-    turned by G: The position of G is a point of F: it is turned by F, not by G.
-        q2R(F[3:]) -> q2R(G[3:])
-    the wrong position is turned: t_F is in the parent already. It is t_G that must be turned, by R_F.
-        F[:3] + R @ G[:3] -> R @ F[:3] + G[:3]
-    product entry by entry: The product of two quaternions is q_prod, not `*`.
-        q, _, _ = q_prod(F[3:], G[3:]) -> q = F[3:] * G[3:]
-    quaternions added: Two rotations one after the other: multiply the quaternions, q_prod.
-        q, _, _ = q_prod(F[3:], G[3:]) -> q = F[3:] + G[3:]
-    added and normalised: A sum of quaternions is some rotation between the two. Multiply: q_prod.
-        q, _, _ = q_prod(F[3:], G[3:]) -> q = unit(F[3:] + G[3:])[0]
-    a conjugate too many: With the conjugate of q_G you turn back. Local to global: q_F q_G.
-        G[3:]) -> q2qc(G[3:])[0])
-    scalar part last: q = [a, b, c, d]: the scalar part comes first, in the result, too.
-        [t, q] -> [t, np.roll(q, -1)]
-    position of F forgotten: The origin of F is not that of the parent: add t_F.
-        F[:3] + R -> R
+    frames swapped | R, _ = -> F, G = G, F; R, _ = | You put F into G: first out of G, then out of F, so F stands on the left.
+    quaternions swapped | q_prod(F[3:], G[3:]) -> q_prod(G[3:], F[3:]) | The positions are right, but the product is the wrong way round: q_F q_G.
+    positions added | R @ G[:3] -> G[:3] | t_G is given in the axes of F: turn it with R_F before you add it.
+    everything added | np.concatenate([t, q]) -> F + G | Frames cannot be added: turn t_G with R_F, and multiply the quaternions.
+    position turned back | R @ G -> R.T @ G | You go out of F: R_F, not its transpose.
+    turned by G | q2R(F[3:]) -> q2R(G[3:]) | The position of G is a point of F: it is turned by F, not by G.
+    the wrong position is turned | F[:3] + R @ G[:3] -> R @ F[:3] + G[:3] | t_F is in the parent already. It is t_G that must be turned, by R_F.
+    product entry by entry | q, _, _ = q_prod(F[3:], G[3:]) -> q = F[3:] * G[3:] | The product of two quaternions is q_prod, not `*`.
+    quaternions added | q, _, _ = q_prod(F[3:], G[3:]) -> q = F[3:] + G[3:] | Two rotations one after the other: multiply the quaternions, q_prod.
+    added and normalised | q, _, _ = q_prod(F[3:], G[3:]) -> q = unit(F[3:] + G[3:])[0] | A sum of quaternions is some rotation between the two. Multiply: q_prod.
+    a conjugate too many | G[3:]) -> q2qc(G[3:])[0]) | With the conjugate of q_G you turn back. Local to global: q_F q_G.
+    scalar part last | [t, q] -> [t, np.roll(q, -1)] | q = [a, b, c, d]: the scalar part comes first, in the result, too.
+    position of F forgotten | F[:3] + R -> R | The origin of F is not that of the parent: add t_F.
     """,
 )

@@ -37,8 +37,7 @@ def some(rng, angle):
 LEVEL = np.eye(7)[3]
 
 exercise = table(
-    "10.4",
-    "The error of a pose",
+    "10.4 The error of a pose",
     pose_error,
     hints=(
         "Solve q = q_truth dq for dq: what is the inverse of a unit quaternion?",
@@ -58,36 +57,21 @@ exercise = table(
     a large turn  | e[3:] | large | A rotation vector has the angle as its length, up to pi.
     """,
     wrong="""
-    seven differences: x - truth has 7 numbers, and q and -q would differ though they are the same orientation. Use the rotation vector of conj(q_truth) q.
-        np.concatenate([x[:3] - truth[:3], v]) -> x - truth
-    sign of dq not looked at: q and -q are the same orientation. When dq[0] is negative take -dq, else you go the long way round.
-        dq if dq[0] >= 0 else -dq -> dq
-    truth minus estimate: An error is estimate minus truth: you have the two the other way round.
-        np.concatenate([x[:3] - truth[:3], v]) -> np.concatenate([truth[:3] - x[:3], -v])
-    rotation the other way: You turn the estimate into the truth. Conjugate the true quaternion, not the estimated one.
-        q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(q2qc(x[3:])[0], truth[3:])
-    in the axes of the world: q q_truth* is the turn in the axes of the world. q = q_truth dq: put the conjugate on the left.
-        q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(x[3:], q2qc(truth[3:])[0])
-    no conjugate: The product of two orientations is no difference: conjugate the true one.
-        q2qc(truth[3:])[0] -> truth[3:]
-    difference of the quaternions: Twice the difference of the vector parts is right for a truth that is not turned only: multiply by the conjugate.
-        v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = 2 * (x - truth)[4:]
-    vector part of dq: [b, c, d] of dq is half the rotation vector, and for small angles only: use q2v.
-        v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = (dq if dq[0] >= 0 else -dq)[1:]
-    twice the vector part: 2 [b, c, d] is the rotation vector for small angles only: use q2v.
-        v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = 2 * (dq if dq[0] >= 0 else -dq)[1:]
-    difference of the Euler angles: Euler angles cannot be subtracted, as little as quaternions: use the rotation vector of dq.
-        v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = q2e(x[3:])[0] - q2e(truth[3:])[0]
-    Euler angles of dq: Roll, pitch and yaw of dq are no rotation vector, if the error is large: use q2v.
-        q2v( -> q2e(
-    difference of the rotation vectors: Rotation vectors of two orientations cannot be subtracted: make dq first.
-        v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = _short(x[3:]) - _short(truth[3:])
-    position in the axes of the robot: The position error is asked in the axes of the world: t - t_truth.
-        x[:3] - truth[:3] -> Frame3(truth).to_frame(x[:3])[0]
-    position the other way: The position error is estimate minus truth, t - t_truth. The rotation is right.
-        x[:3] - truth[:3] -> truth[:3] - x[:3]
-    degrees: The rotation vector is asked in radians: q2v gives radians.
-        v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = np.degrees(q2v(dq if dq[0] >= 0 else -dq)[0])
+    seven differences | np.concatenate([x[:3] - truth[:3], v]) -> x - truth | x - truth has 7 numbers, and q and -q would differ though they are the same orientation. Use the rotation vector of conj(q_truth) q.
+    sign of dq not looked at | dq if dq[0] >= 0 else -dq -> dq | q and -q are the same orientation. When dq[0] is negative take -dq, else you go the long way round.
+    truth minus estimate | np.concatenate([x[:3] - truth[:3], v]) -> np.concatenate([truth[:3] - x[:3], -v]) | An error is estimate minus truth: you have the two the other way round.
+    rotation the other way | q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(q2qc(x[3:])[0], truth[3:]) | You turn the estimate into the truth. Conjugate the true quaternion, not the estimated one.
+    in the axes of the world | q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(x[3:], q2qc(truth[3:])[0]) | q q_truth* is the turn in the axes of the world. q = q_truth dq: put the conjugate on the left.
+    no conjugate | q2qc(truth[3:])[0] -> truth[3:] | The product of two orientations is no difference: conjugate the true one.
+    difference of the quaternions | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = 2 * (x - truth)[4:] | Twice the difference of the vector parts is right for a truth that is not turned only: multiply by the conjugate.
+    vector part of dq | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = (dq if dq[0] >= 0 else -dq)[1:] | [b, c, d] of dq is half the rotation vector, and for small angles only: use q2v.
+    twice the vector part | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = 2 * (dq if dq[0] >= 0 else -dq)[1:] | 2 [b, c, d] is the rotation vector for small angles only: use q2v.
+    difference of the Euler angles | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = q2e(x[3:])[0] - q2e(truth[3:])[0] | Euler angles cannot be subtracted, as little as quaternions: use the rotation vector of dq.
+    Euler angles of dq | q2v( -> q2e( | Roll, pitch and yaw of dq are no rotation vector, if the error is large: use q2v.
+    difference of the rotation vectors | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = _short(x[3:]) - _short(truth[3:]) | Rotation vectors of two orientations cannot be subtracted: make dq first.
+    position in the axes of the robot | x[:3] - truth[:3] -> Frame3(truth).to_frame(x[:3])[0] | The position error is asked in the axes of the world: t - t_truth.
+    position the other way | x[:3] - truth[:3] -> truth[:3] - x[:3] | The position error is estimate minus truth, t - t_truth. The rotation is right.
+    degrees | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = np.degrees(q2v(dq if dq[0] >= 0 else -dq)[0]) | The rotation vector is asked in radians: q2v gives radians.
     """,
 )
 

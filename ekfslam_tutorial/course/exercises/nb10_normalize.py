@@ -32,8 +32,7 @@ def _block(P, U, cross):
 
 
 exercise = table(
-    "10.3",
-    "Normalise, with the covariance",
+    "10.3 Normalise, with the covariance",
     normalize,
     hints=(
         "The new state is a function of the old one, so the covariance goes through its Jacobian: J P J'.",
@@ -51,31 +50,19 @@ exercise = table(
     still a covariance           | P         | any | J P J' is symmetric and has no negative eigenvalue.
     """,
     wrong="""
-    covariance forgotten: q has changed, so has its noise: P goes through the Jacobian of q / |q|.
-        J @ P @ J.T -> P
-    q only made shorter: Your U_q is I / |q|. The norm depends on q, too: U_q = (I - u u') / |q|.
-        (np.eye(4) - np.outer(u, u)) -> np.eye(4)
-    cross-covariance forgotten: You have changed P_qq only. P_tq is about q, too: use one J for all of P.
-        J @ P @ J.T -> _block(P, J[3:, 3:], P[:3, 3:])
-    cross-covariance set to zero: Position and quaternion stay correlated: P_tq becomes P_tq U_q'.
-        J @ P @ J.T -> _block(P, J[3:, 3:], np.zeros((3, 4)))
-    the whole state is divided: Only the quaternion has the norm one. The position is in metres.
-        [x[:3], u] -> [x[:3] / n, u]
+    covariance forgotten | J @ P @ J.T -> P | q has changed, so has its noise: P goes through the Jacobian of q / |q|.
+    q only made shorter | (np.eye(4) - np.outer(u, u)) -> np.eye(4) | Your U_q is I / |q|. The norm depends on q, too: U_q = (I - u u') / |q|.
+    cross-covariance forgotten | J @ P @ J.T -> _block(P, J[3:, 3:], P[:3, 3:]) | You have changed P_qq only. P_tq is about q, too: use one J for all of P.
+    cross-covariance set to zero | J @ P @ J.T -> _block(P, J[3:, 3:], np.zeros((3, 4))) | Position and quaternion stay correlated: P_tq becomes P_tq U_q'.
+    the whole state is divided | [x[:3], u] -> [x[:3] / n, u] | Only the quaternion has the norm one. The position is in metres.
         np.eye(7) -> np.eye(7) / n
-    norm of the whole state: Take the norm of the quaternion, x[3:], alone.
-        return np.concatenate([x[:3], u]) -> u, J = unit(x); return u
-    projector, not divided: U_q = (I - u u') / |q|: yours lacks the division by |q|.
-        (np.eye(4) - np.outer(u, u)) / n -> np.eye(4) - np.outer(u, u)
-    q q' of the long q: The projector needs the unit vector: I - u u', with u = q / |q|, not q q'.
-        np.outer(u, u) -> np.outer(x[3:], x[3:])
-    plus: U_q = (I - u u') / |q|, with a minus: the part of the noise along q is taken away.
-        np.eye(4) - np.outer -> np.eye(4) + np.outer
-    J applied once: A covariance is multiplied from both sides: J P J'.
-        J @ P @ J.T -> J @ P
-    divided by the squared norm: q / (q'q) is too short: divide by the square root, |q|.
-        u = x[3:] / n -> u = x[3:] / n
+    norm of the whole state | return np.concatenate([x[:3], u]) -> u, J = unit(x); return u | Take the norm of the quaternion, x[3:], alone.
+    projector, not divided | (np.eye(4) - np.outer(u, u)) / n -> np.eye(4) - np.outer(u, u) | U_q = (I - u u') / |q|: yours lacks the division by |q|.
+    q q' of the long q | np.outer(u, u) -> np.outer(x[3:], x[3:]) | The projector needs the unit vector: I - u u', with u = q / |q|, not q q'.
+    plus | np.eye(4) - np.outer -> np.eye(4) + np.outer | U_q = (I - u u') / |q|, with a minus: the part of the noise along q is taken away.
+    J applied once | J @ P @ J.T -> J @ P | A covariance is multiplied from both sides: J P J'.
+    divided by the squared norm | u = x[3:] / n -> u = x[3:] / n | q / (q'q) is too short: divide by the square root, |q|.
         [x[:3], u] -> [x[:3], u / n]
-    divided twice: u has been divided by |q| already: U_q = (I - u u') / |q|, once.
-        np.outer(u, u)) / n -> np.outer(u, u)) / n**2
+    divided twice | np.outer(u, u)) / n -> np.outer(u, u)) / n**2 | u has been divided by |q| already: U_q = (I - u u') / |q|, once.
     """,
 )

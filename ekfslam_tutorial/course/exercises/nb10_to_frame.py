@@ -43,8 +43,7 @@ def at_the_point(t, R, p):
 QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # a frame that looks along y
 
 exercise = table(
-    "10.1",
-    "To a frame",
+    "10.1 To a frame",
     to_frame,
     hints=(
         "from_frame is p = R pf + t. You want pf. Solve that equation.",
@@ -71,35 +70,23 @@ exercise = table(
     derivative by p            | d PF_p / p | any           | pf is linear in p: what stands before it?
     """,
     wrong="""
-    from_frame: R p + t takes a point *out of* the frame. Solve p = R pf + t for pf.
-        R.T @ (p - t) -> R @ p + t
+    from_frame | R.T @ (p - t) -> R @ p + t | R p + t takes a point *out of* the frame. Solve p = R pf + t for pf.
         -R.T, R.T -> np.eye(3), R
-    R not transposed: R turns from the frame to the parent. Back is its transpose: R' (p - t).
-        R.T @ (p - t) -> R @ (p - t)
+    R not transposed | R.T @ (p - t) -> R @ (p - t) | R turns from the frame to the parent. Back is its transpose: R' (p - t).
         -R.T, R.T -> -R, R
-    t taken away last: t is given in the parent: take it away *before* you turn. R' (p - t).
-        R.T @ (p - t) -> R.T @ p - t
+    t taken away last | R.T @ (p - t) -> R.T @ p - t | t is given in the parent: take it away *before* you turn. R' (p - t).
         -R.T, R.T -> -np.eye(3), R.T
-    plus t: The frame stands at t: seen from there, p is at p - t.
-        p - t -> p + t
+    plus t | p - t -> p + t | The frame stands at t: seen from there, p is at p - t.
         -R.T, R.T -> R.T, R.T
-    t - p: The vector from the frame to the point is p - t.
-        p - t -> t - p
+    t - p | p - t -> t - p | The vector from the frame to the point is p - t.
         -R.T, R.T -> R.T, -R.T
-    not turned: p - t is still in the axes of the parent: turn it into those of the frame with R'.
-        R.T @ (p - t) -> p - t
+    not turned | R.T @ (p - t) -> p - t | p - t is still in the axes of the parent: turn it into those of the frame with R'.
         -R.T, R.T -> -np.eye(3), np.eye(3)
-    PF_t without rotation: t passes through R' as p does: PF_t = -R'.
-        -R.T, R.T -> -np.eye(3), R.T
-    PF_t with the sign of PF_p: When the frame goes forward, the point comes nearer: PF_t has a minus.
-        -R.T, R.T -> R.T, R.T
-    derivatives with R: Your pf has R', so have its derivatives.
-        -R.T, R.T -> -R, R
-    derivatives swapped: Return the derivative by t first, then the one by p.
-        -R.T, R.T -> R.T, -R.T
-    PF_p with a minus: When the point goes forward, it does so in the frame, too: PF_p = R', with a plus.
-        -R.T, R.T -> -R.T, -R.T
-    PF_p without rotation: p passes through R': PF_p = R'.
-        -R.T, R.T -> -R.T, np.eye(3)
+    PF_t without rotation | -R.T, R.T -> -np.eye(3), R.T | t passes through R' as p does: PF_t = -R'.
+    PF_t with the sign of PF_p | -R.T, R.T -> R.T, R.T | When the frame goes forward, the point comes nearer: PF_t has a minus.
+    derivatives with R | -R.T, R.T -> -R, R | Your pf has R', so have its derivatives.
+    derivatives swapped | -R.T, R.T -> R.T, -R.T | Return the derivative by t first, then the one by p.
+    PF_p with a minus | -R.T, R.T -> -R.T, -R.T | When the point goes forward, it does so in the frame, too: PF_p = R', with a plus.
+    PF_p without rotation | -R.T, R.T -> -R.T, np.eye(3) | p passes through R': PF_p = R'.
     """,
 )

@@ -35,8 +35,7 @@ def case(rng, turns=True):
 STATE = "t_x, t_y, t_z, a, b, c, d, v_x, v_y, v_z, w_x, w_y, w_z"
 
 exercise = table(
-    "11.3",
-    "Constant velocity",
+    "11.3 Constant velocity",
     const_vel,
     hints=(
         "Four lines: t2 = t + v dt; q2 = q times the quaternion of the turn w dt; v2 = v + dv; w2 = w + dw.",
@@ -48,10 +47,7 @@ exercise = table(
     entries={"x2": STATE, "x": STATE, "u": "dv_x, dv_y, dv_z, dw_x, dw_y, dw_z"},
     settled=as_wanted,
     along={"X_x": lambda x, u, dt: tangent(x)},
-    cases={
-        "any": lambda rng: [case(rng) for _ in range(4)],
-        "w = 0": lambda rng: [case(rng, turns=False)],
-    },
+    cases={"any": lambda rng: [case(rng) for _ in range(4)], "w = 0": lambda rng: [case(rng, turns=False)]},
     checks="""
     position                  | x2[:3]   | any   | v is in the axes of the world: t2 = t + v dt.
     orientation               | x2[3:7]  | any   | In dt the body turns by the rotation vector w dt, in its own axes: q v2q(w dt).
@@ -62,41 +58,24 @@ exercise = table(
     derivative by the impulse | d X_u / u | any  | The impulse comes at the end of the step: it moves v2 and w2 only.
     """,
     wrong="""
-    dt forgotten in the position: v is in metres per second: t + v dt.
-        t + v * dt -> t + v
-    v in the axes of the body: Here v is in the axes of the world: it is not turned.
-        t + v * dt -> t + q2R(q)[0] @ v * dt
-    impulse used at once: The impulse comes at the end of the step: the position moves with the old v.
-        t + v * dt -> t + (v + u[:3]) * dt
-    impulse of the turn used at once: The impulse comes at the end of the step: turn with the old w.
-        v2q(w * dt) -> v2q((w + u[3:]) * dt)
-    turn in the axes of the world: w is in the axes of the body: its quaternion stands on the right.
-        q2, Q_q, Q_dq = q_prod(q, dq) -> q2, Q_dq, Q_q = q_prod(dq, q)
-    dt forgotten in the turn: w is in radians per second: v2q(w dt).
-        v2q(w * dt) -> v2q(w)
-    Euler's step: q + 1/2 q w dt leaves the unit sphere. The exact turn is q v2q(w dt).
-        dt, q2, v + -> dt, q + 0.5 * dt * q_prod(q, np.r_[0, w])[0], v +
-    impulse times dt: u is a change of the velocity already, in m/s: it is not multiplied by dt.
-        v + u[:3], w + u[3:] -> v + u[:3] * dt, w + u[3:] * dt
-    impulses forgotten: v2 = v + dv and w2 = w + dw.
-        v + u[:3], w + u[3:] -> v, w
-    dt forgotten in d(t2)/d(v): t2 = t + v dt: its derivative by v is dt I.
-        dt * np.eye(3) -> np.eye(3)
-    dt forgotten in d(q2)/d(w): The inner derivative: d(w dt)/dw = dt.
-        DQ_a * dt -> DQ_a
-    q2 by w forgotten: The turn depends on w: X_x[3:7, 10:] is not zero.
-        Q_dq @ DQ_a * dt -> 0
-    q2 by q is the identity: q2 = q dq: its derivative by q is Q_q, from q_prod.
-        X_x[3:7, 3:7] = Q_q -> X_x[3:7, 3:7] = np.eye(4)
-    small turn: DQ_a must be taken at w dt, not at zero.
-        DQ_a * dt -> v2q(0 * w)[1] * dt
+    dt forgotten in the position | t + v * dt -> t + v | v is in metres per second: t + v dt.
+    v in the axes of the body | t + v * dt -> t + q2R(q)[0] @ v * dt | Here v is in the axes of the world: it is not turned.
+    impulse used at once | t + v * dt -> t + (v + u[:3]) * dt | The impulse comes at the end of the step: the position moves with the old v.
+    impulse of the turn used at once | v2q(w * dt) -> v2q((w + u[3:]) * dt) | The impulse comes at the end of the step: turn with the old w.
+    turn in the axes of the world | q2, Q_q, Q_dq = q_prod(q, dq) -> q2, Q_dq, Q_q = q_prod(dq, q) | w is in the axes of the body: its quaternion stands on the right.
+    dt forgotten in the turn | v2q(w * dt) -> v2q(w) | w is in radians per second: v2q(w dt).
+    Euler's step | dt, q2, v + -> dt, q + 0.5 * dt * q_prod(q, np.r_[0, w])[0], v + | q + 1/2 q w dt leaves the unit sphere. The exact turn is q v2q(w dt).
+    impulse times dt | v + u[:3], w + u[3:] -> v + u[:3] * dt, w + u[3:] * dt | u is a change of the velocity already, in m/s: it is not multiplied by dt.
+    impulses forgotten | v + u[:3], w + u[3:] -> v, w | v2 = v + dv and w2 = w + dw.
+    dt forgotten in d(t2)/d(v) | dt * np.eye(3) -> np.eye(3) | t2 = t + v dt: its derivative by v is dt I.
+    dt forgotten in d(q2)/d(w) | DQ_a * dt -> DQ_a | The inner derivative: d(w dt)/dw = dt.
+    q2 by w forgotten | Q_dq @ DQ_a * dt -> 0 | The turn depends on w: X_x[3:7, 10:] is not zero.
+    q2 by q is the identity | X_x[3:7, 3:7] = Q_q -> X_x[3:7, 3:7] = np.eye(4) | q2 = q dq: its derivative by q is Q_q, from q_prod.
+    small turn | DQ_a * dt -> v2q(0 * w)[1] * dt | DQ_a must be taken at w dt, not at zero.
     sign of the quaternion changed, but not of its derivatives: -q turns as q does, but then its derivatives change their sign, too: rows 3 to 6 of X_x.
         return np.concatenate([t + v * dt, q2, v + u[:3], w + u[3:]]) -> return positive(np.concatenate([t + v * dt, q2, v + u[:3], w + u[3:]]))[0]
-    X_u in the rows of the frame: The impulses change v and w: rows 7 to 12.
-        X_u[7:] = np.eye(6) -> X_u[:6] = np.eye(6)
-    dt in X_u: u is an impulse, not an acceleration: X_u has ones.
-        X_u[7:] = np.eye(6) -> X_u[7:] = dt * np.eye(6)
-    half the turn: v2q has the half angle in it already: v2q(w dt).
-        v2q(w * dt) -> v2q(w * dt / 2)
+    X_u in the rows of the frame | X_u[7:] = np.eye(6) -> X_u[:6] = np.eye(6) | The impulses change v and w: rows 7 to 12.
+    dt in X_u | X_u[7:] = np.eye(6) -> X_u[7:] = dt * np.eye(6) | u is an impulse, not an acceleration: X_u has ones.
+    half the turn | v2q(w * dt) -> v2q(w * dt / 2) | v2q has the half angle in it already: v2q(w dt).
     """,
 )

@@ -16,8 +16,7 @@ def impulse_noise(sigma_v, sigma_w, dt):
 
 
 exercise = table(
-    "11.4",
-    "Noise per second",
+    "11.4 Noise per second",
     impulse_noise,
     hints=(
         "One second has 1/dt steps. What adds up when independent errors are added: standard deviations or variances?",
@@ -38,27 +37,16 @@ exercise = table(
     noise of one              | U | noise of one | The six impulses: return the covariance, three variances for v, three for w.
     """,
     wrong="""
-    the same in each step: With this U a filter of 100 Hz becomes 100 times as uncertain (in variance) as one of 1 Hz: U must shrink with dt.
-        return dt * np -> return np
-    sigma times dt: (sigma dt) squared is the impulse of an acceleration that stays the same for the step. Independent impulses: the *variance* goes with dt.
-        return dt * np -> return dt**2 * np
-    std for variance: A covariance holds variances: sigma squared.
-        [sigma_v**2] * 3 + [sigma_w**2] * 3 -> [sigma_v] * 3 + [sigma_w] * 3
-    std with its square root: sqrt(dt) sigma is the standard deviation: square it.
-        return dt * np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> return np.sqrt(dt) * np.diag([sigma_v] * 3 + [sigma_w] * 3)
-    divided by dt: Shorter steps have *smaller* impulses: multiply by dt.
-        return dt * np -> return 1 / dt * np
-    variance with the root of dt: The standard deviation goes with the root of dt, the variance with dt.
-        return dt * np -> return np.sqrt(dt) * np
-    v and w swapped: The first three impulses are those of v.
-        [sigma_v**2] * 3 + [sigma_w**2] * 3 -> [sigma_w**2] * 3 + [sigma_v**2] * 3
-    alternating: u = [dv, dw]: first three times v, then three times w.
-        [sigma_v**2] * 3 + [sigma_w**2] * 3 -> [sigma_v**2, sigma_w**2] * 3
-    v for all: The turn rate has its own sigma_w.
-        [sigma_w**2] * 3 -> [sigma_v**2] * 3
-    full of ones: Independent impulses: nothing beside the diagonal.
-        np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.outer([sigma_v] * 3 + [sigma_w] * 3, [sigma_v] * 3 + [sigma_w] * 3)
-    the sum of one second: That is the variance after a second, shared among three axes: each axis has the whole of it.
-        return dt * np -> return dt / 3 * np
+    the same in each step | return dt * np -> return np | With this U a filter of 100 Hz becomes 100 times as uncertain (in variance) as one of 1 Hz: U must shrink with dt.
+    sigma times dt | return dt * np -> return dt**2 * np | (sigma dt) squared is the impulse of an acceleration that stays the same for the step. Independent impulses: the *variance* goes with dt.
+    std for variance | [sigma_v**2] * 3 + [sigma_w**2] * 3 -> [sigma_v] * 3 + [sigma_w] * 3 | A covariance holds variances: sigma squared.
+    std with its square root | return dt * np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> return np.sqrt(dt) * np.diag([sigma_v] * 3 + [sigma_w] * 3) | sqrt(dt) sigma is the standard deviation: square it.
+    divided by dt | return dt * np -> return 1 / dt * np | Shorter steps have *smaller* impulses: multiply by dt.
+    variance with the root of dt | return dt * np -> return np.sqrt(dt) * np | The standard deviation goes with the root of dt, the variance with dt.
+    v and w swapped | [sigma_v**2] * 3 + [sigma_w**2] * 3 -> [sigma_w**2] * 3 + [sigma_v**2] * 3 | The first three impulses are those of v.
+    alternating | [sigma_v**2] * 3 + [sigma_w**2] * 3 -> [sigma_v**2, sigma_w**2] * 3 | u = [dv, dw]: first three times v, then three times w.
+    v for all | [sigma_w**2] * 3 -> [sigma_v**2] * 3 | The turn rate has its own sigma_w.
+    full of ones | np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.outer([sigma_v] * 3 + [sigma_w] * 3, [sigma_v] * 3 + [sigma_w] * 3) | Independent impulses: nothing beside the diagonal.
+    the sum of one second | return dt * np -> return dt / 3 * np | That is the variance after a second, shared among three axes: each axis has the whole of it.
     """,
 )

@@ -74,12 +74,10 @@ def _no_turn(x, u):
 
 
 exercise = table(
-    "11.1",
-    "Odometry in space",
+    "11.1 Odometry in space",
     odo3,
     hints=(
-        "The step is a frame, given in the robot's frame: compose the two. The rotation vector becomes a quaternion "
-        "with v2q.",
+        "The step is a frame, given in the robot's frame: compose the two. The rotation vector becomes a quaternion with v2q.",
         "t2 = t + R(q) dx, q2 = q dq. The position depends on q through R: X_x has a block d(t2)/d(q), from R_q.",
         "X_x[:3, 3:] = np.einsum('ijk,j->ik', R_q, dx), X_x[3:, 3:] = Q_q, X_u[:3, :3] = R, X_u[3:, 3:] = Q_dq @ DQ_v.",
     ),
@@ -105,43 +103,25 @@ exercise = table(
     derivative without a turn | d X_u / u | no turn | dx passes through R; dv passes through v2q, then through the product.
     """,
     wrong="""
-    step in the axes of the world: dx is seen from the robot: turn it with R(q) before you add it.
-        R @ u[:3] -> u[:3]
-    step turned back: R(q) goes from the robot to the world, its transpose goes back: t + R dx.
-        R @ u[:3] -> R.T @ u[:3]
-    turned first: The step is seen from the robot *before* it turns: use R of the old q.
-        R @ u[:3] -> q2R(q2)[0] @ u[:3]
-    turn in the axes of the world: dq q turns about the axes of the world. The turn is in the robot's: q dq.
-        q2, Q_q, Q_dq = q_prod(x[3:], dq) -> q2, Q_dq, Q_q = q_prod(dq, x[3:])
-    quaternions added: Two rotations one after the other are a product: q_prod(q, dq).
-        [t2, q2] -> [t2, x[3:] + dq]
-    rotation vector as Euler angles: dv is a rotation vector: use v2q, not e2q.
-        dq, DQ_v = v2q -> dq, DQ_v = e2q
-    Euler angles added: Angles of the world and turns of the robot cannot be added: use q_prod.
-        [t2, q2] -> [t2, e2q(q2e(x[3:])[0] + u[3:])[0]]
-    rotation forgotten: The robot turns, too: q2 = q dq.
-        [t2, q2] -> [t2, x[3:]]
-    position by q forgotten: A small error of q moves the end of the step: X_x has a block d(t2)/d(q), from R_q.
-        X_x[:3, 3:] = np.einsum("ijk,j->ik", R_q, u[:3]) -> X_x[:3, 3:] = 0
-    X_x is the identity: t2 and q2 depend on q: fill the columns of q.
-        q2]), X_x, -> q2]), np.eye(7),
-    R_q of the new pose: The derivatives belong to the pose *before* the step: R_q at the old q.
-        R_q, u[:3]) -> q2R(q2)[1], u[:3])
-    R_q contracted with the wrong axis: R_q[i, j, k] is the derivative of R_ij by q_k: sum over j with dx, einsum('ijk,j->ik').
-        "ijk,j->ik" -> "ijk,i->jk"
-    the two Jacobians of the product swapped: q_prod(q, dq) returns q2, Q_q, Q_dq: the first Jacobian belongs to q, the second to dq.
-        q2, Q_q, Q_dq = -> q2, Q_dq, Q_q =
-    dx not turned in X_u: dx passes through R(q) on its way to t2: X_u[:3, :3] = R.
-        X_u[:3, :3] = R -> X_u[:3, :3] = np.eye(3)
-    small turn taken for any turn: Your block is right for dv = 0 only: use DQ_v of v2q(dv).
-        Q_dq @ DQ_v -> Q_dq @ v2q(0 * u[3:])[1]
-    dv lost in X_u: q2 depends on dv, through v2q: X_u[3:, 3:] = Q_dq @ DQ_v.
-        X_u[3:, 3:] = Q_dq @ DQ_v -> X_u[3:, 3:] = 0
+    step in the axes of the world | R @ u[:3] -> u[:3] | dx is seen from the robot: turn it with R(q) before you add it.
+    step turned back | R @ u[:3] -> R.T @ u[:3] | R(q) goes from the robot to the world, its transpose goes back: t + R dx.
+    turned first | R @ u[:3] -> q2R(q2)[0] @ u[:3] | The step is seen from the robot *before* it turns: use R of the old q.
+    turn in the axes of the world | q2, Q_q, Q_dq = q_prod(x[3:], dq) -> q2, Q_dq, Q_q = q_prod(dq, x[3:]) | dq q turns about the axes of the world. The turn is in the robot's: q dq.
+    quaternions added | [t2, q2] -> [t2, x[3:] + dq] | Two rotations one after the other are a product: q_prod(q, dq).
+    rotation vector as Euler angles | dq, DQ_v = v2q -> dq, DQ_v = e2q | dv is a rotation vector: use v2q, not e2q.
+    Euler angles added | [t2, q2] -> [t2, e2q(q2e(x[3:])[0] + u[3:])[0]] | Angles of the world and turns of the robot cannot be added: use q_prod.
+    rotation forgotten | [t2, q2] -> [t2, x[3:]] | The robot turns, too: q2 = q dq.
+    position by q forgotten | X_x[:3, 3:] = np.einsum("ijk,j->ik", R_q, u[:3]) -> X_x[:3, 3:] = 0 | A small error of q moves the end of the step: X_x has a block d(t2)/d(q), from R_q.
+    X_x is the identity | q2]), X_x, -> q2]), np.eye(7), | t2 and q2 depend on q: fill the columns of q.
+    R_q of the new pose | R_q, u[:3]) -> q2R(q2)[1], u[:3]) | The derivatives belong to the pose *before* the step: R_q at the old q.
+    R_q contracted with the wrong axis | "ijk,j->ik" -> "ijk,i->jk" | R_q[i, j, k] is the derivative of R_ij by q_k: sum over j with dx, einsum('ijk,j->ik').
+    the two Jacobians of the product swapped | q2, Q_q, Q_dq = -> q2, Q_dq, Q_q = | q_prod(q, dq) returns q2, Q_q, Q_dq: the first Jacobian belongs to q, the second to dq.
+    dx not turned in X_u | X_u[:3, :3] = R -> X_u[:3, :3] = np.eye(3) | dx passes through R(q) on its way to t2: X_u[:3, :3] = R.
+    small turn taken for any turn | Q_dq @ DQ_v -> Q_dq @ v2q(0 * u[3:])[1] | Your block is right for dv = 0 only: use DQ_v of v2q(dv).
+    dv lost in X_u | X_u[3:, 3:] = Q_dq @ DQ_v -> X_u[3:, 3:] = 0 | q2 depends on dv, through v2q: X_u[3:, 3:] = Q_dq @ DQ_v.
     sign of the quaternion changed, but not of its derivatives: -q turns as q does, but then its derivatives change their sign, too: rows 3 to 6 of X_x and X_u.
         np.concatenate([t2, q2]), X_x, X_u -> positive(np.concatenate([t2, q2]))[0], X_x, X_u
-    half the turn: v2q has the half angle in it already: its Jacobian must not be halved once more.
-        Q_dq @ DQ_v -> Q_dq @ DQ_v / 2
-    position not moved: The step begins where the robot stands: t2 = t + R(q) dx.
-        x[:3] + R @ u[:3] -> R @ u[:3]
+    half the turn | Q_dq @ DQ_v -> Q_dq @ DQ_v / 2 | v2q has the half angle in it already: its Jacobian must not be halved once more.
+    position not moved | x[:3] + R @ u[:3] -> R @ u[:3] | The step begins where the robot stands: t2 = t + R(q) dx.
     """,
 )

@@ -38,8 +38,7 @@ def _as_wanted(got, want):
 LEFT = np.array([0, 0, 0, np.sqrt(0.5), 0, 0, np.sqrt(0.5)])  # it looks along y
 
 exercise = table(
-    "11.2",
-    "Predict in space",
+    "11.2 Predict in space",
     predict,
     hints=(
         "You have odo3: it returns the new state and both Jacobians.",
@@ -62,31 +61,18 @@ exercise = table(
     both                    | P         | any   | P is the sum of the two: X_x P X_x' + X_u U X_u'.
     """,
     wrong="""
-    noise forgotten: Each step adds uncertainty: + X_u U X_u'.
-        X_x.T + X_u @ U @ X_u.T -> X_x.T
-    P not moved: P passes through X_x, too: an error of q makes an error of the position.
-        X_x @ P @ X_x.T -> P
-    P thrown away: The old uncertainty stays: X_x P X_x' + X_u U X_u'.
-        X_x @ P @ X_x.T + X_u -> X_u
-    noise in the axes of the world: The noise is in the robot's axes: it must be turned with the robot, which X_u does.
-        return x2 -> X_u[:3, :3] = np.eye(3); return x2
-    U put into the corner: U belongs to the six numbers of the control, not to the first six of the state: X_u U X_u'.
-        X_u @ U @ X_u.T -> np.pad(U, (0, 1))
-    only the diagonal of U: The noises of a control may be correlated: use the whole U.
-        X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T
-    transposed the wrong way: Write X_x @ P @ X_x.T, the transposed one behind.
-        X_x @ P @ X_x.T -> X_x.T @ P @ X_x
-    U squared: U is a covariance already.
-        X_u @ U @ X_u.T -> X_u @ U @ U @ X_u.T
-    X_u after the step: The Jacobians belong to the pose *before* the step: odo3(x, u).
-        return x2 -> X_u = odo3(x2, u)[2]; return x2
-    X_x multiplied once: A covariance is multiplied from both sides.
-        X_x @ P @ X_x.T -> X_x @ P
-    mean not moved: odo3 returns the new x as its first result: return it.
-        return x2 -> return x
-    Jacobians after the step: Both Jacobians belong to the pose *before* the step: odo3(x, u).
-        return x2 -> _, X_x, X_u = odo3(x2, u); return x2
-    noise subtracted: Noise makes the prediction less certain: plus X_u U X_u'.
-        X_x.T + X_u -> X_x.T - X_u
+    noise forgotten | X_x.T + X_u @ U @ X_u.T -> X_x.T | Each step adds uncertainty: + X_u U X_u'.
+    P not moved | X_x @ P @ X_x.T -> P | P passes through X_x, too: an error of q makes an error of the position.
+    P thrown away | X_x @ P @ X_x.T + X_u -> X_u | The old uncertainty stays: X_x P X_x' + X_u U X_u'.
+    noise in the axes of the world | return x2 -> X_u[:3, :3] = np.eye(3); return x2 | The noise is in the robot's axes: it must be turned with the robot, which X_u does.
+    U put into the corner | X_u @ U @ X_u.T -> np.pad(U, (0, 1)) | U belongs to the six numbers of the control, not to the first six of the state: X_u U X_u'.
+    only the diagonal of U | X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T | The noises of a control may be correlated: use the whole U.
+    transposed the wrong way | X_x @ P @ X_x.T -> X_x.T @ P @ X_x | Write X_x @ P @ X_x.T, the transposed one behind.
+    U squared | X_u @ U @ X_u.T -> X_u @ U @ U @ X_u.T | U is a covariance already.
+    X_u after the step | return x2 -> X_u = odo3(x2, u)[2]; return x2 | The Jacobians belong to the pose *before* the step: odo3(x, u).
+    X_x multiplied once | X_x @ P @ X_x.T -> X_x @ P | A covariance is multiplied from both sides.
+    mean not moved | return x2 -> return x | odo3 returns the new x as its first result: return it.
+    Jacobians after the step | return x2 -> _, X_x, X_u = odo3(x2, u); return x2 | Both Jacobians belong to the pose *before* the step: odo3(x, u).
+    noise subtracted | X_x.T + X_u -> X_x.T - X_u | Noise makes the prediction less certain: plus X_u U X_u'.
     """,
 )

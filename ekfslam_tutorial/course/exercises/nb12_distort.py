@@ -35,8 +35,7 @@ def ideal(up, d):
 
 
 distorted = table(
-    "12.1",
-    "Distort, with Jacobians",
+    "12.1 Distort, with Jacobians",
     distort,
     hints=(
         "Work with r2 = up @ up, so that d2 r^2 + d4 r^4 + ... is a sum of d[i] * r2 ** (i + 1).",
@@ -62,47 +61,26 @@ distorted = table(
     in the middle of the image | UD_up, UD_d | middle | At up = 0 the lens does nothing: UD_up = I, UD_d = 0.
     """,
     wrong="""
-    odd powers of r: The powers are even: r^2, r^4, r^6. With r2 = up @ up: r2, r2^2, r2^3.
-        ud = f * up -> ud = (1 + np.sqrt(r2) ** k @ d) * up
-    every power squared: The powers go up by two: r^2, r^4, r^6. So r2^k, not r2^(2 k).
-        ud = f * up -> ud = (1 + powers**2 @ d) * up
-    the same power for all: d4 stands with r^4, d6 with r^6: the powers go up.
-        ud = f * up -> ud = (1 + r2 * np.sum(d)) * up
-    powers doubled at each step: The powers go up by two, r^2, r^4, r^6, r^8: they are not squared each time.
-        ud = f * up -> ud = (1 + r2 ** (2.0 ** (k - 1)) @ d) * up
-    only the first of d: d may have more than one number. All of them count.
-        ud = f * up -> ud = (1 + r2 * np.sum(d[:1])) * up
-    divides by f: The direct model multiplies: ud = f up. Dividing is a first guess of the way back.
-        ud = f * up -> ud = up / f
-    minus in f: f = 1 + d2 r^2 + ...: a barrel lens has a negative d2, not a minus in the formula.
-        ud = f * up -> ud = (1 - powers @ d) * up
-    1 forgotten: f = 1 + ...: with d = 0 the point must stay where it is.
-        ud = f * up -> ud = (powers @ d) * up
-    adds f instead of multiplying: The lens moves a point along its radius: f times up, not f plus up.
-        ud = f * up -> ud = up + powers @ d
-    each axis with its own power: r is the length of the vector up. It is the same for both axes.
-        ud = f * up -> ud = (1 + up[:, None] ** (2 * k) @ d) * up
-    f taken as a constant: f depends on up, too. The product rule gives a second term, 2 f_r2 up up'.
-        + 2 * f_r2 * np.outer(up, up) -> + 0
-    factor 2 of r^2: d(r2)/d(up) = 2 up': the factor 2 is missing.
-        + 2 * f_r2 -> + f_r2
-    only the diagonal: x changes r, and r changes y: UD_up has entries off its diagonal, up up' is an outer product.
-        np.outer(up, up) -> np.diag(up * up)
-    inner product for outer: up up' is a matrix, np.outer(up, up). `up @ up` is a number.
-        np.outer(up, up) -> r2 * np.eye(2)
-    f I forgotten: Product rule: f I + up f_up. The first term is missing.
-        f * np.eye(2) + 2 -> 2
-    factors of the powers forgotten: d(r2^k)/d(r2) = k r2^(k - 1): the factor k is missing.
-        (k * r2 -> (r2
-    sign of the second term: Both terms of the product rule have a plus.
-        + 2 * f_r2 -> - 2 * f_r2
-    power not lowered: d(r2^k)/d(r2) = k r2^(k - 1): the power goes down by one.
-        (k - 1)) @ d -> k) @ d
-    UD_d: odd powers :: The column of d2 is up r^2, with r^2 = up @ up: no root.
-        np.outer(up, powers) -> np.outer(up, np.sqrt(r2) ** k)
-    UD_d: multiplied by d :: ud is linear in d: its derivative does not contain d.
-        np.outer(up, powers) -> np.outer(up, powers * d)
-    UD_d: distorted point :: The columns are up r^(2 i), with the ideal point up, not ud.
-        np.outer(up, powers) -> np.outer(ud, powers)
+    odd powers of r | ud = f * up -> ud = (1 + np.sqrt(r2) ** k @ d) * up | The powers are even: r^2, r^4, r^6. With r2 = up @ up: r2, r2^2, r2^3.
+    every power squared | ud = f * up -> ud = (1 + powers**2 @ d) * up | The powers go up by two: r^2, r^4, r^6. So r2^k, not r2^(2 k).
+    the same power for all | ud = f * up -> ud = (1 + r2 * np.sum(d)) * up | d4 stands with r^4, d6 with r^6: the powers go up.
+    powers doubled at each step | ud = f * up -> ud = (1 + r2 ** (2.0 ** (k - 1)) @ d) * up | The powers go up by two, r^2, r^4, r^6, r^8: they are not squared each time.
+    only the first of d | ud = f * up -> ud = (1 + r2 * np.sum(d[:1])) * up | d may have more than one number. All of them count.
+    divides by f | ud = f * up -> ud = up / f | The direct model multiplies: ud = f up. Dividing is a first guess of the way back.
+    minus in f | ud = f * up -> ud = (1 - powers @ d) * up | f = 1 + d2 r^2 + ...: a barrel lens has a negative d2, not a minus in the formula.
+    1 forgotten | ud = f * up -> ud = (powers @ d) * up | f = 1 + ...: with d = 0 the point must stay where it is.
+    adds f instead of multiplying | ud = f * up -> ud = up + powers @ d | The lens moves a point along its radius: f times up, not f plus up.
+    each axis with its own power | ud = f * up -> ud = (1 + up[:, None] ** (2 * k) @ d) * up | r is the length of the vector up. It is the same for both axes.
+    f taken as a constant | + 2 * f_r2 * np.outer(up, up) -> + 0 | f depends on up, too. The product rule gives a second term, 2 f_r2 up up'.
+    factor 2 of r^2 | + 2 * f_r2 -> + f_r2 | d(r2)/d(up) = 2 up': the factor 2 is missing.
+    only the diagonal | np.outer(up, up) -> np.diag(up * up) | x changes r, and r changes y: UD_up has entries off its diagonal, up up' is an outer product.
+    inner product for outer | np.outer(up, up) -> r2 * np.eye(2) | up up' is a matrix, np.outer(up, up). `up @ up` is a number.
+    f I forgotten | f * np.eye(2) + 2 -> 2 | Product rule: f I + up f_up. The first term is missing.
+    factors of the powers forgotten | (k * r2 -> (r2 | d(r2^k)/d(r2) = k r2^(k - 1): the factor k is missing.
+    sign of the second term | + 2 * f_r2 -> - 2 * f_r2 | Both terms of the product rule have a plus.
+    power not lowered | (k - 1)) @ d -> k) @ d | d(r2^k)/d(r2) = k r2^(k - 1): the power goes down by one.
+    UD_d: odd powers | np.outer(up, powers) -> np.outer(up, np.sqrt(r2) ** k) | The column of d2 is up r^2, with r^2 = up @ up: no root.
+    UD_d: multiplied by d | np.outer(up, powers) -> np.outer(up, powers * d) | ud is linear in d: its derivative does not contain d.
+    UD_d: distorted point | np.outer(up, powers) -> np.outer(ud, powers) | The columns are up r^(2 i), with the ideal point up, not ud.
     """,
 )

@@ -35,8 +35,7 @@ def case(rng, n=2):
 
 
 projected = table(
-    "12.4",
-    "A camera on a robot",
+    "12.4 A camera on a robot",
     proj_euc_pnt,
     hints=(
         "Three steps: world to robot, lr; robot to camera, ls; camera to pixel, u. Name the Jacobians of each.",
@@ -57,38 +56,22 @@ projected = table(
     by the distortion     | d U_d / d | any | No frame stands between d and the pixel: U_d comes out of pin_hole.
     """,
     wrong="""
-    frames swapped: The point is in the world: it goes into the robot's frame first, then into the camera's.
-        return u, -> return pin_hole(Rf.to_frame(Sf.to_frame(l)[0])[0], k, d)[0],
-    from_frame: from_frame goes out of a frame. The point comes from the world and goes in: to_frame.
-        return u, -> return pin_hole(Sf.from_frame(Rf.from_frame(l)[0])[0], k, d)[0],
-    camera at the centre of the robot: The camera has a frame of its own on the robot: a second to_frame.
-        return u, -> return pin_hole(lr, k, d)[0],
-    camera in the world: Sf is given in the robot: the point must go into the robot's frame first.
-        return u, -> return pin_hole(Sf.to_frame(l)[0], k, d)[0],
-    U_r: camera left out :: LR_r is the derivative of lr. Two more steps follow: U_r = U_ls LS_lr LR_r.
-        U_ls @ LS_lr @ LR_r -> U_ls @ LR_r
-    U_l: camera left out :: LR_l is the derivative of lr. Two more steps follow: U_l = U_ls LS_lr LR_l.
-        U_ls @ LS_lr @ LR_l -> U_ls @ LR_l
-    U_ls for U_l: U_ls is the derivative by the point in the *camera's* frame. By l it is U_ls LS_lr LR_l.
-        U_ls @ LS_lr @ LR_l -> U_ls
-    U_lr for U_l: U_lr is the derivative by the point in the *robot's* frame. The factor LR_l is missing.
-        U_ls @ LS_lr @ LR_l -> U_ls @ LS_lr
-    U_s: one factor too many :: Sf acts in the second step, after lr: U_s = U_ls LS_s, without LS_lr.
-        U_ls @ LS_s -> U_ls @ LS_lr @ LS_s
-    order of the factors: The names must chain: U_ls LS_lr LR_l. In U_ls LR_l LS_lr they do not.
-        U_ls @ LS_lr @ LR_l -> U_ls @ LR_l @ LS_lr
-    a transposed factor: A factor of the chain is transposed. Jacobians are used as they come: U_ls @ LS_lr.
-        U_ls @ LS_lr @ LR_r -> U_ls @ LS_lr.T @ LR_r
+    frames swapped | return u, -> return pin_hole(Rf.to_frame(Sf.to_frame(l)[0])[0], k, d)[0], | The point is in the world: it goes into the robot's frame first, then into the camera's.
+    from_frame | return u, -> return pin_hole(Sf.from_frame(Rf.from_frame(l)[0])[0], k, d)[0], | from_frame goes out of a frame. The point comes from the world and goes in: to_frame.
+    camera at the centre of the robot | return u, -> return pin_hole(lr, k, d)[0], | The camera has a frame of its own on the robot: a second to_frame.
+    camera in the world | return u, -> return pin_hole(Sf.to_frame(l)[0], k, d)[0], | Sf is given in the robot: the point must go into the robot's frame first.
+    U_r: camera left out | U_ls @ LS_lr @ LR_r -> U_ls @ LR_r | LR_r is the derivative of lr. Two more steps follow: U_r = U_ls LS_lr LR_r.
+    U_l: camera left out | U_ls @ LS_lr @ LR_l -> U_ls @ LR_l | LR_l is the derivative of lr. Two more steps follow: U_l = U_ls LS_lr LR_l.
+    U_ls for U_l | U_ls @ LS_lr @ LR_l -> U_ls | U_ls is the derivative by the point in the *camera's* frame. By l it is U_ls LS_lr LR_l.
+    U_lr for U_l | U_ls @ LS_lr @ LR_l -> U_ls @ LS_lr | U_lr is the derivative by the point in the *robot's* frame. The factor LR_l is missing.
+    U_s: one factor too many | U_ls @ LS_s -> U_ls @ LS_lr @ LS_s | Sf acts in the second step, after lr: U_s = U_ls LS_s, without LS_lr.
+    order of the factors | U_ls @ LS_lr @ LR_l -> U_ls @ LR_l @ LS_lr | The names must chain: U_ls LS_lr LR_l. In U_ls LR_l LS_lr they do not.
+    a transposed factor | U_ls @ LS_lr @ LR_r -> U_ls @ LS_lr.T @ LR_r | A factor of the chain is transposed. Jacobians are used as they come: U_ls @ LS_lr.
         U_ls @ LS_lr @ LR_l -> U_ls @ LS_lr.T @ LR_l
-    U_r of the camera: That is the derivative by Sf. Of the robot's frame it is U_ls LS_lr LR_r.
-        U_ls @ LS_lr @ LR_r -> U_ls @ LS_s
-    U_r and U_s exchanged: Return the derivative by the robot's frame first, then by the camera's.
-        return u, U_r, U_s -> return u, U_s, U_r
-    U_r twice: U_s is the derivative by the camera's frame, the second step: U_s = U_ls LS_s.
-        U_ls @ LS_s -> U_ls @ LS_lr @ LR_r
-    LS_s taken at l: The second step starts at lr: Sf.to_frame(lr), not Sf.to_frame(l).
-        U_ls @ LS_s -> U_ls @ Sf.to_frame(l)[1]
-    pin_hole at lr: The camera sees ls, the point in its own frame, not lr.
-        U_r = U_ls -> U_ls = pin_hole(lr, k, d)[1]; U_r = U_ls
+    U_r of the camera | U_ls @ LS_lr @ LR_r -> U_ls @ LS_s | That is the derivative by Sf. Of the robot's frame it is U_ls LS_lr LR_r.
+    U_r and U_s exchanged | return u, U_r, U_s -> return u, U_s, U_r | Return the derivative by the robot's frame first, then by the camera's.
+    U_r twice | U_ls @ LS_s -> U_ls @ LS_lr @ LR_r | U_s is the derivative by the camera's frame, the second step: U_s = U_ls LS_s.
+    LS_s taken at l | U_ls @ LS_s -> U_ls @ Sf.to_frame(l)[1] | The second step starts at lr: Sf.to_frame(lr), not Sf.to_frame(l).
+    pin_hole at lr | U_r = U_ls -> U_ls = pin_hole(lr, k, d)[1]; U_r = U_ls | The camera sees ls, the point in its own frame, not lr.
     """,
 )

@@ -39,12 +39,10 @@ def ideal(p, k, d):
 
 
 camera = table(
-    "12.2",
-    "The pin-hole camera",
+    "12.2 The pin-hole camera",
     pin_hole,
     hints=(
-        "Each of the three steps has a value and Jacobians. Write them one by one, with names OUT_in: UP_p, UD_up, "
-        "UD_d, U_ud, U_k.",
+        "Each of the three steps has a value and Jacobians. Write them one by one, with names OUT_in: UP_p, UD_up, UD_d, U_ud, U_k.",
         "UP_p = [[1/z, 0, -x/z^2], [0, 1/z, -y/z^2]]. U_ud = diag(au, av). U_k = [I, diag(ud)].",
         "The names chain: U_p = U_ud @ UD_up @ UP_p and U_d = U_ud @ UD_d.",
     ),
@@ -66,59 +64,32 @@ camera = table(
     U_d           | d U_d / d | lens  | d changes ud, and ud changes u: U_d = U_ud UD_d.
     """,
     wrong="""
-    distorted in pixels: The lens comes before the sensor: distort the point in metres per metre, up, then pixellise. In pixels r^2 is about 100000.
-        u = k[:2] + k[2:] * ud -> u = distort(k[:2] + k[2:] * up, d)[0]
-    distorted around the image centre, in pixels: r is the length of up = [x/z, y/z]. In pixels it is some hundred times as large.
-        u = k[:2] + k[2:] * ud -> u = k[:2] + distort(k[2:] * up, d)[0]
-    not distorted: The second step is missing: ud = distort(up, d).
-        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * up
-    depth without its sign: x / z with the sign of z: behind the camera both signs turn, and the pixel is that of -p. Leave it to `visible` to refuse the point.
-        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * np.sign(z) * ud
-    not divided by the depth: Perspective: up = [x/z, y/z]. A point twice as far is half as far from the centre.
-        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2], d)[0]
-    divided by the distance: up = [x/z, y/z]: divide by the depth z, not by the distance |p|.
-        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2] / np.sqrt(p @ p), d)[0]
-    depth times: Perspective divides by z.
-        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2] * z, d)[0]
-    x ahead: The camera's axes are x right, y down, z ahead: divide by z.
-        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(-p[1:] / x, d)[0]
-    k in another order: k = [u0, v0, au, av]: first the centre, then the focal lengths.
-        u = k[:2] + k[2:] * ud -> u = k[2:] + k[:2] * ud
-    k as [u0, au, v0, av]: k = [u0, v0, au, av]: first the centre, then the focal lengths.
-        u = k[:2] + k[2:] * ud -> u = k[::2] + k[1::2] * ud
-    centre subtracted: Pixels are counted from the corner: the centre [u0, v0] is added.
-        u = k[:2] + k[2:] * ud -> u = k[2:] * ud - k[:2]
-    centre forgotten: Pixels are counted from the corner: add the centre [u0, v0].
-        u = k[:2] + k[2:] * ud -> u = k[2:] * ud
-    v upwards: The y axis of the camera points down, as v does: plus av y.
-        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * [1, -1] * ud
-    one focal length for both: The pixels need not be square: au for u, av for v.
-        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2] * ud
-    UP_p: sign of the depth :: d(x/z)/dz = -x/z^2: a point that moves away goes towards the centre.
-        [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, x / z], [0, 1, y / z]]
-    UP_p: depth forgotten :: z changes the pixel, too: the third column of UP_p is -up / z.
-        [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, 0], [0, 1, 0]]
-    UP_p: z not squared :: d(x/z)/dz = -x/z^2: one z is missing.
-        [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, -x], [0, 1, -y]]
-    UP_p: not divided :: d(x/z)/dx = 1/z, not 1.
-        -y / z]]) / z -> -y / z]])
-    U_p: lens left out :: The chain has three factors: U_ud UD_up UP_p. UD_up is missing.
-        U_ud @ UD_up @ UP_p -> U_ud @ UP_p
-    U_p: focal lengths left out :: The chain has three factors: U_ud UD_up UP_p. U_ud = diag(au, av) is missing.
-        U_ud @ UD_up @ UP_p -> UD_up @ UP_p
-    U_p: order of the factors :: The names must chain: U_ud UD_up UP_p. UD_up U_ud is another matrix where au and av differ.
-        U_ud @ UD_up @ UP_p -> UD_up @ U_ud @ UP_p
-    U_k: ideal point :: au multiplies ud, the distorted point: the last two columns are diag(ud).
-        np.diag(ud) -> np.diag(up)
-    U_k: only the centre :: au and av change the pixel, too: the last two columns are diag(ud).
-        np.diag(ud) -> np.zeros((2, 2))
-    U_k: order of the columns :: The columns go as k does: u0, v0, au, av.
-        [np.eye(2), np.diag(ud)] -> [np.diag(ud), np.eye(2)]
-    U_k: focal lengths :: The derivative of au x by au is x: the last two columns are diag(ud), not diag(au, av).
-        np.diag(ud) -> np.diag(k[2:])
-    U_d: focal lengths left out :: UD_d is the derivative of ud. Of the pixel it is U_ud UD_d.
-        U_ud @ UD_d -> UD_d
-    U_d: one factor too many :: d acts in the lens itself: U_d = U_ud UD_d. UD_up is not in this chain.
-        U_ud @ UD_d -> U_ud @ UD_up @ UD_d
+    distorted in pixels | u = k[:2] + k[2:] * ud -> u = distort(k[:2] + k[2:] * up, d)[0] | The lens comes before the sensor: distort the point in metres per metre, up, then pixellise. In pixels r^2 is about 100000.
+    distorted around the image centre, in pixels | u = k[:2] + k[2:] * ud -> u = k[:2] + distort(k[2:] * up, d)[0] | r is the length of up = [x/z, y/z]. In pixels it is some hundred times as large.
+    not distorted | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * up | The second step is missing: ud = distort(up, d).
+    depth without its sign | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * np.sign(z) * ud | x / z with the sign of z: behind the camera both signs turn, and the pixel is that of -p. Leave it to `visible` to refuse the point.
+    not divided by the depth | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2], d)[0] | Perspective: up = [x/z, y/z]. A point twice as far is half as far from the centre.
+    divided by the distance | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2] / np.sqrt(p @ p), d)[0] | up = [x/z, y/z]: divide by the depth z, not by the distance |p|.
+    depth times | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2] * z, d)[0] | Perspective divides by z.
+    x ahead | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(-p[1:] / x, d)[0] | The camera's axes are x right, y down, z ahead: divide by z.
+    k in another order | u = k[:2] + k[2:] * ud -> u = k[2:] + k[:2] * ud | k = [u0, v0, au, av]: first the centre, then the focal lengths.
+    k as [u0, au, v0, av] | u = k[:2] + k[2:] * ud -> u = k[::2] + k[1::2] * ud | k = [u0, v0, au, av]: first the centre, then the focal lengths.
+    centre subtracted | u = k[:2] + k[2:] * ud -> u = k[2:] * ud - k[:2] | Pixels are counted from the corner: the centre [u0, v0] is added.
+    centre forgotten | u = k[:2] + k[2:] * ud -> u = k[2:] * ud | Pixels are counted from the corner: add the centre [u0, v0].
+    v upwards | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * [1, -1] * ud | The y axis of the camera points down, as v does: plus av y.
+    one focal length for both | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2] * ud | The pixels need not be square: au for u, av for v.
+    UP_p: sign of the depth | [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, x / z], [0, 1, y / z]] | d(x/z)/dz = -x/z^2: a point that moves away goes towards the centre.
+    UP_p: depth forgotten | [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, 0], [0, 1, 0]] | z changes the pixel, too: the third column of UP_p is -up / z.
+    UP_p: z not squared | [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, -x], [0, 1, -y]] | d(x/z)/dz = -x/z^2: one z is missing.
+    UP_p: not divided | -y / z]]) / z -> -y / z]]) | d(x/z)/dx = 1/z, not 1.
+    U_p: lens left out | U_ud @ UD_up @ UP_p -> U_ud @ UP_p | The chain has three factors: U_ud UD_up UP_p. UD_up is missing.
+    U_p: focal lengths left out | U_ud @ UD_up @ UP_p -> UD_up @ UP_p | The chain has three factors: U_ud UD_up UP_p. U_ud = diag(au, av) is missing.
+    U_p: order of the factors | U_ud @ UD_up @ UP_p -> UD_up @ U_ud @ UP_p | The names must chain: U_ud UD_up UP_p. UD_up U_ud is another matrix where au and av differ.
+    U_k: ideal point | np.diag(ud) -> np.diag(up) | au multiplies ud, the distorted point: the last two columns are diag(ud).
+    U_k: only the centre | np.diag(ud) -> np.zeros((2, 2)) | au and av change the pixel, too: the last two columns are diag(ud).
+    U_k: order of the columns | [np.eye(2), np.diag(ud)] -> [np.diag(ud), np.eye(2)] | The columns go as k does: u0, v0, au, av.
+    U_k: focal lengths | np.diag(ud) -> np.diag(k[2:]) | The derivative of au x by au is x: the last two columns are diag(ud), not diag(au, av).
+    U_d: focal lengths left out | U_ud @ UD_d -> UD_d | UD_d is the derivative of ud. Of the pixel it is U_ud UD_d.
+    U_d: one factor too many | U_ud @ UD_d -> U_ud @ UD_up @ UD_d | d acts in the lens itself: U_d = U_ud UD_d. UD_up is not in this chain.
     """,
 )

@@ -34,8 +34,7 @@ def case(rng, d, r=None):
 
 
 undistorted = table(
-    "12.5",
-    "The way back",
+    "12.5 The way back",
     undistort,
     hints=(
         "No formula: solve distort(up, d) = ud. Start at up = ud, and repeat a step that makes the difference smaller.",
@@ -46,34 +45,21 @@ undistorted = table(
     cases={"any": lambda rng: [case(rng, [-0.2]), case(rng, [0.1, 0.05])]},
     checks="",
     wrong="""
-    minus d: distort(ud, -d) is only a first guess. Try the round trip: distort(up, d) does not give ud.
-        return up -> return distort(ud, -d)[0]
-    divided once: ud / f(ud) uses f at the distorted point. It is a first step: put its result into f, and repeat.
-        range(20) -> range(1)
+    minus d | return up -> return distort(ud, -d)[0] | distort(ud, -d) is only a first guess. Try the round trip: distort(up, d) does not give ud.
+    divided once | range(20) -> range(1) | ud / f(ud) uses f at the distorted point. It is a first step: put its result into f, and repeat.
         up + np.linalg.solve(UD_up, ud - u) -> ud / _f(up, d)
-    divided twice: Two steps are not enough. Repeat until nothing changes.
-        range(20) -> range(2)
+    divided twice | range(20) -> range(2) | Two steps are not enough. Repeat until nothing changes.
         up + np.linalg.solve(UD_up, ud - u) -> ud / _f(up, d)
-    distorted once more: distort goes from up to ud. The way back is its inverse.
-        return up -> return distort(ud, d)[0]
-    returned as it came: ud is where you start, not the answer: distort(up, d) must give ud.
-        return up -> return ud
-    one Newton step: One Newton step is a good guess, not the answer. Repeat it.
-        range(20) -> range(1)
-    two Newton steps: Two steps do where the lens is weak. Near the fold it needs more: repeat until nothing changes.
-        range(20) -> range(2)
-    Jacobian not inverted: UD_up is the derivative of the way there. That of the way back is its inverse.
-        np.linalg.inv(distort(up, d)[1]) -> distort(up, d)[1]
-    Jacobian at the distorted point: UD_up must be taken at up, the result, not at ud.
-        np.linalg.inv(distort(up, d)[1]) -> np.linalg.inv(distort(ud, d)[1])
-    1 / f for the Jacobian: f changes with up as well: invert the whole matrix UD_up.
-        np.linalg.inv(distort(up, d)[1]) -> np.eye(2) / _f(up, d)
-    entries inverted one by one: 1 / UD_up inverts each entry. The inverse of a matrix is np.linalg.inv.
-        np.linalg.inv(distort(up, d)[1]) -> np.array([[1 / v if v else 0 for v in row] for row in distort(up, d)[1]])
-    Jacobian with minus d: The derivative of the inverse is inv(UD_up); distort with -d has another one.
-        np.linalg.inv(distort(up, d)[1]) -> distort(ud, -d)[1]
-    identity: The lens stretches: UP_ud is I only in the middle of the image.
-        np.linalg.inv(distort(up, d)[1]) -> np.eye(2)
+    distorted once more | return up -> return distort(ud, d)[0] | distort goes from up to ud. The way back is its inverse.
+    returned as it came | return up -> return ud | ud is where you start, not the answer: distort(up, d) must give ud.
+    one Newton step | range(20) -> range(1) | One Newton step is a good guess, not the answer. Repeat it.
+    two Newton steps | range(20) -> range(2) | Two steps do where the lens is weak. Near the fold it needs more: repeat until nothing changes.
+    Jacobian not inverted | np.linalg.inv(distort(up, d)[1]) -> distort(up, d)[1] | UD_up is the derivative of the way there. That of the way back is its inverse.
+    Jacobian at the distorted point | np.linalg.inv(distort(up, d)[1]) -> np.linalg.inv(distort(ud, d)[1]) | UD_up must be taken at up, the result, not at ud.
+    1 / f for the Jacobian | np.linalg.inv(distort(up, d)[1]) -> np.eye(2) / _f(up, d) | f changes with up as well: invert the whole matrix UD_up.
+    entries inverted one by one | np.linalg.inv(distort(up, d)[1]) -> np.array([[1 / v if v else 0 for v in row] for row in distort(up, d)[1]]) | 1 / UD_up inverts each entry. The inverse of a matrix is np.linalg.inv.
+    Jacobian with minus d | np.linalg.inv(distort(up, d)[1]) -> distort(ud, -d)[1] | The derivative of the inverse is inv(UD_up); distort with -d has another one.
+    identity | np.linalg.inv(distort(up, d)[1]) -> np.eye(2) | The lens stretches: UP_ud is I only in the middle of the image.
     """,
 )
 

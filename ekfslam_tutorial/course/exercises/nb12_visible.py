@@ -57,14 +57,12 @@ def _random(rng):
 
 
 seen = table(
-    "12.3",
-    "What the camera sees",
+    "12.3 What the camera sees",
     visible,
     hints=(
         "Three conditions, and all of them must hold: ahead of the camera, in the image, not beyond the fold.",
         "Ahead: z > 0. In the image: 0 <= u <= width, 0 <= v <= height. Before the fold: sqrt(x^2 + y^2) / z < fold.",
-        "Join arrays of truth values with &, each in brackets: (a > 0) & (b < c). u >= 0 tests both columns at once; "
-        "np.all(..., axis=1) joins them.",
+        "Join arrays of truth values with &, each in brackets: (a > 0) & (b < c). u >= 0 tests both columns at once; np.all(..., axis=1) joins them.",
     ),
     returns="seen",
     cases={
@@ -92,40 +90,23 @@ seen = table(
     all together                   | seen | random | All three must hold: join them with &.
     """,
     wrong="""
-    no test of the depth: A point behind the camera has a pixel, too: that of the point -p. Only z > 0 is ahead.
-        p[:, 2] > 0 -> p[:, 2] != 0
-    z turned round: z points ahead: what is seen has z > 0.
-        p[:, 2] > 0 -> p[:, 2] < 0
-    x ahead: The camera's axes are x right, y down, z ahead: z > 0.
-        p[:, 2] > 0 -> p[:, 0] > 0
-    width and height swapped: u goes with the width, v with the height.
-        u <= size -> u <= size[::-1]
-    centre of the image at zero: Pixels are counted from the corner: from 0 to the width, not from minus half.
-        (u >= 0) & (u <= size) -> np.abs(u) <= size / 2
-    one coordinate is enough: Both u and v must be inside: np.all(..., axis=1).
-        np.all( -> np.any(
-    left and upper border forgotten: A pixel may be negative: 0 <= u is a condition, too.
-        (u >= 0) & (u <= size) -> u <= size
-    right and lower border forgotten: The image ends at its width and height: u <= width, v <= height.
-        (u >= 0) & (u <= size) -> u >= 0
-    border not seen: Points on the border count as seen: >= and <=.
-        (u >= 0) & (u <= size) -> (u > 0) & (u < size)
-    image not tested: The pixel must lie in the image: 0 <= u <= width, 0 <= v <= height.
-        inside & ahead -> ahead
-    no test of the fold: A point beyond the fold gets a pixel inside the image, but the light does not come there. Test sqrt(x^2 + y^2) / z < fold.
-        & (r < fold) -> & True
-    fold in metres: fold is a length of up = [x/z, y/z]: divide by z before you compare.
-        axis=1) / np.abs(p[:, 2]) -> axis=1)
-    radius not rooted: x^2 + y^2 is the square of the radius: take the root, or square the fold.
-        (r < fold) -> (r**2 < fold)
-    fold on each axis: The lens is round: the length of [x/z, y/z] counts, not each of the two.
-        (r < fold) -> np.all(np.abs(p[:, :2] / p[:, 2:]) < fold, axis=1)
-    beyond, not before: What is seen lies before the fold: radius < fold.
-        (r < fold) -> (r > fold)
-    the fold itself: Only points *nearer* to the axis than the fold are seen: <, not <=.
-        (r < fold) -> (r <= fold)
-    distance for depth: up = [x/z, y/z] is divided by the depth z, not by the distance of the point.
-        np.abs(p[:, 2]) -> np.linalg.norm(p, axis=1)
+    no test of the depth | p[:, 2] > 0 -> p[:, 2] != 0 | A point behind the camera has a pixel, too: that of the point -p. Only z > 0 is ahead.
+    z turned round | p[:, 2] > 0 -> p[:, 2] < 0 | z points ahead: what is seen has z > 0.
+    x ahead | p[:, 2] > 0 -> p[:, 0] > 0 | The camera's axes are x right, y down, z ahead: z > 0.
+    width and height swapped | u <= size -> u <= size[::-1] | u goes with the width, v with the height.
+    centre of the image at zero | (u >= 0) & (u <= size) -> np.abs(u) <= size / 2 | Pixels are counted from the corner: from 0 to the width, not from minus half.
+    one coordinate is enough | np.all( -> np.any( | Both u and v must be inside: np.all(..., axis=1).
+    left and upper border forgotten | (u >= 0) & (u <= size) -> u <= size | A pixel may be negative: 0 <= u is a condition, too.
+    right and lower border forgotten | (u >= 0) & (u <= size) -> u >= 0 | The image ends at its width and height: u <= width, v <= height.
+    border not seen | (u >= 0) & (u <= size) -> (u > 0) & (u < size) | Points on the border count as seen: >= and <=.
+    image not tested | inside & ahead -> ahead | The pixel must lie in the image: 0 <= u <= width, 0 <= v <= height.
+    no test of the fold | & (r < fold) -> & True | A point beyond the fold gets a pixel inside the image, but the light does not come there. Test sqrt(x^2 + y^2) / z < fold.
+    fold in metres | axis=1) / np.abs(p[:, 2]) -> axis=1) | fold is a length of up = [x/z, y/z]: divide by z before you compare.
+    radius not rooted | (r < fold) -> (r**2 < fold) | x^2 + y^2 is the square of the radius: take the root, or square the fold.
+    fold on each axis | (r < fold) -> np.all(np.abs(p[:, :2] / p[:, 2:]) < fold, axis=1) | The lens is round: the length of [x/z, y/z] counts, not each of the two.
+    beyond, not before | (r < fold) -> (r > fold) | What is seen lies before the fold: radius < fold.
+    the fold itself | (r < fold) -> (r <= fold) | Only points *nearer* to the axis than the fold are seen: <, not <=.
+    distance for depth | np.abs(p[:, 2]) -> np.linalg.norm(p, axis=1) | up = [x/z, y/z] is divided by the depth z, not by the distance of the point.
     one condition is enough: All three must hold: & (and), not | (or).
         inside & ahead & (r < fold) -> inside | ahead | (r < fold)
     """,

@@ -36,8 +36,7 @@ def as_expected(rho, P, b, y, var):
 FAR = np.array([0.0, -0.05, 0.2]), np.array([0.04, 0.01, 0.02]), 1.5
 
 corrected = table(
-    "13.1",
-    "A bearing corrects an inverse depth",
+    "13.1 A bearing corrects an inverse depth",
     correct_rho,
     hints=(
         "Write the angle as a function of rho, not of d. Then differentiate: d arctan(s) / ds = 1 / (1 + s^2).",
@@ -61,33 +60,20 @@ corrected = table(
     far points              | rho, P | beyond | At infinity and beyond it is the same correction: no point needs a line of its own.
     """,
     wrong="""
-    rho taken for the depth: rho is *one over* the depth: arctan(b / d) = arctan(b rho).
-        np.arctan(b * rho) -> np.arctan2(b, rho)
+    rho taken for the depth | np.arctan(b * rho) -> np.arctan2(b, rho) | rho is *one over* the depth: arctan(b / d) = arctan(b rho).
         b / (1 + (b * rho) ** 2) -> -b / (rho**2 + b**2)
-    differentiated by the depth: -b / (d^2 + b^2) is the derivative by the depth d. The state is rho: differentiate arctan(b rho) by rho.
-        b / (1 + (b * rho) ** 2) -> -b / (1 / (rho + 1e-300) ** 2 + b**2)
-    inner derivative only: d arctan(s) / ds = 1 / (1 + s^2) is missing: H = b / (1 + (b rho)^2).
-        b / (1 + (b * rho) ** 2) -> b + 0 * rho
-    outer derivative only: The inner derivative is missing: d(b rho) / d rho = b.
-        b / (1 + -> 1 / (1 +
-    tangent for angle: y is an angle: the expectation is arctan(b rho), not b rho.
-        np.arctan(b * rho) -> b * rho
-    by way of the depth: With d = 1 / rho and arctan2(b, d) a point with a negative rho lies behind the camera. Use arctan(b rho): it is smooth through zero.
-        np.arctan(b * rho) -> np.arctan2(b, 1 / np.where(rho == 0, 1e-300, rho))
-    in degrees: y is in radians: np.arctan gives radians, no conversion.
-        np.arctan(b * rho) -> np.degrees(np.arctan(b * rho))
-    standard deviation for variance: `var` is a variance already: do not square it.
-        + var) -> + var**2)
-    root of the variance: `var` is a variance: Z = H P H + var, without a root.
-        + var) -> + np.sqrt(var))
-    noise forgotten: Z is the variance of y - e: that of the expectation *plus* that of the measurement.
-        + var) -> )
-    P not updated: A correction makes P smaller: (1 - K H) P.
-        (1 - K * H) * P -> P
-    P grows: Information is gained: (1 - K H) P, with a minus.
-        (1 - K * H) * P -> (1 + K * H) * P
-    innovation turned round: The innovation is measured minus expected, y - e.
-        y - e -> e - y
+    differentiated by the depth | b / (1 + (b * rho) ** 2) -> -b / (1 / (rho + 1e-300) ** 2 + b**2) | -b / (d^2 + b^2) is the derivative by the depth d. The state is rho: differentiate arctan(b rho) by rho.
+    inner derivative only | b / (1 + (b * rho) ** 2) -> b + 0 * rho | d arctan(s) / ds = 1 / (1 + s^2) is missing: H = b / (1 + (b rho)^2).
+    outer derivative only | b / (1 + -> 1 / (1 + | The inner derivative is missing: d(b rho) / d rho = b.
+    tangent for angle | np.arctan(b * rho) -> b * rho | y is an angle: the expectation is arctan(b rho), not b rho.
+    by way of the depth | np.arctan(b * rho) -> np.arctan2(b, 1 / np.where(rho == 0, 1e-300, rho)) | With d = 1 / rho and arctan2(b, d) a point with a negative rho lies behind the camera. Use arctan(b rho): it is smooth through zero.
+    in degrees | np.arctan(b * rho) -> np.degrees(np.arctan(b * rho)) | y is in radians: np.arctan gives radians, no conversion.
+    standard deviation for variance | + var) -> + var**2) | `var` is a variance already: do not square it.
+    root of the variance | + var) -> + np.sqrt(var)) | `var` is a variance: Z = H P H + var, without a root.
+    noise forgotten | + var) -> ) | Z is the variance of y - e: that of the expectation *plus* that of the measurement.
+    P not updated | (1 - K * H) * P -> P | A correction makes P smaller: (1 - K H) P.
+    P grows | (1 - K * H) * P -> (1 + K * H) * P | Information is gained: (1 - K H) P, with a minus.
+    innovation turned round | y - e -> e - y | The innovation is measured minus expected, y - e.
     """,
 )
 

@@ -59,8 +59,7 @@ def _last(x, i):
 
 
 turned = table(
-    "13.3",
-    "From inverse depth to a Euclidean point",
+    "13.3 From inverse depth to a Euclidean point",
     idp2euc,
     hints=(
         "First the point. Then its Jacobian by the six numbers, three blocks of columns: anchor, angles, rho.",
@@ -79,38 +78,22 @@ turned = table(
     covariance with the others | P | any | Rows and columns of the landmark change by the same Jacobian.
     """,
     wrong="""
-    rho taken for the distance: rho is one over the distance: the point is anchor + m / rho.
-        a + m / rho -> a + m * rho
-    anchor forgotten: That is the way from the anchor to the point. Add the anchor.
-        a + m / rho -> m / rho
-    anchor divided, too: Only the direction is divided by rho: anchor + m / rho.
-        a + m / rho -> (a + m) / rho
-    behind the anchor: The direction points *from* the anchor to the point: plus, not minus.
-        a + m / rho -> a - m / rho
-    sign of the derivative by rho: A larger rho is a nearer point: d(m / rho) / d rho = -m / rho^2.
-        -m / rho**2 -> m / rho**2
-    rho taken as certain: rho is the most uncertain of the six: its column is -m / rho^2.
-        -m / rho**2 -> 0 * m
-    rho not squared: d(1 / rho) / d rho = -1 / rho^2: the square is missing.
-        -m / rho**2 -> -m / rho
-    column m: The derivative of m / rho by rho is -m / rho^2, not m.
-        -m / rho**2 -> m
-    angles not scaled: The further the point, the more an angle moves it: M_py / rho.
-        M_py / rho -> M_py
-    angles times rho: The further the point, the more an angle moves it: M_py / rho, not M_py rho.
-        M_py / rho -> M_py * rho
-    anchor taken as certain: The anchor is a state like the others: its block is the identity.
-        [np.eye(3), M_py -> [np.zeros((3, 3)), M_py
-    cross-covariances set to zero: The point keeps its correlations with robot and landmarks: J P J' of the *whole* map.
-        J @ P @ J.T -> _alone(J @ P @ J.T, i)
-    cross-covariances not transformed: The rows P_lm change like the landmark itself: P_l P_lm, not the first three of the old rows.
-        J @ P @ J.T -> _with_block(_only_cut(P, i), i, J @ P @ J.T)
-    P only cut: The covariance of a function of the state is J P J': cutting out three rows and columns is not enough.
-        J @ P @ J.T -> _only_cut(P, i)
-    J applied once: A covariance is multiplied from both sides: J P J'.
-        J @ P @ J.T -> (J @ P)[:, : len(x) - 3]
-    moved to the end: The point takes the place of the six numbers: the states behind it move up by three.
-        return x, P -> o = _last(x, i); return x[o], P[np.ix_(o, o)]
+    rho taken for the distance | a + m / rho -> a + m * rho | rho is one over the distance: the point is anchor + m / rho.
+    anchor forgotten | a + m / rho -> m / rho | That is the way from the anchor to the point. Add the anchor.
+    anchor divided, too | a + m / rho -> (a + m) / rho | Only the direction is divided by rho: anchor + m / rho.
+    behind the anchor | a + m / rho -> a - m / rho | The direction points *from* the anchor to the point: plus, not minus.
+    sign of the derivative by rho | -m / rho**2 -> m / rho**2 | A larger rho is a nearer point: d(m / rho) / d rho = -m / rho^2.
+    rho taken as certain | -m / rho**2 -> 0 * m | rho is the most uncertain of the six: its column is -m / rho^2.
+    rho not squared | -m / rho**2 -> -m / rho | d(1 / rho) / d rho = -1 / rho^2: the square is missing.
+    column m | -m / rho**2 -> m | The derivative of m / rho by rho is -m / rho^2, not m.
+    angles not scaled | M_py / rho -> M_py | The further the point, the more an angle moves it: M_py / rho.
+    angles times rho | M_py / rho -> M_py * rho | The further the point, the more an angle moves it: M_py / rho, not M_py rho.
+    anchor taken as certain | [np.eye(3), M_py -> [np.zeros((3, 3)), M_py | The anchor is a state like the others: its block is the identity.
+    cross-covariances set to zero | J @ P @ J.T -> _alone(J @ P @ J.T, i) | The point keeps its correlations with robot and landmarks: J P J' of the *whole* map.
+    cross-covariances not transformed | J @ P @ J.T -> _with_block(_only_cut(P, i), i, J @ P @ J.T) | The rows P_lm change like the landmark itself: P_l P_lm, not the first three of the old rows.
+    P only cut | J @ P @ J.T -> _only_cut(P, i) | The covariance of a function of the state is J P J': cutting out three rows and columns is not enough.
+    J applied once | J @ P @ J.T -> (J @ P)[:, : len(x) - 3] | A covariance is multiplied from both sides: J P J'.
+    moved to the end | return x, P -> o = _last(x, i); return x[o], P[np.ix_(o, o)] | The point takes the place of the six numbers: the states behind it move up by three.
     """,
 )
 

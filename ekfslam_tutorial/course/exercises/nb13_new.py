@@ -47,8 +47,7 @@ def case(rng, camera, known=1.0):
 
 
 born = table(
-    "13.2",
-    "A pixel and a prior make a landmark",
+    "13.2 A pixel and a prior make a landmark",
     new_idp,
     hints=(
         "Three calls, in the order of the docstring. Then the chain rule: how does l depend on y, on n, on F?",
@@ -72,34 +71,20 @@ born = table(
     own covariance             | P_ll         | any   | Three causes of error, three terms: pose, pixel, prior.
     """,
     wrong="""
-    landmark left in the camera frame: That is the landmark as the camera sees it: `from_frame(F, l_c)` brings it into the world.
-        return l, -> return l_c,
-    distance for inverse distance: The last number is the *inverse* distance, in 1/m: n, not 1 / n.
-        return l, -> return np.append(l[:5], 1 / n),
-    point instead of anchor: The first three numbers are the anchor, where the camera was, not the point.
-        return l, -> return np.append(IdpPnt().point(l)[0], l[3:]),
-    pitch and yaw swapped: The order is [anchor; pitch; yaw; rho]: first the elevation, then the azimuth.
-        return l, -> return l[[0, 1, 2, 4, 3, 5]],
-    prior forgotten: The prior is uncertain, too: its term L_n N L_n' is missing. Without it the filter believes that it knows the distance.
-        L_y.T + L_n @ N @ L_n.T -> L_y.T
-    N as a standard deviation: N is a covariance already: do not square it.
-        L_n @ N @ -> L_n @ N**2 @
-    N and R swapped by identity: The term of the prior is L_n N L_n', that of the pixel L_y R L_y': neither covariance is the identity.
-        L_n @ N @ -> L_n @
-    pixel noise forgotten: The pixel is noisy: its term L_y R L_y' is missing.
-        + L_y @ R @ L_y.T -> + 0
-    pose taken as known: That is the formula of mapping. The camera pose is uncertain: L_F P_F L_F' belongs into P_ll, and P_lF = L_F P_F.
-        L_F @ P_F @ L_F.T + -> 0 +
+    landmark left in the camera frame | return l, -> return l_c, | That is the landmark as the camera sees it: `from_frame(F, l_c)` brings it into the world.
+    distance for inverse distance | return l, -> return np.append(l[:5], 1 / n), | The last number is the *inverse* distance, in 1/m: n, not 1 / n.
+    point instead of anchor | return l, -> return np.append(IdpPnt().point(l)[0], l[3:]), | The first three numbers are the anchor, where the camera was, not the point.
+    pitch and yaw swapped | return l, -> return l[[0, 1, 2, 4, 3, 5]], | The order is [anchor; pitch; yaw; rho]: first the elevation, then the azimuth.
+    prior forgotten | L_y.T + L_n @ N @ L_n.T -> L_y.T | The prior is uncertain, too: its term L_n N L_n' is missing. Without it the filter believes that it knows the distance.
+    N as a standard deviation | L_n @ N @ -> L_n @ N**2 @ | N is a covariance already: do not square it.
+    N and R swapped by identity | L_n @ N @ -> L_n @ | The term of the prior is L_n N L_n', that of the pixel L_y R L_y': neither covariance is the identity.
+    pixel noise forgotten | + L_y @ R @ L_y.T -> + 0 | The pixel is noisy: its term L_y R L_y' is missing.
+    pose taken as known | L_F @ P_F @ L_F.T + -> 0 + | That is the formula of mapping. The camera pose is uncertain: L_F P_F L_F' belongs in P_ll, and P_lF = L_F P_F.
         P_lF = L_F @ P_F -> P_lF = 0 * L_F
-    anchor not correlated: An anchor that is not correlated with the camera pose is a second, independent origin: the anchor *is* the camera position. P_lF = L_F P_F.
-        P_lF = L_F @ P_F -> P_lF = 0 * L_F
-    pose noise forgotten in P_ll: P_lF is there, but P_ll lacks the error of the pose: L_F P_F L_F'.
-        L_F @ P_F @ L_F.T + -> 0 +
-    L_F instead of P_lF: A Jacobian is not a covariance: P_lF = L_F P_F.
-        P_lF = L_F @ P_F -> P_lF = L_F
-    P_Fl: P_lF has the landmark in its rows: L_F P_F, shape (6, 7).
-        P_lF = L_F @ P_F -> P_lF = P_F @ L_F.T
-    only the variances of R: The two numbers of a pixel may be correlated: use the whole R.
-        L_y @ R @ -> L_y @ np.diag(np.diag(R)) @
+    anchor not correlated | P_lF = L_F @ P_F -> P_lF = 0 * L_F | An anchor that is not correlated with the camera pose is a second, independent origin: the anchor *is* the camera position. P_lF = L_F P_F.
+    pose noise forgotten in P_ll | L_F @ P_F @ L_F.T + -> 0 + | P_lF is there, but P_ll lacks the error of the pose: L_F P_F L_F'.
+    L_F instead of P_lF | P_lF = L_F @ P_F -> P_lF = L_F | A Jacobian is not a covariance: P_lF = L_F P_F.
+    P_Fl | P_lF = L_F @ P_F -> P_lF = P_F @ L_F.T | P_lF has the landmark in its rows: L_F P_F, shape (6, 7).
+    only the variances of R | L_y @ R @ -> L_y @ np.diag(np.diag(R)) @ | The two numbers of a pixel may be correlated: use the whole R.
     """,
 )

@@ -33,8 +33,7 @@ def some(rng):
 
 
 sorted_out = table(
-    "14.2",
-    "Known first, then new",
+    "14.2 Known first, then new",
     known_then_new,
     hints=(
         "Go through ids with enumerate. Two questions for each: is it -1? Is it known?",
@@ -59,22 +58,14 @@ sorted_out = table(
     many frames | correct, start | many     | Try your function on paper with one of these frames.
     """,
     wrong="""
-    used twice: A measurement that has started a landmark is used up. Correcting with it again counts it twice, and halves the covariance for nothing.
-        return correct, start -> return np.sort(np.concatenate([correct, start])), start
-    lists swapped: Known landmarks *correct* the map, unknown ones are *started*: first list, second list.
-        return correct, start -> return start, correct
-    ids instead of indices: Return the places in `ids`, not the ids themselves: the measurement is found by it.
-        return correct, start -> return ids[correct], ids[start]
-    n_inits not used: n_inits limits how many landmarks are started in one frame.
-        start[:n_inits] -> start
-    unknown measurements start landmarks: -1 is no id: nobody knows whose measurement it is. It is not used.
-        id >= 0 and id not in known -> id not in known
-    id 0 left out: The first landmark has the id 0: only -1 is nobody's.
-        id >= 0 and id in known -> id > 0 and id in known
+    used twice | return correct, start -> return np.sort(np.concatenate([correct, start])), start | A measurement that has started a landmark is used up. Correcting with it again counts it twice, and halves the covariance for nothing.
+    lists swapped | return correct, start -> return start, correct | Known landmarks *correct* the map, unknown ones are *started*: first list, second list.
+    ids instead of indices | return correct, start -> return ids[correct], ids[start] | Return the places in `ids`, not the ids themselves: the measurement is found by it.
+    n_inits not used | start[:n_inits] -> start | n_inits limits how many landmarks are started in one frame.
+    unknown measurements start landmarks | id >= 0 and id not in known -> id not in known | -1 is no id: nobody knows whose measurement it is. It is not used.
+    id 0 left out | id >= 0 and id in known -> id > 0 and id in known | The first landmark has the id 0: only -1 is nobody's.
         id >= 0 and id not in known -> id > 0 and id not in known
-    first n_inits measurements: n_inits counts the landmarks that are started, not the measurements that are looked at.
-        start[:n_inits] -> [i for i in start if i < n_inits]
-    the last ones: Those that come first are started: start[:n_inits].
-        start[:n_inits] -> start[len(start) - n_inits :] if n_inits < len(start) else start
+    first n_inits measurements | start[:n_inits] -> [i for i in start if i < n_inits] | n_inits counts the landmarks that are started, not the measurements that are looked at.
+    the last ones | start[:n_inits] -> start[len(start) - n_inits :] if n_inits < len(start) else start | Those that come first are started: start[:n_inits].
     """,
 )

@@ -28,8 +28,7 @@ def maps(*cases):
 
 
 roomy = table(
-    "14.1",
-    "Room in the map",
+    "14.1 Room in the map",
     find_range,
     hints=(
         "Walk along the map and count how many free numbers you have seen in a row. What sets the count to zero?",
@@ -56,25 +55,17 @@ roomy = table(
     many maps       | place | many      | Try your function on paper with one of these maps.
     """,
     wrong="""
-    always at the end: Deleted landmarks leave gaps. A map that never uses them grows without end.
-        enumerate(used) -> enumerate(())
-    first free number: The first free number is not enough: k free numbers in a row are needed.
-        if free == k: -> if not taken:
+    always at the end | enumerate(used) -> enumerate(()) | Deleted landmarks leave gaps. A map that never uses them grows without end.
+    first free number | if free == k: -> if not taken: | The first free number is not enough: k free numbers in a row are needed.
         [i + 1 - k, i + 1] -> [i, i + k]
-    behind the last state: That leaves the gaps between the states empty. Look for a gap first.
-        if free == k: -> if False:
-    free numbers at the end left alone: Free numbers at the end of the map can be used: begin behind the last number in use.
-        n = len(used) - free -> n = len(used)
-    last number included: stop is one past the last number, as in a slice: stop = start + k.
-        [i + 1 - k, i + 1] -> [i + 1 - k, i]
+    behind the last state | if free == k: -> if False: | That leaves the gaps between the states empty. Look for a gap first.
+    free numbers at the end left alone | n = len(used) - free -> n = len(used) | Free numbers at the end of the map can be used: begin behind the last number in use.
+    last number included | [i + 1 - k, i + 1] -> [i + 1 - k, i] | stop is one past the last number, as in a slice: stop = start + k.
         [n, n + k] -> [n, n + k - 1]
-    counted from 1: The first number of the map has the index 0.
-        [i + 1 - k, i + 1] -> [i + 2 - k, i + 2]
+    counted from 1 | [i + 1 - k, i + 1] -> [i + 2 - k, i + 2] | The first number of the map has the index 0.
         [n, n + k] -> [n + 1, n + k + 1]
-    gaps added up: The count begins anew behind each number in use: a state lies in one piece.
-        free = 0 if taken else free + 1 -> free += not taken
-    one number to spare: A gap of exactly k numbers is long enough.
-        if free == k: -> if free == k + 1:
+    gaps added up | free = 0 if taken else free + 1 -> free += not taken | The count begins anew behind each number in use: a state lies in one piece.
+    one number to spare | if free == k: -> if free == k + 1: | A gap of exactly k numbers is long enough.
         [i + 1 - k, i + 1] -> [i - k, i]
     """,
 )

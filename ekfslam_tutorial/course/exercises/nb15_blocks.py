@@ -48,8 +48,7 @@ def uncorrelated(x, P, blocks, z, R):
 
 
 exercise = table(
-    "15.1",
-    "One correction for all",
+    "15.1 One correction for all",
     correct_blocks,
     hints=(
         "Build the Jacobian of the whole map, H: zeros, with each E_r in the columns of its slice.",
@@ -75,37 +74,22 @@ exercise = table(
     known states        | x, P | known    | r = None: this state is not in the map. It has no columns in H: skip it.
     """,
     wrong="""
-    innovation turned round: z is measured minus expected: x + K z.
-        x + K @ z -> x - K @ z
-    noise forgotten: Z = H P H' + R: the measurement has noise of its own.
-        H.T + R -> H.T
-    R squared: R is a covariance already: add it as it is.
-        H.T + R -> H.T + R @ R
-    only the variances of R: R has off-diagonal entries: the numbers of a measurement may be correlated.
-        H.T + R -> H.T + np.diag(np.diag(R))
-    correlations in P ignored: Z and K take all of P: what two robots know of each other is in the off-diagonal blocks.
-        H @ P @ H.T -> H @ np.diag(np.diag(P)) @ H.T
-    separate filters: That treats the robots as strangers: Z needs E_a P_ab E_b', the covariance between them.
-        H @ P @ H.T -> H @ _block_diagonal(P, H) @ H.T
-    only what was seen moves: A state that was not seen moves, too, if it is correlated with one that was: K has a row for every state.
-        return x + -> K = np.any(H != 0, axis=0)[:, None] * K; return x +
-    P not corrected: A correction makes P smaller: P - K H P.
-        P - K @ H @ P -> P
-    P grows: Information is gained: P - K H P.
-        P - K @ H -> P + K @ H
-    gain without inverse: K = P H' inv(Z): Z must be inverted.
-        np.linalg.solve(Z, H @ P).T -> P @ H.T @ Z
-    covariances between robots dropped: The new P has blocks between all states: do not keep the diagonal ones only.
-        P - K @ H @ P -> _block_diagonal(P - K @ H @ P, H)
-    known states take the first columns: A known state (r = None) has no columns in H: skip it.
-        if r is not None: -> if True:
+    innovation turned round | x + K @ z -> x - K @ z | z is measured minus expected: x + K z.
+    noise forgotten | H.T + R -> H.T | Z = H P H' + R: the measurement has noise of its own.
+    R squared | H.T + R -> H.T + R @ R | R is a covariance already: add it as it is.
+    only the variances of R | H.T + R -> H.T + np.diag(np.diag(R)) | R has off-diagonal entries: the numbers of a measurement may be correlated.
+    correlations in P ignored | H @ P @ H.T -> H @ np.diag(np.diag(P)) @ H.T | Z and K take all of P: what two robots know of each other is in the off-diagonal blocks.
+    separate filters | H @ P @ H.T -> H @ _block_diagonal(P, H) @ H.T | That treats the robots as strangers: Z needs E_a P_ab E_b', the covariance between them.
+    only what was seen moves | return x + -> K = np.any(H != 0, axis=0)[:, None] * K; return x + | A state that was not seen moves, too, if it is correlated with one that was: K has a row for every state.
+    P not corrected | P - K @ H @ P -> P | A correction makes P smaller: P - K H P.
+    P grows | P - K @ H -> P + K @ H | Information is gained: P - K H P.
+    gain without inverse | np.linalg.solve(Z, H @ P).T -> P @ H.T @ Z | K = P H' inv(Z): Z must be inverted.
+    covariances between robots dropped | P - K @ H @ P -> _block_diagonal(P - K @ H @ P, H) | The new P has blocks between all states: do not keep the diagonal ones only.
+    known states take the first columns | if r is not None: -> if True: | A known state (r = None) has no columns in H: skip it.
         H[:, r] = E_r -> H[:, slice(E_r.shape[1]) if r is None else r] = E_r[:, : len(x)]
-    columns in the order of the blocks: Each E_r belongs into the columns of its slice r: H[:, r] = E_r.
-        in blocks: -> in _in_order(blocks):
-    one block after the other: One measurement, one correction. Using it once for each block counts it several times.
-        return x + K @ z, P - K @ H @ P -> return _one_by_one(x, P, blocks, z, R)
-    added up: Each state has columns of its own in H: do not add the blocks.
-        H[:, r] = E_r -> H[:, : E_r.shape[1]] += E_r
+    columns in the order of the blocks | in blocks: -> in _in_order(blocks): | Each E_r belongs in the columns of its slice r: H[:, r] = E_r.
+    one block after the other | return x + K @ z, P - K @ H @ P -> return _one_by_one(x, P, blocks, z, R) | One measurement, one correction. Using it once for each block counts it several times.
+    added up | H[:, r] = E_r -> H[:, : E_r.shape[1]] += E_r | Each state has columns of its own in H: do not add the blocks.
     """,
 )
 

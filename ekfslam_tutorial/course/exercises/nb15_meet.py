@@ -36,12 +36,10 @@ def case(rng, F1=None, F2=None, M=None):
 
 
 exercise = table(
-    "15.3",
-    "Two maps, one meeting",
+    "15.3 Two maps, one meeting",
     map_in_map,
     hints=(
-        "First find robot 2 in map 1: its place from r and b12, its heading from both bearings. Then go from robot 2 "
-        "back to the origin of its map.",
+        "First find robot 2 in map 1: its place from r and b12, its heading from both bearings. Then go from robot 2 back to the origin of its map.",
         "Robot 2 looks back: its line of sight points the other way, theta1 + b12 + pi = theta2 + b21.",
         "theta2 = theta1 + b12 + pi - b21; robot2 = Frame2([p_x, p_y, theta2]); result robot2.compose(F2.inverse()).",
     ),
@@ -61,41 +59,23 @@ exercise = table(
     robot 2 anywhere     | pose | any     | The origin of map 2, seen from robot 2, is F2.inverse(). Compose.
     """,
     wrong="""
-    half a turn forgotten: Robot 2 looks *back*: its line of sight is that of robot 1 turned by pi.
-        b12 + np.pi - b21 -> b12 - b21
-    second bearing added: theta2 + b21 is the direction back: so theta2 is that direction *minus* b21.
-        np.pi - b21 -> np.pi + b21
-    first bearing subtracted: The line of sight of robot 1 points to theta1 + b12.
-        F1.theta + b12 -> F1.theta - b12
-    bearings exchanged: b12 is what robot 1 sees: y = [r, b12, b21].
-        r, b12, b21 = y -> r, b21, b12 = y
-    heading of robot 1 forgotten: Bearings count from the robot's own x axis: add the heading of robot 1.
-        F1.theta + b12 -> b12
-    range along the heading: Robot 2 is r metres away in the direction b12, and not straight ahead: r [cos(b12), sin(b12)].
-        [np.cos(b12), np.sin(b12)] -> [1.0, 0.0]
-    heading from the first bearing only: How robot 2 is turned is seen from *its* bearing, b21.
-        b12 + np.pi - b21 -> b12
-    place in the frame of robot 1: r and b12 are in the frame of robot 1: F1.from_frame takes them into map 1.
-        p, *_ = F1.from_frame(r -> p = (r
-    place without the heading: The bearing counts from the robot's x axis: use F1.from_frame, or add F1.theta.
-        p, *_ = F1.from_frame(r -> p = F1.t + (r
-    to_frame: The place of robot 2 comes out of the frame of robot 1: from_frame.
-        F1.from_frame -> F1.to_frame
-    sine and cosine exchanged: The bearing counts from the x axis: [cos, sin].
-        [np.cos(b12), np.sin(b12)] -> [np.sin(b12), np.cos(b12)]
-    robot for map: That is robot 2 in map 1. The origin of its map is another place: compose with F2.inverse().
-        robot2.compose(back)[0].x -> robot2.x
-    F2 not inverted: F2 goes from the map to the robot. You want the way back: F2.inverse().
-        F2.inverse()[0] -> F2
-    composed in the other order: First robot 2 in map 1, then the origin of map 2 in robot 2: robot2.compose.
-        robot2.compose(back) -> back.compose(robot2)
-    map 1 in map 2: That is the inverse of what is asked: map 2 in map 1.
-        robot2.compose(back)[0].x -> robot2.compose(back)[0].inverse()[0].x
-    poses subtracted: Frames are composed, not subtracted: the place of F2 must be turned, too.
-        robot2.compose(back)[0].x -> robot2.x - F2.x
-    theta in degrees: theta is asked in radians, as all angles are.
-        robot2.compose(back)[0].x -> robot2.compose(back)[0].x * [1, 1, 180 / np.pi]
-    degrees: All angles are in radians already: no conversion.
-        r, b12, b21 = y -> r, b12, b21 = y[0], *np.radians(y[1:])
+    half a turn forgotten | b12 + np.pi - b21 -> b12 - b21 | Robot 2 looks *back*: its line of sight is that of robot 1 turned by pi.
+    second bearing added | np.pi - b21 -> np.pi + b21 | theta2 + b21 is the direction back: so theta2 is that direction *minus* b21.
+    first bearing subtracted | F1.theta + b12 -> F1.theta - b12 | The line of sight of robot 1 points to theta1 + b12.
+    bearings exchanged | r, b12, b21 = y -> r, b21, b12 = y | b12 is what robot 1 sees: y = [r, b12, b21].
+    heading of robot 1 forgotten | F1.theta + b12 -> b12 | Bearings count from the robot's own x axis: add the heading of robot 1.
+    range along the heading | [np.cos(b12), np.sin(b12)] -> [1.0, 0.0] | Robot 2 is r metres away in the direction b12, and not straight ahead: r [cos(b12), sin(b12)].
+    heading from the first bearing only | b12 + np.pi - b21 -> b12 | How robot 2 is turned is seen from *its* bearing, b21.
+    place in the frame of robot 1 | p, *_ = F1.from_frame(r -> p = (r | r and b12 are in the frame of robot 1: F1.from_frame takes them into map 1.
+    place without the heading | p, *_ = F1.from_frame(r -> p = F1.t + (r | The bearing counts from the robot's x axis: use F1.from_frame, or add F1.theta.
+    to_frame | F1.from_frame -> F1.to_frame | The place of robot 2 comes out of the frame of robot 1: from_frame.
+    sine and cosine exchanged | [np.cos(b12), np.sin(b12)] -> [np.sin(b12), np.cos(b12)] | The bearing counts from the x axis: [cos, sin].
+    robot for map | robot2.compose(back)[0].x -> robot2.x | That is robot 2 in map 1. The origin of its map is another place: compose with F2.inverse().
+    F2 not inverted | F2.inverse()[0] -> F2 | F2 goes from the map to the robot. You want the way back: F2.inverse().
+    composed in the other order | robot2.compose(back) -> back.compose(robot2) | First robot 2 in map 1, then the origin of map 2 in robot 2: robot2.compose.
+    map 1 in map 2 | robot2.compose(back)[0].x -> robot2.compose(back)[0].inverse()[0].x | That is the inverse of what is asked: map 2 in map 1.
+    poses subtracted | robot2.compose(back)[0].x -> robot2.x - F2.x | Frames are composed, not subtracted: the place of F2 must be turned, too.
+    theta in degrees | robot2.compose(back)[0].x -> robot2.compose(back)[0].x * [1, 1, 180 / np.pi] | theta is asked in radians, as all angles are.
+    degrees | r, b12, b21 = y -> r, b12, b21 = y[0], *np.radians(y[1:]) | All angles are in radians already: no conversion.
     """,
 )

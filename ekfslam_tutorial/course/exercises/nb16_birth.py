@@ -33,8 +33,7 @@ def case(rng, scale=1.0, pose=1.0, range_=1.0, prior=1.0):
 
 
 born = table(
-    "16.3",
-    "A range and a prior make a point",
+    "16.3 A range and a prior make a point",
     hypothesis,
     hints=(
         "p = [x, y] + r [cos(theta + beta), sin(theta + beta)]. Uncertain in it: the pose, the range, the bearing.",
@@ -55,44 +54,25 @@ born = table(
     own covariance            | P_pp | any   | Three causes of error, three terms: pose, range, prior of the bearing.
     """,
     wrong="""
-    heading forgotten: beta is counted from the robot's x axis. In the world the direction is theta + beta.
-        p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([np.cos(beta), np.sin(beta)])
-    heading subtracted: From the robot into the world: theta + beta, with a plus.
-        p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([np.cos(beta - x[2]), np.sin(beta - x[2])])
-    left in the robot's frame: Add the position of the robot.
-        p = x[:2] + r -> p = r
-    sine and cosine swapped: x goes with the cosine, y with the sine.
-        p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([s, c])
-    degrees: All angles are in radians already: no conversion.
-        p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([np.cos(np.radians(x[2] + beta)), np.sin(np.radians(x[2] + beta))])
-    prior forgotten: Without the term of N the filter believes that it has measured the bearing.
-        + N * np.outer(P_beta, P_beta) -> + 0
-    angle for a length: An angle is no length: across the line of sight it makes r times the angle, so r^2 N.
-        N * np.outer(P_beta, P_beta) -> N / r**2 * np.outer(P_beta, P_beta)
-    range once: The variance goes with the *square* of the Jacobian: r^2 N, not r N.
-        N * np.outer(P_beta, P_beta) -> N / r * np.outer(P_beta, P_beta)
-    N as a standard deviation: N is a variance already: do not square it.
-        N * np.outer(P_beta, P_beta) -> N**2 * np.outer(P_beta, P_beta)
-    range noise forgotten: The range is noisy, too: its variance lies along the line of sight.
-        + var * np.outer(P_r, P_r) -> + 0
-    var as a standard deviation: var is a variance already: do not square it.
-        var * np.outer(P_r, P_r) -> var**2 * np.outer(P_r, P_r)
-    along and across swapped: The range is known *along* the line of sight, the bearing is open *across* it.
-        P_r, P_beta = np.array([c, s]), r * np.array([-s, c]) -> P_r, P_beta = np.array([-s, c]), r * np.array([c, s])
-    pose taken as known: That is the formula of mapping. The pose is uncertain: P_x P P_x' belongs into P_pp, and P_px = P_x P.
-        P_x @ P @ P_x.T + -> 0 +
+    heading forgotten | p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([np.cos(beta), np.sin(beta)]) | beta is counted from the robot's x axis. In the world the direction is theta + beta.
+    heading subtracted | p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([np.cos(beta - x[2]), np.sin(beta - x[2])]) | From the robot into the world: theta + beta, with a plus.
+    left in the robot's frame | p = x[:2] + r -> p = r | Add the position of the robot.
+    sine and cosine swapped | p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([s, c]) | x goes with the cosine, y with the sine.
+    degrees | p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([np.cos(np.radians(x[2] + beta)), np.sin(np.radians(x[2] + beta))]) | All angles are in radians already: no conversion.
+    prior forgotten | + N * np.outer(P_beta, P_beta) -> + 0 | Without the term of N the filter believes that it has measured the bearing.
+    angle for a length | N * np.outer(P_beta, P_beta) -> N / r**2 * np.outer(P_beta, P_beta) | An angle is no length: across the line of sight it makes r times the angle, so r^2 N.
+    range once | N * np.outer(P_beta, P_beta) -> N / r * np.outer(P_beta, P_beta) | The variance goes with the *square* of the Jacobian: r^2 N, not r N.
+    N as a standard deviation | N * np.outer(P_beta, P_beta) -> N**2 * np.outer(P_beta, P_beta) | N is a variance already: do not square it.
+    range noise forgotten | + var * np.outer(P_r, P_r) -> + 0 | The range is noisy, too: its variance lies along the line of sight.
+    var as a standard deviation | var * np.outer(P_r, P_r) -> var**2 * np.outer(P_r, P_r) | var is a variance already: do not square it.
+    along and across swapped | P_r, P_beta = np.array([c, s]), r * np.array([-s, c]) -> P_r, P_beta = np.array([-s, c]), r * np.array([c, s]) | The range is known *along* the line of sight, the bearing is open *across* it.
+    pose taken as known | P_x @ P @ P_x.T + -> 0 + | That is the formula of mapping. The pose is uncertain: P_x P P_x' belongs in P_pp, and P_px = P_x P.
         P_px = P_x @ P -> P_px = 0 * P_x
-    pose forgotten in P_pp: P_px is there, but P_pp lacks the error of the pose: P_x P P_x'.
-        P_x @ P @ P_x.T + -> 0 +
-    zero cross-covariance: The point is made from the robot's pose: their errors hang together, P_px = P_x P.
-        P_px = P_x @ P -> P_px = 0 * P_x
-    heading taken as known: A wrong heading turns the point round the robot: the third column of P_x is r [-s, c].
-        [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-    heading column without the range: An angle is no length: a wrong heading moves the point by r times it. The third column of P_x is r [-s, c].
-        [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -s], [0.0, 1.0, c]]
-    P_x instead of P_px: A Jacobian is not a covariance: P_px = P_x P.
-        P_px = P_x @ P -> P_px = P_x
-    P_xp: P_px has the point in its rows: shape (2, 3).
-        P_px = P_x @ P -> P_px = P @ P_x.T
+    pose forgotten in P_pp | P_x @ P @ P_x.T + -> 0 + | P_px is there, but P_pp lacks the error of the pose: P_x P P_x'.
+    zero cross-covariance | P_px = P_x @ P -> P_px = 0 * P_x | The point is made from the robot's pose: their errors are correlated, P_px = P_x P.
+    heading taken as known | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] | A wrong heading turns the point round the robot: the third column of P_x is r [-s, c].
+    heading column without the range | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -s], [0.0, 1.0, c]] | An angle is no length: a wrong heading moves the point by r times it. The third column of P_x is r [-s, c].
+    P_x instead of P_px | P_px = P_x @ P -> P_px = P_x | A Jacobian is not a covariance: P_px = P_x P.
+    P_xp | P_px = P_x @ P -> P_px = P @ P_x.T | P_px has the point in its rows: shape (2, 3).
     """,
 )

@@ -29,8 +29,7 @@ def some(rng, lead=()):
 
 
 omni = table(
-    "16.5",
-    "A camera that looks all round (stretch)",
+    "16.5 A camera that looks all round (stretch)",
     omni_project,
     hints=(
         "Azimuth = arctan2(y, x). With s = sqrt(x^2 + y^2), elevation = arctan2(z, s).",
@@ -55,35 +54,20 @@ omni = table(
     many points | y, Y_p | many | Write p[..., 0], not p[0], and stack along axis=-1 and axis=-2.
     """,
     wrong="""
-    arctan: arctan(y / x) cannot tell ahead from behind: arctan2(y, x).
-        np.arctan2(y, x) -> np.arctan(y / x)
-    x and y swapped: arctan2 takes the second coordinate first: arctan2(y, x).
-        np.arctan2(y, x) -> np.arctan2(x, y)
-    elevation first: The order is [azimuth; elevation].
-        [np.arctan2(y, x), np.arctan2(z, s)] -> [np.arctan2(z, s), np.arctan2(y, x)]
-    angle from the vertical: Elevation is counted from the x-y plane: arctan2(z, s), not arctan2(s, z).
-        np.arctan2(z, s) -> np.arctan2(s, z)
-    elevation against x: Elevation is the angle above the *plane*: arctan2(z, sqrt(x^2 + y^2)).
-        np.arctan2(z, s) -> np.arctan2(z, x)
-    image coordinates: A camera that looks all round has no image plane: the angles themselves, not y / x and z / s.
-        [np.arctan2(y, x), np.arctan2(z, s)] -> [y / x, z / s]
-    degrees: All angles are in radians.
-        return angles -> return np.degrees(angles)
-    azimuth: sign :: d azimuth / dp = [-y, x, 0] / s^2: the minus belongs to y.
-        [-y / s2, x / s2, 0 * x] -> [y / s2, -x / s2, 0 * x]
-    azimuth: not squared :: Check the units, rad/m: [-y, x, 0] / s^2.
-        [-y / s2, x / s2, 0 * x] -> [-y / s, x / s, 0 * x]
-    azimuth: divided by r^2 :: The azimuth is an angle in the plane: divide by s^2 = x^2 + y^2, without z.
-        [-y / s2, x / s2, 0 * x] -> [-y / r2, x / r2, 0 * x]
-    elevation: s taken as constant :: s depends on x and y: the elevation of a point falls as it moves away.
-        [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [0 * x, 0 * x, s / r2]
-    elevation: sign :: A point that moves away at constant height sinks: -x z / (s r^2).
-        [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [x * z / (s * r2), y * z / (s * r2), s / r2]
-    elevation: inner derivative forgotten :: ds/dx = x / s: the s in the denominator is missing.
-        [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / r2, -y * z / r2, s / r2]
-    elevation: divided by s^2 :: d arctan2(z, s) is divided by s^2 + z^2, the square of the whole distance.
-        [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / (s * s2), -y * z / (s * s2), s / s2]
-    one point only: p[0] is the first *point* of a list. Write p[..., 0].
-        x, y, z = p[..., 0], p[..., 1], p[..., 2] -> x, y, z = p if p.ndim == 1 else p[0].reshape(-1, 3)[0]
+    arctan | np.arctan2(y, x) -> np.arctan(y / x) | arctan(y / x) cannot tell ahead from behind: arctan2(y, x).
+    x and y swapped | np.arctan2(y, x) -> np.arctan2(x, y) | arctan2 takes the second coordinate first: arctan2(y, x).
+    elevation first | [np.arctan2(y, x), np.arctan2(z, s)] -> [np.arctan2(z, s), np.arctan2(y, x)] | The order is [azimuth; elevation].
+    angle from the vertical | np.arctan2(z, s) -> np.arctan2(s, z) | Elevation is counted from the x-y plane: arctan2(z, s), not arctan2(s, z).
+    elevation against x | np.arctan2(z, s) -> np.arctan2(z, x) | Elevation is the angle above the *plane*: arctan2(z, sqrt(x^2 + y^2)).
+    image coordinates | [np.arctan2(y, x), np.arctan2(z, s)] -> [y / x, z / s] | A camera that looks all round has no image plane: the angles themselves, not y / x and z / s.
+    degrees | return angles -> return np.degrees(angles) | All angles are in radians.
+    azimuth: sign | [-y / s2, x / s2, 0 * x] -> [y / s2, -x / s2, 0 * x] | d azimuth / dp = [-y, x, 0] / s^2: the minus belongs to y.
+    azimuth: not squared | [-y / s2, x / s2, 0 * x] -> [-y / s, x / s, 0 * x] | Check the units, rad/m: [-y, x, 0] / s^2.
+    azimuth: divided by r^2 | [-y / s2, x / s2, 0 * x] -> [-y / r2, x / r2, 0 * x] | The azimuth is an angle in the plane: divide by s^2 = x^2 + y^2, without z.
+    elevation: s taken as constant | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [0 * x, 0 * x, s / r2] | s depends on x and y: the elevation of a point falls as it moves away.
+    elevation: sign | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [x * z / (s * r2), y * z / (s * r2), s / r2] | A point that moves away at constant height sinks: -x z / (s r^2).
+    elevation: inner derivative forgotten | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / r2, -y * z / r2, s / r2] | ds/dx = x / s: the s in the denominator is missing.
+    elevation: divided by s^2 | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / (s * s2), -y * z / (s * s2), s / s2] | d arctan2(z, s) is divided by s^2 + z^2, the square of the whole distance.
+    one point only | x, y, z = p[..., 0], p[..., 1], p[..., 2] -> x, y, z = p if p.ndim == 1 else p[0].reshape(-1, 3)[0] | p[0] is the first *point* of a list. Write p[..., 0].
     """,
 )

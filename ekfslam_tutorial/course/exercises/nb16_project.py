@@ -24,8 +24,7 @@ def some(rng, lead=(), scale=1.0):
 
 
 ranged = table(
-    "16.1",
-    "The direct model of a range",
+    "16.1 The direct model of a range",
     beacon_project,
     hints=(
         "The range is the length of the vector. How does the length change when the point moves along x, or along y?",
@@ -45,27 +44,16 @@ ranged = table(
     many points | y, Y_p | many | Write p[..., 0] and axis=-1, not p[0] and axis=0: then a list of points is one call.
     """,
     wrong="""
-    squared range: That is the square of the range. Take the root.
-        return r, Y_p -> return r**2, 2 * r[..., None] * Y_p
-    root forgotten: That is the square of the range: the root is missing in y.
-        return r, -> return r**2,
-    city blocks: |px| + |py| is the way round the corner. A range is the straight line.
-        return r, -> return np.abs(p).sum(-1, keepdims=True),
-    unit vector forgotten: dr/dp is a *unit* vector: p / r, not p.
-        np.asarray(p) / r -> np.asarray(p)
-    divided by the square: dr/dp = p / r. Check the units: metres per metre, so no r^2.
-        np.asarray(p) / r -> np.asarray(p) / r**2
-    derivative of the bearing: [-py, px] / r^2 is the derivative of the bearing. The range grows *along* the line of sight.
-        np.asarray(p) / r -> np.stack([-p[..., 1], p[..., 0]], -1) / r**2
-    across the line of sight: A step across the line of sight changes nothing. Y_p points along it: p / r.
-        np.asarray(p) / r -> np.stack([-p[..., 1], p[..., 0]], -1) / r
-    Jacobian of the square: 2 p is the derivative of the squared range. The range itself has p / r.
-        np.asarray(p) / r -> 2 * np.asarray(p)
-    towards the sensor: The sign: a point that moves away has a larger range.
-        np.asarray(p) / r -> -np.asarray(p) / r
-    half of it: The inner derivative of the square, 2 px, cancels the 1/2 of the root: p / r.
-        np.asarray(p) / r -> np.asarray(p) / (2 * r)
-    one point only: p[0] is the first *point* of a list, and the first number of one point. Write p[..., 0].
-        r = np.linalg.norm(p, axis=-1, keepdims=True) -> r = np.atleast_1d(np.hypot(p[0], p[1]))
+    squared range | return r, Y_p -> return r**2, 2 * r[..., None] * Y_p | That is the square of the range. Take the root.
+    root forgotten | return r, -> return r**2, | That is the square of the range: the root is missing in y.
+    city blocks | return r, -> return np.abs(p).sum(-1, keepdims=True), | |px| + |py| is the way round the corner. A range is the straight line.
+    unit vector forgotten | np.asarray(p) / r -> np.asarray(p) | dr/dp is a *unit* vector: p / r, not p.
+    divided by the square | np.asarray(p) / r -> np.asarray(p) / r**2 | dr/dp = p / r. Check the units: metres per metre, so no r^2.
+    derivative of the bearing | np.asarray(p) / r -> np.stack([-p[..., 1], p[..., 0]], -1) / r**2 | [-py, px] / r^2 is the derivative of the bearing. The range grows *along* the line of sight.
+    across the line of sight | np.asarray(p) / r -> np.stack([-p[..., 1], p[..., 0]], -1) / r | A step across the line of sight changes nothing. Y_p points along it: p / r.
+    Jacobian of the square | np.asarray(p) / r -> 2 * np.asarray(p) | 2 p is the derivative of the squared range. The range itself has p / r.
+    towards the sensor | np.asarray(p) / r -> -np.asarray(p) / r | The sign: a point that moves away has a larger range.
+    half of it | np.asarray(p) / r -> np.asarray(p) / (2 * r) | The inner derivative of the square, 2 px, cancels the 1/2 of the root: p / r.
+    one point only | r = np.linalg.norm(p, axis=-1, keepdims=True) -> r = np.atleast_1d(np.hypot(p[0], p[1])) | p[0] is the first *point* of a list, and the first number of one point. Write p[..., 0].
     """,
 )

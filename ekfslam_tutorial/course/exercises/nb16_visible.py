@@ -27,10 +27,7 @@ def one_by_one(r, bearings_deg, max_range, fov_deg):
     """One call for each point, so that a message can show it; and one for all of them."""
     r = np.broadcast_to(r, len(bearings_deg))
     view = float(max_range), float(np.radians(fov_deg))
-    return [
-        *((*polar(a, b), *view) for a, b in zip(r, bearings_deg, strict=True)),
-        (*polar(r, bearings_deg), *view),
-    ]
+    return [*((*polar(a, b), *view) for a, b in zip(r, bearings_deg, strict=True)), (*polar(r, bearings_deg), *view)]
 
 
 def stack(rng, lead):
@@ -44,8 +41,7 @@ def _exactly(p, max_range, fov):
 
 
 seen = table(
-    "16.2",
-    "What the sensor can see",
+    "16.2 What the sensor can see",
     beacon_visible,
     hints=(
         "Two conditions, and both must hold: the range, and the bearing of the point.",
@@ -88,31 +84,18 @@ seen = table(
     any number of points | seen | many | p[..., 0] and y[..., 0] work for one point, for a list, and for a table of points.
     """,
     wrong="""
-    the whole fov on each side: fov is the *whole* width: only half of it lies on each side.
-        fov / 2 -> fov
-    sign of the bearing: A point to the right has a negative bearing, and would always be seen: take |bearing|.
-        np.abs(bearing) -> bearing
-    only to the left: The view goes to the right, too: -fov / 2 <= bearing <= fov / 2.
-        (np.abs(bearing) <= fov / 2) -> (bearing >= 0) & (bearing <= fov / 2)
-    from zero to fov: The x axis is the *middle* of the view: -fov / 2 to fov / 2.
-        (np.abs(bearing) <= fov / 2) -> (bearing >= 0) & (bearing <= fov)
-    degrees: Everything is in radians, fov too.
-        np.abs(bearing) -> np.abs(np.degrees(bearing))
-    one of the two: Both must hold: `&`, not `|`.
-        max_range) & (np -> max_range) | (np
-    range forgotten: A point beyond max_range is not seen.
-        (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> np.abs(bearing) <= fov / 2
-    view forgotten: A point outside the field of view is not seen.
-        (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> y[..., 0] <= max_range
-    arctan: arctan(py / px) takes a point behind for one ahead. Take arctan2(py, px).
-        np.arctan2(p[..., 1], p[..., 0]) -> np.arctan(p[..., 1] / p[..., 0])
-    px and py swapped: arctan2 takes y first: arctan2(py, px).
-        np.arctan2(p[..., 1], p[..., 0]) -> np.arctan2(p[..., 0], p[..., 1])
-    the other way round: That is True where the sensor is blind.
-        return (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> return (y[..., 0] > max_range) | (np.abs(bearing) > fov / 2)
-    a point at max_range: "Not further away than max_range": a point just there is seen, <=.
-        y[..., 0] <= max_range -> y[..., 0] < max_range
-    a point on the edge of the view: "Not more than fov / 2": a point just there is seen, <=.
-        <= fov / 2 -> < fov / 2
+    the whole fov on each side | fov / 2 -> fov | fov is the *whole* width: only half of it lies on each side.
+    sign of the bearing | np.abs(bearing) -> bearing | A point to the right has a negative bearing, and would always be seen: take |bearing|.
+    only to the left | (np.abs(bearing) <= fov / 2) -> (bearing >= 0) & (bearing <= fov / 2) | The view goes to the right, too: -fov / 2 <= bearing <= fov / 2.
+    from zero to fov | (np.abs(bearing) <= fov / 2) -> (bearing >= 0) & (bearing <= fov) | The x axis is the *middle* of the view: -fov / 2 to fov / 2.
+    degrees | np.abs(bearing) -> np.abs(np.degrees(bearing)) | Everything is in radians, fov too.
+    one of the two | max_range) & (np -> max_range) | (np | Both must hold: `&`, not `|`.
+    range forgotten | (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> np.abs(bearing) <= fov / 2 | A point beyond max_range is not seen.
+    view forgotten | (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> y[..., 0] <= max_range | A point outside the field of view is not seen.
+    arctan | np.arctan2(p[..., 1], p[..., 0]) -> np.arctan(p[..., 1] / p[..., 0]) | arctan(py / px) takes a point behind for one ahead. Take arctan2(py, px).
+    px and py swapped | np.arctan2(p[..., 1], p[..., 0]) -> np.arctan2(p[..., 0], p[..., 1]) | arctan2 takes y first: arctan2(py, px).
+    the other way round | return (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> return (y[..., 0] > max_range) | (np.abs(bearing) > fov / 2) | That is True where the sensor is blind.
+    a point at max_range | y[..., 0] <= max_range -> y[..., 0] < max_range | "Not further away than max_range": a point just there is seen, <=.
+    a point on the edge of the view | <= fov / 2 -> < fov / 2 | "Not more than fov / 2": a point just there is seen, <=.
     """,
 )

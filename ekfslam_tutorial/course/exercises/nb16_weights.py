@@ -31,8 +31,7 @@ def scaled(w, z, Z, by=1.0, more=0.0, Z_by=1.0):
 
 
 weighed = table(
-    "16.4",
-    "Which hypothesis explains the measurement",
+    "16.4 Which hypothesis explains the measurement",
     reweigh,
     hints=(
         "New weight: old weight times likelihood, all divided by their sum. A Gaussian has a factor before the exp.",
@@ -53,32 +52,19 @@ weighed = table(
     far from all      | w | far     | All likelihoods are 0 in the computer: subtract the largest logarithm before exp.
     """,
     wrong="""
-    height of the Gaussian forgotten: A wide Gaussian is low in the middle: the factor 1 / sqrt(Z) is missing. Without it the most uncertain hypothesis wins.
-        / Z + np.log(Z)) -> / Z)
-    old weights forgotten: What was known before counts: old weight *times* likelihood.
-        np.log(w) - 0.5 -> -0.5
-    Z taken for the sigma: Z is a variance: exp(-z^2 / (2 Z)) / sqrt(Z), no square of Z.
-        / Z + np.log(Z)) -> / Z**2 + np.log(Z**2))
-    Z instead of its root: The Gaussian has 1 / sqrt(Z) before the exp, not 1 / Z.
-        + np.log(Z)) -> + 2 * np.log(Z))
-    one half forgotten: exp(-z^2 / (2 Z)): the one half is missing.
-        np.square(z) / Z -> 2 * np.square(z) / Z
-    innovation not squared: exp(-z^2 / (2 Z)): with z alone, an innovation of -1 m would be better than 0.
-        np.square(z) -> z
-    sign of the exponent: The larger the innovation, the *less* likely: exp(-...).
-        np.square(z) / Z -> -np.square(z) / Z
-    noise not used: An innovation is large or small only beside its sigma: z^2 / Z.
-        (np.square(z) / Z + np.log(Z)) -> np.square(z)
-    zeros: All the likelihoods are zero in the computer, and 0 / 0 is no number. Subtract the largest logarithm before exp.
-        np.exp(log_w - np.max(log_w)) -> np.exp(log_w)
-    not divided by the sum: Weights are probabilities: divide by their sum.
-        return new / new.sum() -> return np.exp(log_w) / np.sqrt(2 * np.pi)
-    divided by the largest: Weights are probabilities: divide by their *sum*, not by the largest.
-        new.sum() -> new.max()
-    added: Weight *times* likelihood: in logarithms this is a sum, in the weights it is not.
-        new = np.exp(log_w - np.max(log_w)) -> new = w + np.exp(-0.5 * z**2 / Z) / np.sqrt(2 * np.pi * Z)
-    winner takes all: One measurement seldom decides. Keep the weights of all hypotheses.
-        return new / new.sum() -> return np.eye(len(w))[np.argmax(new)]
+    height of the Gaussian forgotten | / Z + np.log(Z)) -> / Z) | A wide Gaussian is low in the middle: the factor 1 / sqrt(Z) is missing. Without it the most uncertain hypothesis wins.
+    old weights forgotten | np.log(w) - 0.5 -> -0.5 | What was known before counts: old weight *times* likelihood.
+    Z taken for the sigma | / Z + np.log(Z)) -> / Z**2 + np.log(Z**2)) | Z is a variance: exp(-z^2 / (2 Z)) / sqrt(Z), no square of Z.
+    Z instead of its root | + np.log(Z)) -> + 2 * np.log(Z)) | The Gaussian has 1 / sqrt(Z) before the exp, not 1 / Z.
+    one half forgotten | np.square(z) / Z -> 2 * np.square(z) / Z | exp(-z^2 / (2 Z)): the one half is missing.
+    innovation not squared | np.square(z) -> z | exp(-z^2 / (2 Z)): with z alone, an innovation of -1 m would be better than 0.
+    sign of the exponent | np.square(z) / Z -> -np.square(z) / Z | The larger the innovation, the *less* likely: exp(-...).
+    noise not used | (np.square(z) / Z + np.log(Z)) -> np.square(z) | An innovation is large or small only beside its sigma: z^2 / Z.
+    zeros | np.exp(log_w - np.max(log_w)) -> np.exp(log_w) | All the likelihoods are zero in the computer, and 0 / 0 is no number. Subtract the largest logarithm before exp.
+    not divided by the sum | return new / new.sum() -> return np.exp(log_w) / np.sqrt(2 * np.pi) | Weights are probabilities: divide by their sum.
+    divided by the largest | new.sum() -> new.max() | Weights are probabilities: divide by their *sum*, not by the largest.
+    added | new = np.exp(log_w - np.max(log_w)) -> new = w + np.exp(-0.5 * z**2 / Z) / np.sqrt(2 * np.pi * Z) | Weight *times* likelihood: in logarithms this is a sum, in the weights it is not.
+    winner takes all | return new / new.sum() -> return np.eye(len(w))[np.argmax(new)] | One measurement seldom decides. Keep the weights of all hypotheses.
     """,
 )
 

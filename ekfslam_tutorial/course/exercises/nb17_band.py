@@ -30,8 +30,7 @@ def scan(rng, runs, dof, low=0.0, high=2.5, frames=300):
 
 
 band = table(
-    "17.2",
-    "ANEES over the frames",
+    "17.2 ANEES over the frames",
     in_band,
     hints=(
         "First the mean over the *runs*, one number for each frame. Then its two limits, the same for all frames.",
@@ -43,32 +42,19 @@ band = table(
     cases={"any": lambda rng: [(rng.uniform(1, 20, (runs, n)), 6) for runs, n in ((20, 7), (5, 30))]},
     checks="",
     wrong="""
-    limits of one run: Those are the limits of *one* NEES. The mean of several runs scatters less.
-        runs * dof) / runs -> dof)
-    frames counted, too: The frames of a run hang together: they are not independent. Only the runs count.
-        runs * dof) / runs -> runs * frames * dof) / (runs * frames)
-    frames instead of runs: The mean is over the runs: their number counts, not that of the frames.
-        runs * dof) / runs -> frames * dof) / frames
-    degrees of freedom forgotten: The sum of R NEES has R times dof degrees of freedom.
-        runs * dof) / runs -> runs) / runs
-    limits of the sum: Those are the limits of the sum. Divide by the number of runs.
-        runs * dof) / runs -> runs * dof)
-    limits of the mean over dof: Those are limits around 1. The mean NEES is around dof: divide by the runs.
-        runs * dof) / runs -> runs * dof) / (runs * dof)
-    90 per cent: 2.5 % on each side: 0.025 and 0.975.
-        [0.025, 0.975] -> [0.05, 0.95]
-    no lower limit: Too cautious is not honest either: there is a lower limit.
-        (mean >= low) & (mean <= high) -> mean <= high
-    no upper limit: Over-confident is worse: there is an upper limit.
-        (mean >= low) & (mean <= high) -> mean >= low
-    where it is dishonest: That is True where the filter is *not* honest.
-        (mean >= low) & (mean <= high) -> (mean < low) | (mean > high)
-    median: The chi-square limits are those of the *mean* over the runs.
-        np.mean( -> np.median(
-    mean over the frames: The frames of one run hang together. Take the mean over the runs: axis=0.
-        axis=0 -> axis=1
-    degrees of freedom less one: Nothing was estimated from the runs: R dof degrees of freedom, not (R - 1) dof.
-        runs * dof) / runs -> max(runs - 1, 1) * dof) / max(runs - 1, 1)
+    limits of one run | runs * dof) / runs -> dof) | Those are the limits of *one* NEES. The mean of several runs scatters less.
+    frames counted, too | runs * dof) / runs -> runs * frames * dof) / (runs * frames) | The frames of a run are correlated: they are not independent. Only the runs count.
+    frames instead of runs | runs * dof) / runs -> frames * dof) / frames | The mean is over the runs: their number counts, not that of the frames.
+    degrees of freedom forgotten | runs * dof) / runs -> runs) / runs | The sum of R NEES has R times dof degrees of freedom.
+    limits of the sum | runs * dof) / runs -> runs * dof) | Those are the limits of the sum. Divide by the number of runs.
+    limits of the mean over dof | runs * dof) / runs -> runs * dof) / (runs * dof) | Those are limits around 1. The mean NEES is around dof: divide by the runs.
+    90 per cent | [0.025, 0.975] -> [0.05, 0.95] | 2.5 % on each side: 0.025 and 0.975.
+    no lower limit | (mean >= low) & (mean <= high) -> mean <= high | Too cautious is not honest either: there is a lower limit.
+    no upper limit | (mean >= low) & (mean <= high) -> mean >= low | Over-confident is worse: there is an upper limit.
+    where it is dishonest | (mean >= low) & (mean <= high) -> (mean < low) | (mean > high) | That is True where the filter is *not* honest.
+    median | np.mean( -> np.median( | The chi-square limits are those of the *mean* over the runs.
+    mean over the frames | axis=0 -> axis=1 | The frames of one run are correlated. Take the mean over the runs: axis=0.
+    degrees of freedom less one | runs * dof) / runs -> max(runs - 1, 1) * dof) / max(runs - 1, 1) | Nothing was estimated from the runs: R dof degrees of freedom, not (R - 1) dof.
     """,
 )
 

@@ -59,8 +59,7 @@ def signs(x, P, truth):
 
 
 tangent = table(
-    "17.1",
-    "NEES of a pose in space",
+    "17.1 NEES of a pose in space",
     pose_nees,
     hints=(
         "NEES = e' C^-1 e, where C is the covariance of *that* e. Six numbers e need a 6 x 6 covariance.",
@@ -85,28 +84,18 @@ tangent = table(
         np.linalg.solve(C, e[..., None]) -> (C @ e[..., None])
     quaternions subtracted, a little added to P: q - q_truth is no error of an orientation: q and -q are the same, and P has no inverse along q. What you add to P decides what comes out.
         C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = x - truth, P + 1e-9 * np.eye(7)
-    first six rows of P: A 6 x 6 corner of P is the covariance of six numbers of x, not of e: C = E_x P E_x'.
-        C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> C = P[:, :6, :6]
+    first six rows of P | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> C = P[:, :6, :6] | A 6 x 6 corner of P is the covariance of six numbers of x, not of e: C = E_x P E_x'.
     scalar part left out: Three numbers of a quaternion are no rotation vector: half the angle, and other axes. Take e and C.
         C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = np.delete(x - truth, 3, 1), np.delete(np.delete(P, 3, 1), 3, 2)
-    position only: That is the NEES of the position, 3 degrees of freedom. The orientation belongs to it.
-        C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = e[:, :3], P[:, :3, :3]
-    correlations forgotten: Position and orientation hang together: use the whole C, not its two blocks.
-        np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.kron(np.eye(2), np.ones((3, 3)))
-    P forgotten: E_x E_x' is no covariance: P, what the filter says of its error, belongs between them.
-        E_x @ P @ np -> E_x @ np
-    inverse forgotten: Large where P is *small*: e' C^-1 e.
-        np.linalg.solve(C, e[..., None]) -> (C @ e[..., None])
-    root taken: NEES is the *squared* distance: no root.
-        .sum(-1) -> .sum(-1) ** 0.5
-    divided by six: NEES of a pose is about 6, its degrees of freedom: do not divide by them.
-        .sum(-1) -> .sum(-1) / 6
-    Euler angles: Euler angles have a place (pitch 90 degrees) where they break down, and near it everything is wrong. The tangent space has none.
-        C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = _euler(x, P, truth)
-    covariance of a plain error: The error is not scaled by its covariance: e' C^-1 e, not e' e.
-        np.linalg.solve(C, e[..., None])[..., 0] -> e
-    only the variances of C: The six errors are correlated: use the whole C.
-        np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.eye(6)
+    position only | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = e[:, :3], P[:, :3, :3] | That is the NEES of the position, 3 degrees of freedom. The orientation belongs to it.
+    correlations forgotten | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.kron(np.eye(2), np.ones((3, 3))) | Position and orientation are correlated: use the whole C, not its two blocks.
+    P forgotten | E_x @ P @ np -> E_x @ np | E_x E_x' is no covariance: P, what the filter says of its error, belongs between them.
+    inverse forgotten | np.linalg.solve(C, e[..., None]) -> (C @ e[..., None]) | Large where P is *small*: e' C^-1 e.
+    root taken | .sum(-1) -> .sum(-1) ** 0.5 | NEES is the *squared* distance: no root.
+    divided by six | .sum(-1) -> .sum(-1) / 6 | NEES of a pose is about 6, its degrees of freedom: do not divide by them.
+    Euler angles | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = _euler(x, P, truth) | Euler angles have a place (pitch 90 degrees) where they break down, and near it everything is wrong. The tangent space has none.
+    covariance of a plain error | np.linalg.solve(C, e[..., None])[..., 0] -> e | The error is not scaled by its covariance: e' C^-1 e, not e' e.
+    only the variances of C | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.eye(6) | The six errors are correlated: use the whole C.
     """,
 )
 

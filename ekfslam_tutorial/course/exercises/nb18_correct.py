@@ -21,7 +21,7 @@ def correct_both(x, P, a, b, z, E_a, E_b, R):
 
 
 def case(rng, n=9, a=0, b=3, m=2):
-    """Return the arguments: a state whose parts hang together, and a full R."""
+    """Return the arguments: a state whose parts are correlated, and a full R."""
     A = rng.normal(size=(n, n)) * rng.uniform(0.3, 1.5, n)[:, None]
     B = rng.normal(size=(m, m))
     x, z = rng.normal(size=n), 0.3 * rng.normal(size=m)
@@ -48,14 +48,12 @@ def both_orders(x, P, a, b, z, E_a, E_b, R):
 
 
 both = table(
-    "18.2",
-    "One sighting, two robots",
+    "18.2 One sighting, two robots",
     correct_both,
     hints=(
         "It is the correction of notebook 05. Only H is new: which columns are not zero?",
         "H is m x n, zero but for H[:, a] = E_a and H[:, b] = E_b. Then Z = H P H' + R and K = P H' Z^-1.",
-        "Z holds four products: E_a P_aa E_a', E_a P_ab E_b', its transpose, E_b P_bb E_b'. K has rows for all n "
-        "numbers, also those of robots and landmarks that are not in z.",
+        "Z holds four products: E_a P_aa E_a', E_a P_ab E_b', its transpose, E_b P_bb E_b'. K has rows for all n numbers, also those of robots and landmarks that are not in z.",
     ),
     returns="x, P",
     cases={
@@ -72,42 +70,24 @@ both = table(
     order of the robots | x, P | order   | The same with a behind b in the state: nothing may depend on the order.
     """,
     wrong="""
-    robot b taken as known: Robot b is uncertain, too. Without E_b in H robot a believes it as if it were a surveyed mark, and b learns nothing.
-        H[:, a], H[:, b] = E_a, E_b -> H[:, a] = E_a
-    robot a taken as known: Robot a is uncertain, too: its block E_a belongs into H.
-        H[:, a], H[:, b] = E_a, E_b -> H[:, b] = E_b
-    only the one who looks: K has rows for all numbers: b, and all that hangs together with either of them, must move.
-        return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a); return x + K @ z, P - K @ H @ P
-    only the one who is seen: K has rows for all numbers: a moves, too.
-        return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, b); return x + K @ z, P - K @ H @ P
-    only the two robots: Landmarks and other robots hang together with the two. Leave the rows of K in: whoever drops them, breaks P.
-        return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a, b); return x + K @ z, P - K @ H @ P
-    cross-covariance left out of Z: The two robots share landmarks, so they are correlated: Z holds E_a P_ab E_b' and its transpose, too. H P H' does it all.
-        H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R
-    cross-covariance counted once: E_a P_ab E_b' comes twice in Z, once transposed. H P H' does it all.
-        H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R + E_a @ P[a, b] @ E_b.T
-    b left out of Z: The place of b is uncertain, too: Z = H P H' + R with both blocks in H.
-        H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + R
-    no R: The camera is noisy: Z = H P H' + R.
-        H.T + R -> H.T
-    R counted twice: One sighting has one R, although it is about two robots.
-        H.T + R -> H.T + 2 * R
-    robots exchanged: E_a belongs into the columns a of H, E_b into the columns b.
-        = E_a, E_b -> = E_b, E_a
-    x minus K z: z is measured minus expected, so the correction is added.
-        x + K @ z -> x - K @ z
-    x left as it was: Add K z to the mean.
-        x + K @ z -> x
-    P left as it was: The sighting makes all that hangs together with it more certain: P - K Z K'.
-        P - K @ Z @ K.T -> P
-    P grows: A correction takes uncertainty away: minus.
-        P - K @ Z -> P + K @ Z
-    corrected twice: One sighting is one correction, although it is about two robots. Used for a and then again for b, it counts twice.
-        x + K @ z, P - K @ Z @ K.T -> x + 2 * K @ z, P - 2 * K @ Z @ K.T
-    the first two robots always: a and b are slices: H[:, a] = E_a and H[:, b] = E_b, not 0:3 and 3:6.
-        H[:, a], H[:, b] = E_a, E_b -> H[:, 0:3], H[:, 3:6] = E_a, E_b
-    P corrected once: K goes on both sides: P - K Z K', or P - K H P.
-        P - K @ Z @ K.T -> P - K @ H
+    robot b taken as known | H[:, a], H[:, b] = E_a, E_b -> H[:, a] = E_a | Robot b is uncertain, too. Without E_b in H robot a believes it as if it were a surveyed mark, and b learns nothing.
+    robot a taken as known | H[:, a], H[:, b] = E_a, E_b -> H[:, b] = E_b | Robot a is uncertain, too: its block E_a belongs in H.
+    only the one who looks | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a); return x + K @ z, P - K @ H @ P | K has rows for all numbers: b, and all that hangs together with either of them, must move.
+    only the one who is seen | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, b); return x + K @ z, P - K @ H @ P | K has rows for all numbers: a moves, too.
+    only the two robots | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a, b); return x + K @ z, P - K @ H @ P | Landmarks and other robots are correlated with the two. Leave the rows of K in: whoever drops them, breaks P.
+    cross-covariance left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R | The two robots share landmarks, so they are correlated: Z holds E_a P_ab E_b' and its transpose, too. H P H' does it all.
+    cross-covariance counted once | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R + E_a @ P[a, b] @ E_b.T | E_a P_ab E_b' comes twice in Z, once transposed. H P H' does it all.
+    b left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + R | The place of b is uncertain, too: Z = H P H' + R with both blocks in H.
+    no R | H.T + R -> H.T | The camera is noisy: Z = H P H' + R.
+    R counted twice | H.T + R -> H.T + 2 * R | One sighting has one R, although it is about two robots.
+    robots exchanged | = E_a, E_b -> = E_b, E_a | E_a belongs in the columns a of H, E_b in the columns b.
+    x minus K z | x + K @ z -> x - K @ z | z is measured minus expected, so the correction is added.
+    x left as it was | x + K @ z -> x | Add K z to the mean.
+    P left as it was | P - K @ Z @ K.T -> P | The sighting makes all that hangs together with it more certain: P - K Z K'.
+    P grows | P - K @ Z -> P + K @ Z | A correction takes uncertainty away: minus.
+    corrected twice | x + K @ z, P - K @ Z @ K.T -> x + 2 * K @ z, P - 2 * K @ Z @ K.T | One sighting is one correction, although it is about two robots. Used for a and then again for b, it counts twice.
+    the first two robots always | H[:, a], H[:, b] = E_a, E_b -> H[:, 0:3], H[:, 3:6] = E_a, E_b | a and b are slices: H[:, a] = E_a and H[:, b] = E_b, not 0:3 and 3:6.
+    P corrected once | P - K @ Z @ K.T -> P - K @ H | K goes on both sides: P - K Z K', or P - K H P.
     """,
 )
 

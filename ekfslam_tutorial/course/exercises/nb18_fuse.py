@@ -20,7 +20,7 @@ def fuse(l1, P1, l2, P2):
 
 
 def covariance(rng, n, size=1.0):
-    """Return a covariance (n, n) of landmarks that hang together."""
+    """Return a covariance (n, n) of landmarks that are correlated."""
     A = rng.normal(size=(n, n)) * rng.uniform(0.3, 1.0, n)[:, None]
     B = rng.normal(size=(n, 3))  # as if the whole map could shift and turn
     return size * (0.2 * A @ A.T / n + B @ B.T + 0.02 * np.eye(n))
@@ -44,13 +44,11 @@ def unsure(rng):
 
 
 fusion = table(
-    "18.4",
-    "Two maps become one",
+    "18.4 Two maps become one",
     fuse,
     hints=(
         "A Kalman correction: the state is l1 with P1, the measurement is l2 with R = P2, and H is the identity.",
-        "The innovation is l2 - l1, its covariance Z = P1 + P2, the gain K = P1 Z^-1. Or add informations: "
-        "P^-1 = P1^-1 + P2^-1.",
+        "The innovation is l2 - l1, its covariance Z = P1 + P2, the gain K = P1 Z^-1. Or add informations: P^-1 = P1^-1 + P2^-1.",
         "l = l1 + K (l2 - l1) and P = P1 - K P1, with the whole matrices: not 2 x 2 blocks, not diagonals.",
     ),
     returns="l, P",
@@ -68,41 +66,24 @@ fusion = table(
     an unsure neighbour | l | unsure | Map 2 knows its first landmark only. In map 1 the second hangs on the first, so it must move along.
     """,
     wrong="""
-    plain mean: A map that is ten times as good gets the same weight. Weigh by the covariances.
-        l = l1 + K @ (l2 - l1) -> l = (l1 + l2) / 2
+    plain mean | l = l1 + K @ (l2 - l1) -> l = (l1 + l2) / 2 | A map that is ten times as good gets the same weight. Weigh by the covariances.
         P = P1 - K @ P1 -> P = (P1 + P2) / 4
-    plain mean, fused covariance: The mean is not weighted: l = l1 + K (l2 - l1) with K = P1 (P1 + P2)^-1.
-        l = l1 + K @ (l2 - l1) -> l = (l1 + l2) / 2
-    landmark by landmark: You use the 2 x 2 blocks only. The landmarks of one map hang together: its common shift and turn is in the blocks beside the diagonal.
-        K = np -> P1, P2 = _blocks(P1), _blocks(P2); K = np
-    number by number: You use the variances only. What the covariances say about pairs is what makes a map of single points.
-        K = np -> P1, P2 = np.diag(np.diag(P1)), np.diag(np.diag(P2)); K = np
-    one weight for each map: One number cannot say which part of a map is good: use the whole matrices.
-        K = np -> P1, P2 = (np.eye(len(P)) * np.trace(P) / len(P) for P in (P1, P2)); K = np
-    the better map only: The other map is worse, but not worthless: it is information.
-        return l, P -> return (l1, P1) if np.trace(P1) <= np.trace(P2) else (l2, P2)
-    weights exchanged: The map with the larger covariance must get the smaller weight.
-        l1 + K @ (l2 - l1) -> l2 + K @ (l1 - l2)
-    innovation with the wrong sign: The innovation is l2 - l1: what map 2 says beyond map 1.
-        l1 + K @ (l2 - l1) -> l1 + K @ (l1 - l2)
-    gain transposed: K = P1 (P1 + P2)^-1, in this order: yours is its transpose.
-        l1 + K @ (l2 - l1) -> l1 + K.T @ (l2 - l1)
-    covariances added: Two maps know more than one: the fused covariance is smaller than both.
-        P1 - K @ P1 -> P1 + P2
-    mean of the covariances: Two maps know more than one: the fused covariance is smaller than both.
-        P1 - K @ P1 -> (P1 + P2) / 2
-    half the covariance: That holds for two maps of the same covariance only.
-        P1 - K @ P1 -> P1 / 2
-    covariance of the plain mean: (P1 + P2) / 4 belongs to the plain mean, not to the weighted one.
-        P1 - K @ P1 -> (P1 + P2) / 4
-    informations not turned back: P1^-1 + P2^-1 is the information: invert the sum.
-        P1 - K @ P1 -> np.linalg.inv(P1) + np.linalg.inv(P2)
-    P1 as it was: Map 2 has brought information: P = P1 - K P1.
-        P1 - K @ P1 -> P1
-    told twice: Map 2 counts once. Fused again with what is already in it, it makes the covariance too small.
-        K = np -> P2 = P2 / 2; K = np
-    P grows: Map 2 has brought information: P = P1 - K P1, with a minus.
-        P1 - K @ P1 -> P1 + K @ P1
+    plain mean, fused covariance | l = l1 + K @ (l2 - l1) -> l = (l1 + l2) / 2 | The mean is not weighted: l = l1 + K (l2 - l1) with K = P1 (P1 + P2)^-1.
+    landmark by landmark | K = np -> P1, P2 = _blocks(P1), _blocks(P2); K = np | You use the 2 x 2 blocks only. The landmarks of one map are correlated: its common shift and turn is in the blocks off the diagonal.
+    number by number | K = np -> P1, P2 = np.diag(np.diag(P1)), np.diag(np.diag(P2)); K = np | You use the variances only. What the covariances say about pairs is what makes a map of single points.
+    one weight for each map | K = np -> P1, P2 = (np.eye(len(P)) * np.trace(P) / len(P) for P in (P1, P2)); K = np | One number cannot say which part of a map is good: use the whole matrices.
+    the better map only | return l, P -> return (l1, P1) if np.trace(P1) <= np.trace(P2) else (l2, P2) | The other map is worse, but not worthless: it is information.
+    weights exchanged | l1 + K @ (l2 - l1) -> l2 + K @ (l1 - l2) | The map with the larger covariance must get the smaller weight.
+    innovation with the wrong sign | l1 + K @ (l2 - l1) -> l1 + K @ (l1 - l2) | The innovation is l2 - l1: what map 2 says beyond map 1.
+    gain transposed | l1 + K @ (l2 - l1) -> l1 + K.T @ (l2 - l1) | K = P1 (P1 + P2)^-1, in this order: yours is its transpose.
+    covariances added | P1 - K @ P1 -> P1 + P2 | Two maps know more than one: the fused covariance is smaller than both.
+    mean of the covariances | P1 - K @ P1 -> (P1 + P2) / 2 | Two maps know more than one: the fused covariance is smaller than both.
+    half the covariance | P1 - K @ P1 -> P1 / 2 | That holds for two maps of the same covariance only.
+    covariance of the plain mean | P1 - K @ P1 -> (P1 + P2) / 4 | (P1 + P2) / 4 belongs to the plain mean, not to the weighted one.
+    informations not turned back | P1 - K @ P1 -> np.linalg.inv(P1) + np.linalg.inv(P2) | P1^-1 + P2^-1 is the information: invert the sum.
+    P1 as it was | P1 - K @ P1 -> P1 | Map 2 has brought information: P = P1 - K P1.
+    told twice | K = np -> P2 = P2 / 2; K = np | Map 2 counts once. Fused again with what is already in it, it makes the covariance too small.
+    P grows | P1 - K @ P1 -> P1 + K @ P1 | Map 2 has brought information: P = P1 - K P1, with a minus.
     """,
 )
 

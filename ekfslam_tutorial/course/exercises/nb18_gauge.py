@@ -46,13 +46,11 @@ def mirrored(paths, truths):
 
 
 gauge = table(
-    "18.3",
-    "Five trajectories, one gauge",
+    "18.3 Five trajectories, one gauge",
     align_all,
     hints=(
         "One filter has one frame, so there is one alignment. Put all positions of all robots into one long array.",
-        "Then it is exercise 09.4: subtract the means, theta = arctan2(sum(a x b), sum(a . b)), "
-        "t = mean(truth) - R mean(path). The mean is over all instants of all robots.",
+        "Then it is exercise 09.4: subtract the means, theta = arctan2(sum(a x b), sum(a . b)), t = mean(truth) - R mean(path). The mean is over all instants of all robots.",
         "ATE of robot i: move its own path by R and t, squared distance of each instant, mean, root.",
     ),
     returns="F, ates",
@@ -76,38 +74,22 @@ gauge = table(
     wrong="""
     each robot on its own: One filter has one frame. If each path gets an alignment of its own, 15 numbers are free instead of 3, and robots that lie wrong to each other look right.
         np.array([np.sqrt(np.mean(d)) for d in d2]) -> _each_alone(paths, truths)
-    aligned by the first robot: Robot 1 alone does not tell how the others lie, and its own errors tilt them all: use all positions.
-        p, q = np.concatenate(paths), np.concatenate(truths) -> p, q = paths[0], truths[0]
-    mean of five alignments: Frames cannot be averaged number by number. Put all positions together, then align once.
-        d2 = [np -> t, theta, R = _mean_of_frames(paths, truths); d2 = [np
-    means of the robots: The mean of each path throws away how it is turned. Use all positions.
-        p, q = np.concatenate(paths), np.concatenate(truths) -> p, q = (np.array([k.mean(0) for k in some]) for some in (paths, truths))
-    every robot counts the same: Least squares over all positions: each instant counts once, so a long path counts more.
-        d2 = [np -> t, theta, R = _robots_alike(paths, truths); d2 = [np
-    not aligned: The filter chose its own frame: find the one motion first.
-        d2 = [np -> t, theta, R = np.zeros(2), 0.0, np.eye(2); d2 = [np
-    moved, not turned: The heading of the first robot is the x axis of the map: find the angle, too.
-        theta = np.arctan2( -> theta = 0 * np.arctan2(
-    truth laid on the path: F takes a position of the filter to the survey, not back.
-        np.array([*t, theta]) -> np.array([*(-R.T @ t), -theta])
-    difference of the means: t = mean(truth) - R mean(path): the mean of the paths turns, too.
-        R @ p.mean(axis=0) -> p.mean(axis=0)
-    angle with the wrong sign: Your angle turns the truth to the paths.
-        theta = np.arctan2( -> theta = -np.arctan2(
-    angle in degrees: Angles are in radians everywhere.
-        [*t, theta] -> [*t, np.degrees(theta)]
-    plain arctan: np.arctan cannot tell an angle from the opposite one: np.arctan2 takes both sums.
-        theta = np.arctan2( -> theta = (lambda y, x: np.arctan(y / x))(
-    mirror allowed: The SVD may give a mirror image. The determinant of R must be +1.
-        t = q.mean -> R = _orthogonal(a, b); theta = np.arctan2(R[1, 0], R[0, 0]); t = q.mean
-    mean distance: ATE is the root of the mean *square*: large errors count more.
-        np.sqrt(np.mean(d)) -> np.mean(np.sqrt(d))
-    no root: That is the mean squared distance, in square metres. Take the root.
-        np.sqrt(np.mean(d)) -> np.mean(d)
-    mean over x and y: One distance for each instant: add x and y before the mean.
-        np.mean(d) -> np.mean(d) / 2
-    one number for all: One ATE for each robot: use its own instants.
-        for d in d2]) -> for d in [np.concatenate(d2)] * len(d2)])
+    aligned by the first robot | p, q = np.concatenate(paths), np.concatenate(truths) -> p, q = paths[0], truths[0] | Robot 1 alone does not tell how the others lie, and its own errors tilt them all: use all positions.
+    mean of five alignments | d2 = [np -> t, theta, R = _mean_of_frames(paths, truths); d2 = [np | Frames cannot be averaged number by number. Put all positions together, then align once.
+    means of the robots | p, q = np.concatenate(paths), np.concatenate(truths) -> p, q = (np.array([k.mean(0) for k in some]) for some in (paths, truths)) | The mean of each path throws away how it is turned. Use all positions.
+    every robot counts the same | d2 = [np -> t, theta, R = _robots_alike(paths, truths); d2 = [np | Least squares over all positions: each instant counts once, so a long path counts more.
+    not aligned | d2 = [np -> t, theta, R = np.zeros(2), 0.0, np.eye(2); d2 = [np | The filter chose its own frame: find the one motion first.
+    moved, not turned | theta = np.arctan2( -> theta = 0 * np.arctan2( | The heading of the first robot is the x axis of the map: find the angle, too.
+    truth laid on the path | np.array([*t, theta]) -> np.array([*(-R.T @ t), -theta]) | F takes a position of the filter to the survey, not back.
+    difference of the means | R @ p.mean(axis=0) -> p.mean(axis=0) | t = mean(truth) - R mean(path): the mean of the paths turns, too.
+    angle with the wrong sign | theta = np.arctan2( -> theta = -np.arctan2( | Your angle turns the truth to the paths.
+    angle in degrees | [*t, theta] -> [*t, np.degrees(theta)] | Angles are in radians everywhere.
+    plain arctan | theta = np.arctan2( -> theta = (lambda y, x: np.arctan(y / x))( | np.arctan cannot tell an angle from the opposite one: np.arctan2 takes both sums.
+    mirror allowed | t = q.mean -> R = _orthogonal(a, b); theta = np.arctan2(R[1, 0], R[0, 0]); t = q.mean | The SVD may give a mirror image. The determinant of R must be +1.
+    mean distance | np.sqrt(np.mean(d)) -> np.mean(np.sqrt(d)) | ATE is the root of the mean *square*: large errors count more.
+    no root | np.sqrt(np.mean(d)) -> np.mean(d) | That is the mean squared distance, in square metres. Take the root.
+    mean over x and y | np.mean(d) -> np.mean(d) / 2 | One distance for each instant: add x and y before the mean.
+    one number for all | for d in d2]) -> for d in [np.concatenate(d2)] * len(d2)]) | One ATE for each robot: use its own instants.
     """,
 )
 

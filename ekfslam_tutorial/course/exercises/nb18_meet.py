@@ -43,13 +43,11 @@ def _unwrapped(a, b):
 ROWS, COLUMNS = "range, bearing", "x, y, theta"
 
 sight = table(
-    "18.1",
-    "A robot is a landmark that moves",
+    "18.1 A robot is a landmark that moves",
     meet,
     hints=(
         "It is the range and bearing of notebook 05, with the origin of robot b as the landmark.",
-        "Only the difference of the two positions counts, so their columns differ in the sign only. Which heading "
-        "shows in the measurement, and which does not?",
+        "Only the difference of the two positions counts, so their columns differ in the sign only. Which heading shows in the measurement, and which does not?",
         "With E_p = [[dx/r, dy/r], [-dy/r^2, dx/r^2]]: E_a = [-E_p, [0, -1]'], E_b = [E_p, [0, 0]'].",
     ),
     returns="e, E_a, E_b",
@@ -67,57 +65,32 @@ sight = table(
     Jacobian E_b | d E_b / b | any      | The block of a landmark for the position. Does the heading of b show in its place?
     """,
     wrong="""
-    heading forgotten: That is the direction in the map. Robot a measures from its own x axis: subtract its heading.
-        wrap(np.arctan2(dy, dx) - a[2]) -> np.arctan2(dy, dx)
-    heading of the other robot: The camera is on a: subtract the heading of a, not that of b.
-        - a[2])]) -> - b[2])])
-    relative heading: The camera measures where b is, not how b is turned.
-        np.arctan2(dy, dx) - a[2] -> b[2] - a[2]
-    seen from b: That is what b sees of a. Use b minus a, and the heading of a.
-        np.arctan2(dy, dx) - a[2] -> np.arctan2(-dy, -dx) - b[2]
-    from b to a: From a to b: b[:2] - a[:2].
-        np.arctan2(dy, dx) -> np.arctan2(-dy, -dx)
-    bearing to the right: Angles count to the left: direction minus heading.
-        np.arctan2(dy, dx) - a[2] -> a[2] - np.arctan2(dy, dx)
-    arctan2 swapped: arctan2 takes y first: arctan2(dy, dx).
-        np.arctan2(dy, dx) -> np.arctan2(dx, dy)
-    plain arctan: np.arctan cannot tell ahead from behind: arctan2(dy, dx).
-        np.arctan2(dy, dx) -> np.arctan(dy / dx)
-    bearing in degrees: Angles are in radians everywhere.
-        wrap(np.arctan2(dy, dx) - a[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - a[2]))
-    brackets of the wrapping: `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
-        wrap(np.arctan2(dy, dx) - a[2]) -> (np.arctan2(dy, dx) - a[2] + np.pi) % 2 * np.pi - np.pi
-    range squared: Take the square root: the range is in metres.
-        np.array([r, wrap -> np.array([r**2, wrap
-    heading of b in the bearing row: b is seen as a point: turn it on the spot, and nothing changes. The heading column of E_b is zero.
-        [E_p, [0.0, 0.0]] -> [E_p, [0.0, 1.0]]
-    heading of b as that of a: b is seen as a point: its own heading does not show. The heading column of E_b is zero.
-        [E_p, [0.0, 0.0]] -> [E_p, [0.0, -1.0]]
-    heading of a forgotten: Turn a to the left: b moves to the right in its view. d bearing / d theta_a = -1.
-        [-E_p, [0.0, -1.0]] -> [-E_p, [0.0, 0.0]]
-    heading of a positive: Turn a to the left: b moves to the right in its view. d bearing / d theta_a = -1.
-        [-E_p, [0.0, -1.0]] -> [-E_p, [0.0, 1.0]]
-    heading in the range: Turning on the spot changes no distance: d range / d theta = 0.
-        [-E_p, [0.0, -1.0]] -> [-E_p, [-1.0, -1.0]]
-    same sign for both: Let a go towards b: the range becomes smaller. The position columns of E_a are minus those of E_b.
-        [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]]
-    signs exchanged: Let b go away from a: the range grows. Plus signs belong into E_b, minus into E_a.
-        [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]]
+    heading forgotten | wrap(np.arctan2(dy, dx) - a[2]) -> np.arctan2(dy, dx) | That is the direction in the map. Robot a measures from its own x axis: subtract its heading.
+    heading of the other robot | - a[2])]) -> - b[2])]) | The camera is on a: subtract the heading of a, not that of b.
+    relative heading | np.arctan2(dy, dx) - a[2] -> b[2] - a[2] | The camera measures where b is, not how b is turned.
+    seen from b | np.arctan2(dy, dx) - a[2] -> np.arctan2(-dy, -dx) - b[2] | That is what b sees of a. Use b minus a, and the heading of a.
+    from b to a | np.arctan2(dy, dx) -> np.arctan2(-dy, -dx) | From a to b: b[:2] - a[:2].
+    bearing to the right | np.arctan2(dy, dx) - a[2] -> a[2] - np.arctan2(dy, dx) | Angles count to the left: direction minus heading.
+    arctan2 swapped | np.arctan2(dy, dx) -> np.arctan2(dx, dy) | arctan2 takes y first: arctan2(dy, dx).
+    plain arctan | np.arctan2(dy, dx) -> np.arctan(dy / dx) | np.arctan cannot tell ahead from behind: arctan2(dy, dx).
+    bearing in degrees | wrap(np.arctan2(dy, dx) - a[2]) -> np.degrees(wrap(np.arctan2(dy, dx) - a[2])) | Angles are in radians everywhere.
+    brackets of the wrapping | wrap(np.arctan2(dy, dx) - a[2]) -> (np.arctan2(dy, dx) - a[2] + np.pi) % 2 * np.pi - np.pi | `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
+    range squared | np.array([r, wrap -> np.array([r**2, wrap | Take the square root: the range is in metres.
+    heading of b in the bearing row | [E_p, [0.0, 0.0]] -> [E_p, [0.0, 1.0]] | b is seen as a point: turn it on the spot, and nothing changes. The heading column of E_b is zero.
+    heading of b as that of a | [E_p, [0.0, 0.0]] -> [E_p, [0.0, -1.0]] | b is seen as a point: its own heading does not show. The heading column of E_b is zero.
+    heading of a forgotten | [-E_p, [0.0, -1.0]] -> [-E_p, [0.0, 0.0]] | Turn a to the left: b moves to the right in its view. d bearing / d theta_a = -1.
+    heading of a positive | [-E_p, [0.0, -1.0]] -> [-E_p, [0.0, 1.0]] | Turn a to the left: b moves to the right in its view. d bearing / d theta_a = -1.
+    heading in the range | [-E_p, [0.0, -1.0]] -> [-E_p, [-1.0, -1.0]] | Turning on the spot changes no distance: d range / d theta = 0.
+    same sign for both | [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]] | Let a go towards b: the range becomes smaller. The position columns of E_a are minus those of E_b.
+    signs exchanged | [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]] | Let b go away from a: the range grows. Plus signs belong in E_b, minus in E_a.
         [E_p, [0.0, 0.0]] -> [-E_p, [0.0, 0.0]]
-    b is a fixed mark: b is in the state, too: its position columns are those of a landmark.
-        np.column_stack([E_p, [0.0, 0.0]]) -> np.zeros((2, 3))
-    a is exact: a is in the state, too: a step of a changes the measurement.
-        np.column_stack([-E_p, [0.0, -1.0]]) -> np.zeros((2, 3))
-    r for r^2: The bearing row is divided by r^2, not by r.
-        [-dy / r**2, dx / r**2] -> [-dy / r, dx / r]
-    block transposed: The first row is the derivative of the range: your block is transposed.
-        [[dx / r, dy / r], [-dy / r**2, dx / r**2]] -> [[dx / r, -dy / r**2], [dy / r, dx / r**2]]
-    in the frame of a: The states are in the map frame, and so are the columns: no rotation by theta.
-        return e, E_a, E_b -> return e, E_a @ _turn(a[2]), E_b @ _turn(a[2])
-    two columns: The state of b has three numbers: give its heading a column of zeros.
-        np.column_stack([E_p, [0.0, 0.0]]) -> E_p
-    Jacobians exchanged: Return E_a before E_b: the one with -1 in the heading column first.
-        return e, E_a, E_b -> return e, E_b, E_a
+    b is a fixed mark | np.column_stack([E_p, [0.0, 0.0]]) -> np.zeros((2, 3)) | b is in the state, too: its position columns are those of a landmark.
+    a is exact | np.column_stack([-E_p, [0.0, -1.0]]) -> np.zeros((2, 3)) | a is in the state, too: a step of a changes the measurement.
+    r for r^2 | [-dy / r**2, dx / r**2] -> [-dy / r, dx / r] | The bearing row is divided by r^2, not by r.
+    block transposed | [[dx / r, dy / r], [-dy / r**2, dx / r**2]] -> [[dx / r, -dy / r**2], [dy / r, dx / r**2]] | The first row is the derivative of the range: your block is transposed.
+    in the frame of a | return e, E_a, E_b -> return e, E_a @ _turn(a[2]), E_b @ _turn(a[2]) | The states are in the map frame, and so are the columns: no rotation by theta.
+    two columns | np.column_stack([E_p, [0.0, 0.0]]) -> E_p | The state of b has three numbers: give its heading a column of zeros.
+    Jacobians exchanged | return e, E_a, E_b -> return e, E_b, E_a | Return E_a before E_b: the one with -1 in the heading column first.
     """,
 )
 

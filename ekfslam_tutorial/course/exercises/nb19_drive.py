@@ -42,17 +42,12 @@ STATE = "x, y, theta"
 _right = drive  # in an edit `drive` is the wrong answer itself
 
 truck = table(
-    "19.1",
-    "A truck and its laser",
+    "19.1 A truck and its laser",
     drive,
     hints=(
-        "First the velocity of the laser: that of the axle, v_c [cos, sin], plus w times the arm from axle to laser, "
-        "turned by 90 degrees to the left. Then multiply by dt.",
-        "The arm in the map is [a c - b s, a s + b c]; turned by 90 degrees it is [-a s - b c, a c - b s]. For X_u use "
-        "the chain rule: dv_c/dv = k, dv_c/dalpha = v k^2 (1 + t^2) H / L, with t = tan(alpha), k = 1/(1 - H t / L).",
-        "X_x is the identity but for its last column: dt v_c [-s + t/L (-a c + b s), c + t/L (-a s - b c)]. "
-        "X_u = dt [k way, v (1 + t^2) (k^2 H/L way + k around/L)], with way = velocity / v_c and around = velocity / w "
-        "of the turn alone.",
+        "First the velocity of the laser: that of the axle, v_c [cos, sin], plus w times the arm from axle to laser, turned by 90 degrees to the left. Then multiply by dt.",
+        "The arm in the map is [a c - b s, a s + b c]; turned by 90 degrees it is [-a s - b c, a c - b s]. For X_u use the chain rule: dv_c/dv = k, dv_c/dalpha = v k^2 (1 + t^2) H / L, with t = tan(alpha), k = 1/(1 - H t / L).",
+        "X_x is the identity but for its last column: dt v_c [-s + t/L (-a c + b s), c + t/L (-a s - b c)]. X_u = dt [k way, v (1 + t^2) (k^2 H/L way + k around/L)], with way = velocity / v_c and around = velocity / w of the turn alone.",
     ),
     returns="x, X_x, X_u",
     jacobians={"X_x": "x", "X_u": "x"},
@@ -74,69 +69,37 @@ truck = table(
     a whole turn  | x, X_x | turned   | At theta + 2 pi the truck does the same.
     """,
     wrong="""
-    the axle instead of the laser: That is the pose of the rear axle. The laser is a ahead of it and b to the left: add w times the arm, turned by 90 degrees.
-        = u, car -> = u, car; a = b = 0.0
-    b forgotten: The laser is not in the middle: b metres to the left.
-        = u, car -> = u, car; b = 0.0
-    a forgotten: The laser is far ahead of the axle: a metres.
-        = u, car -> = u, car; a = 0.0
-    b to the right: b counts to the left: the sign of its terms is wrong.
-        = u, car -> = u, car; b = -b
-    laser behind the axle: The laser is ahead of the axle: the signs of the terms with a are wrong.
-        = u, car -> = u, car; a = -a
-    a and b exchanged: a is forward, b to the left.
-        = u, car -> = u, car; a, b = b, a
-    wheel speed taken for that of the middle: The encoder is on the left wheel, which drives another circle: v_c = v / (1 - H tan(alpha) / L).
-        = u, car -> = u, car; H = 0.0
-    wheel on the right: The encoder is on the left wheel: in a left turn the middle is faster than it, 1 minus H tan(alpha) / L.
-        = u, car -> = u, car; H = -H
-    multiplied instead of divided: v = v_c (1 - H tan(alpha) / L), so v_c = v / (...).
-        k = 1 / (1 - H * t / L) -> k = 1 - H * t / L
-    alpha for tan(alpha): The wheels stand at the angle alpha: w = v_c tan(alpha) / L.
-        np.tan(alpha) -> alpha
-    sin(alpha) for tan(alpha): w = v_c tan(alpha) / L: the speed is measured at the rear wheel.
-        np.tan(alpha) -> np.sin(alpha)
-    steering to the right: alpha counts to the left, as theta does.
-        np.tan(alpha) -> np.tan(-alpha)
-    steering in degrees: alpha is in radians.
-        np.tan(alpha) -> np.tan(np.radians(alpha))
-    turn without the car's length: w = v_c tan(alpha) / L: a long car turns slowly.
-        along = np.array([c, s, 0]) -> along = np.array([c, s, t - t / L])
-    arm not turned by 90 degrees: The arm [a c - b s, a s + b c] is a place. Its velocity is w times the arm turned by 90 degrees.
-        [-a * s - b * c, a * c - b * s, 1] -> [a * c - b * s, a * s + b * c, 1]
-    arm in the frame of the car: The arm turns with the car: [a c - b s, a s + b c] in the map.
-        [-a * s - b * c, a * c - b * s, 1] -> [-b, a, 1]
-    sine and cosine exchanged: theta = 0 points along x: velocity v_c [cos(theta), sin(theta)].
-        c, s, t = np.cos(x[2]), np.sin(x[2]) -> c, s, t = np.sin(x[2]), np.cos(x[2])
-    at v_c, turn at v: w is that of the middle: v_c tan(alpha) / L, not v tan(alpha) / L.
-        x + dt * k * v * way -> x + dt * v * (k * along + around * t / L)
-    not multiplied by dt: Step = velocity times dt.
-        x + dt * k * v * way -> x + k * v * way
-    X_x after the move: Linearise at the pose before the step: theta, not theta + w dt.
-        return x2, X_x -> return x2, _right(x2, u, dt, car)[1]
-    X_x of the axle: The arm turns with theta, too: the last column is dt times the whole velocity of the laser, turned by 90 degrees.
-        [-way[1], way[0]] -> [-s, c]
-    X_x without the identity: The new pose is the old one plus a step: X_x = I + ...
-        X_x = np.eye(3) -> X_x = np.zeros((3, 3))
-    X_x is the identity: Turn the start by a bit, and the whole step turns: the last column is not zero.
-        X_x[:2, 2] = dt -> X_x[:2, 2] = 0 * dt
-    X_x with the wrong sign: d cos = -sin, d sin = +cos: the last column is [-step_y, step_x].
-        [-way[1], way[0]] -> [way[1], -way[0]]
-    X_x transposed: Rows are outputs, columns are inputs: X_x[0, 2] = dx/dtheta.
-        return x2, X_x -> return x2, X_x.T
-    X_u without dt: The step is velocity times dt, and so is its derivative.
-        np.column_stack([X_v, X_alpha]) -> np.column_stack([X_v, X_alpha]) / dt
-    dv_c/dalpha forgotten: alpha changes v_c, too: dv_c/dalpha = v k^2 (1 + tan^2) H / L.
-        k**2 * H / L * way + k -> k
-    X_u of the axle: While it turns, the laser goes sideways: v and alpha act on that, too.
-        X_v = dt -> around = np.array([0, 0, 1]); way = along + around * t / L; X_v = dt
-    derivative of tan forgotten: d tan(alpha) / d alpha = 1 + tan(alpha)^2.
-        T_a = 1 + t**2 -> T_a = 1
-    X_u by v_c: The control is the wheel's speed: dv_c/dv = 1 / (1 - H tan(alpha) / L).
-        X_v = dt * k * way -> X_v = dt * way
-    X_u after the move: Linearise at the pose before the step.
-        np.column_stack([X_v, X_alpha]) -> _right(x2, u, dt, car)[2]
-    columns of X_u exchanged: The control is [v, alpha], in this order.
-        [X_v, X_alpha] -> [X_alpha, X_v]
+    the axle instead of the laser | = u, car -> = u, car; a = b = 0.0 | That is the pose of the rear axle. The laser is a ahead of it and b to the left: add w times the arm, turned by 90 degrees.
+    b forgotten | = u, car -> = u, car; b = 0.0 | The laser is not in the middle: b metres to the left.
+    a forgotten | = u, car -> = u, car; a = 0.0 | The laser is far ahead of the axle: a metres.
+    b to the right | = u, car -> = u, car; b = -b | b counts to the left: the sign of its terms is wrong.
+    laser behind the axle | = u, car -> = u, car; a = -a | The laser is ahead of the axle: the signs of the terms with a are wrong.
+    a and b exchanged | = u, car -> = u, car; a, b = b, a | a is forward, b to the left.
+    wheel speed taken for that of the middle | = u, car -> = u, car; H = 0.0 | The encoder is on the left wheel, which drives another circle: v_c = v / (1 - H tan(alpha) / L).
+    wheel on the right | = u, car -> = u, car; H = -H | The encoder is on the left wheel: in a left turn the middle is faster than it, 1 minus H tan(alpha) / L.
+    multiplied instead of divided | k = 1 / (1 - H * t / L) -> k = 1 - H * t / L | v = v_c (1 - H tan(alpha) / L), so v_c = v / (...).
+    alpha for tan(alpha) | np.tan(alpha) -> alpha | The wheels stand at the angle alpha: w = v_c tan(alpha) / L.
+    sin(alpha) for tan(alpha) | np.tan(alpha) -> np.sin(alpha) | w = v_c tan(alpha) / L: the speed is measured at the rear wheel.
+    steering to the right | np.tan(alpha) -> np.tan(-alpha) | alpha counts to the left, as theta does.
+    steering in degrees | np.tan(alpha) -> np.tan(np.radians(alpha)) | alpha is in radians.
+    turn without the car's length | along = np.array([c, s, 0]) -> along = np.array([c, s, t - t / L]) | w = v_c tan(alpha) / L: a long car turns slowly.
+    arm not turned by 90 degrees | [-a * s - b * c, a * c - b * s, 1] -> [a * c - b * s, a * s + b * c, 1] | The arm [a c - b s, a s + b c] is a place. Its velocity is w times the arm turned by 90 degrees.
+    arm in the frame of the car | [-a * s - b * c, a * c - b * s, 1] -> [-b, a, 1] | The arm turns with the car: [a c - b s, a s + b c] in the map.
+    sine and cosine exchanged | c, s, t = np.cos(x[2]), np.sin(x[2]) -> c, s, t = np.sin(x[2]), np.cos(x[2]) | theta = 0 points along x: velocity v_c [cos(theta), sin(theta)].
+    at v_c, turn at v | x + dt * k * v * way -> x + dt * v * (k * along + around * t / L) | w is that of the middle: v_c tan(alpha) / L, not v tan(alpha) / L.
+    not multiplied by dt | x + dt * k * v * way -> x + k * v * way | Step = velocity times dt.
+    X_x after the move | return x2, X_x -> return x2, _right(x2, u, dt, car)[1] | Linearise at the pose before the step: theta, not theta + w dt.
+    X_x of the axle | [-way[1], way[0]] -> [-s, c] | The arm turns with theta, too: the last column is dt times the whole velocity of the laser, turned by 90 degrees.
+    X_x without the identity | X_x = np.eye(3) -> X_x = np.zeros((3, 3)) | The new pose is the old one plus a step: X_x = I + ...
+    X_x is the identity | X_x[:2, 2] = dt -> X_x[:2, 2] = 0 * dt | Turn the start by a bit, and the whole step turns: the last column is not zero.
+    X_x with the wrong sign | [-way[1], way[0]] -> [way[1], -way[0]] | d cos = -sin, d sin = +cos: the last column is [-step_y, step_x].
+    X_x transposed | return x2, X_x -> return x2, X_x.T | Rows are outputs, columns are inputs: X_x[0, 2] = dx/dtheta.
+    X_u without dt | np.column_stack([X_v, X_alpha]) -> np.column_stack([X_v, X_alpha]) / dt | The step is velocity times dt, and so is its derivative.
+    dv_c/dalpha forgotten | k**2 * H / L * way + k -> k | alpha changes v_c, too: dv_c/dalpha = v k^2 (1 + tan^2) H / L.
+    X_u of the axle | X_v = dt -> around = np.array([0, 0, 1]); way = along + around * t / L; X_v = dt | While it turns, the laser goes sideways: v and alpha act on that, too.
+    derivative of tan forgotten | T_a = 1 + t**2 -> T_a = 1 | d tan(alpha) / d alpha = 1 + tan(alpha)^2.
+    X_u by v_c | X_v = dt * k * way -> X_v = dt * way | The control is the wheel's speed: dv_c/dv = 1 / (1 - H tan(alpha) / L).
+    X_u after the move | np.column_stack([X_v, X_alpha]) -> _right(x2, u, dt, car)[2] | Linearise at the pose before the step.
+    columns of X_u exchanged | [X_v, X_alpha] -> [X_alpha, X_v] | The control is [v, alpha], in this order.
     """,
 )

@@ -1,4 +1,4 @@
-"""Exercise 19.4: a path beside GPS, which is no truth."""
+"""Exercise 19.4: a path compared with GPS, which is no truth."""
 
 import numpy as np
 
@@ -37,16 +37,12 @@ def case(rng, share, far=0.0, m=40, g=60, bad=6):
 HAND = np.array([[2.5, 2.5, 3.0], [5.0, 9.0, 3.0], [10.0, 10.0, 0.0], [0.0, 0.0, 1.0], [10.1, 10.0, 0.0]])
 
 gps = table(
-    "19.4",
-    "A path beside GPS",
+    "19.4 A path compared with GPS",
     gps_error,
     hints=(
         "Laser and GPS have different times. Which fixes can be compared at all, and where was the path then?",
-        "np.interp interpolates x and y, but beyond the ends it repeats the last value without a word: drop those "
-        "fixes "
-        "before.",
-        "d = distance of each fix that is left; np.sort(d)[: int(share * len(d))] are believed; root of the mean of "
-        "their squares.",
+        "np.interp interpolates x and y, but beyond the ends it repeats the last value without a word: drop those fixes before.",
+        "d = distance of each fix that is left; np.sort(d)[: int(share * len(d))] are believed; root of the mean of their squares.",
     ),
     returns="d, error",
     cases={
@@ -61,43 +57,24 @@ gps = table(
     wrong fixes             | error | far     | Fixes that jump by 100 m must not change the error of the rest.
     """,
     wrong="""
-    beyond the ends: np.interp repeats the last position beyond the ends, without a word. Drop the fixes before the first and after the last time.
-        fixes[(fixes[:, 0] >= t[0]) & (fixes[:, 0] <= t[-1])] -> fixes
-    without the ends: A fix at the first or the last time of the path is in its time: >= and <=.
-        (fixes[:, 0] >= t[0]) & (fixes[:, 0] <= t[-1]) -> (fixes[:, 0] > t[0]) & (fixes[:, 0] < t[-1])
-    nearest time: At 3 m/s half a step is half a metre. Interpolate between the two positions.
-        at = np.column_stack([np.interp(inside[:, 0], t, path[:, i]) for i in (0, 1)]) -> at = path[np.abs(t - inside[:, :1]).argmin(1)]
-    last position before: The truck has moved on since then: interpolate.
-        at = np.column_stack([np.interp(inside[:, 0], t, path[:, i]) for i in (0, 1)]) -> at = path[np.searchsorted(t, inside[:, 0], side="right") - 1]
-    nearest point of the path: GPS says when, too. The nearest point of the whole path hides errors along it.
-        np.hypot(*(at - inside[:, 1:]).T) -> np.linalg.norm(path - inside[:, None, 1:], axis=2).min(1)
-    distances sorted: d is in the order of fixes: sort a copy for the error.
-        return d, -> return np.sort(d),
-    squared distances: d is in metres: take the root.
-        np.hypot(*(at - inside[:, 1:]).T) -> np.hypot(*(at - inside[:, 1:]).T) ** 2
-    x and y added: The distance is the root of dx^2 + dy^2.
-        np.hypot(*(at - inside[:, 1:]).T) -> np.abs(at - inside[:, 1:]).sum(1)
-    all fixes believed: Some fixes are wrong by 100 m, and squares make them loud: keep the nearest share only.
-        best = np.sort(d)[: int(share * len(d))] -> best = d
-    first ones instead of nearest: Sort the distances first: the nearest are believed, not the first.
-        np.sort(d)[: -> d[:
-    worst ones kept: The *nearest* share is believed.
-        np.sort(d)[: -> np.sort(d)[::-1][:
-    the wrong share dropped: share is the part that is kept.
-        int(share * len(d)) -> max(int((1 - share) * len(d)), 1)
-    rounded up: int(share * g) drops the decimals: of 47.9 fixes 47 are believed.
-        int(share * len(d)) -> int(np.ceil(share * len(d)))
-    share of all fixes: The share is of the fixes beside the path, not of all that were handed over.
-        int(share * len(d)) -> int(share * len(fixes))
-    mean distance: The root of the mean *square*.
-        np.sqrt(np.mean(best**2)) -> np.mean(best)
-    median: A median is a fine number, too, but asked is the root of the mean square.
-        np.sqrt(np.mean(best**2)) -> np.median(best)
-    no root: That is in square metres: take the root.
-        np.sqrt(np.mean(best**2)) -> np.mean(best**2)
-    divided by all: The mean is over those that are believed.
-        np.mean(best**2) -> np.sum(best**2) / len(d)
-    limit of the quantile: That is the largest distance believed, not their root mean square.
-        np.sqrt(np.mean(best**2)) -> best[-1]
+    beyond the ends | fixes[(fixes[:, 0] >= t[0]) & (fixes[:, 0] <= t[-1])] -> fixes | np.interp repeats the last position beyond the ends, without a word. Drop the fixes before the first and after the last time.
+    without the ends | (fixes[:, 0] >= t[0]) & (fixes[:, 0] <= t[-1]) -> (fixes[:, 0] > t[0]) & (fixes[:, 0] < t[-1]) | A fix at the first or the last time of the path is in its time: >= and <=.
+    nearest time | at = np.column_stack([np.interp(inside[:, 0], t, path[:, i]) for i in (0, 1)]) -> at = path[np.abs(t - inside[:, :1]).argmin(1)] | At 3 m/s half a step is half a metre. Interpolate between the two positions.
+    last position before | at = np.column_stack([np.interp(inside[:, 0], t, path[:, i]) for i in (0, 1)]) -> at = path[np.searchsorted(t, inside[:, 0], side="right") - 1] | The truck has moved on since then: interpolate.
+    nearest point of the path | np.hypot(*(at - inside[:, 1:]).T) -> np.linalg.norm(path - inside[:, None, 1:], axis=2).min(1) | GPS says when, too. The nearest point of the whole path hides errors along it.
+    distances sorted | return d, -> return np.sort(d), | d is in the order of fixes: sort a copy for the error.
+    squared distances | np.hypot(*(at - inside[:, 1:]).T) -> np.hypot(*(at - inside[:, 1:]).T) ** 2 | d is in metres: take the root.
+    x and y added | np.hypot(*(at - inside[:, 1:]).T) -> np.abs(at - inside[:, 1:]).sum(1) | The distance is the root of dx^2 + dy^2.
+    all fixes believed | best = np.sort(d)[: int(share * len(d))] -> best = d | Some fixes are wrong by 100 m, and squares make them loud: keep the nearest share only.
+    first ones instead of nearest | np.sort(d)[: -> d[: | Sort the distances first: the nearest are believed, not the first.
+    worst ones kept | np.sort(d)[: -> np.sort(d)[::-1][: | The *nearest* share is believed.
+    the wrong share dropped | int(share * len(d)) -> max(int((1 - share) * len(d)), 1) | share is the part that is kept.
+    rounded up | int(share * len(d)) -> int(np.ceil(share * len(d))) | int(share * g) drops the decimals: of 47.9 fixes 47 are believed.
+    share of all fixes | int(share * len(d)) -> int(share * len(fixes)) | The share is of the fixes beside the path, not of all that were handed over.
+    mean distance | np.sqrt(np.mean(best**2)) -> np.mean(best) | The root of the mean *square*.
+    median | np.sqrt(np.mean(best**2)) -> np.median(best) | A median is a fine number, too, but asked is the root of the mean square.
+    no root | np.sqrt(np.mean(best**2)) -> np.mean(best**2) | That is in square metres: take the root.
+    divided by all | np.mean(best**2) -> np.sum(best**2) / len(d) | The mean is over those that are believed.
+    limit of the quantile | np.sqrt(np.mean(best**2)) -> best[-1] | That is the largest distance believed, not their root mean square.
     """,
 )

@@ -36,14 +36,12 @@ def tree(searched, found, visible, matched, min_ratio=0.3):
 SEEN, HIDDEN, MATCHED, MISSED = True, False, True, False
 
 upkeep = table(
-    "19.3",
-    "Who stays in the map",
+    "19.3 Who stays in the map",
     manage,
     hints=(
         "A tree behind the truck is not looked for. Whom does this scan say anything about?",
         "searched + visible, found + matched: new arrays, with True as 1. Then three conditions, joined by &.",
-        "bad = visible & (searched >= min_search) & (found < min_ratio * searched), with the new counts; "
-        "np.flatnonzero(bad).",
+        "bad = visible & (searched >= min_search) & (found < min_ratio * searched), with the new counts; np.flatnonzero(bad).",
     ),
     returns="searched, found, delete",
     cases={
@@ -72,39 +70,24 @@ upkeep = table(
     empty       | delete   | empty | A map without trees is a map, too.
     """,
     wrong="""
-    out of view counts as missed: A tree behind the truck is not looked for: only those in view are searched.
-        searched + visible -> searched + 1
-    found trees are not searched: A tree that is found was looked for, too: searched + visible.
-        searched + visible -> searched + (visible & ~matched)
-    searched only when found: A tree that should be in view and is not found was looked for.
-        searched + visible -> searched + matched
-    in view taken as found: In view is not found: a tree is found if it got a detection.
-        found + matched -> found + visible
-    counts left as they were: Add this scan to the counts first.
-        searched + visible, found + matched -> searched.copy(), found.copy()
-    no trial: A tree that is new and was missed once is out at once. Wait for min_search searches.
-        visible & (searched >= min_search) & -> visible &
-    counted in matches: min_search is about how often it was looked for, not how often it was found.
-        searched >= min_search -> found >= min_search
-    more than min_search: *At least* min_search: >=.
-        searched >= min_search -> searched > min_search
+    out of view counts as missed | searched + visible -> searched + 1 | A tree behind the truck is not looked for: only those in view are searched.
+    found trees are not searched | searched + visible -> searched + (visible & ~matched) | A tree that is found was looked for, too: searched + visible.
+    searched only when found | searched + visible -> searched + matched | A tree that should be in view and is not found was looked for.
+    in view taken as found | found + matched -> found + visible | In view is not found: a tree is found if it got a detection.
+    counts left as they were | searched + visible, found + matched -> searched.copy(), found.copy() | Add this scan to the counts first.
+    no trial | visible & (searched >= min_search) & -> visible & | A tree that is new and was missed once is out at once. Wait for min_search searches.
+    counted in matches | searched >= min_search -> found >= min_search | min_search is about how often it was looked for, not how often it was found.
+    more than min_search | searched >= min_search -> searched > min_search | *At least* min_search: >=.
     count first, then test: This scan counts, too: test the new counts, searched + visible and found + matched.
         (searched >= min_search) & (found < min_ratio * searched) -> (searched - visible >= min_search) & (found - matched < min_ratio * (searched - visible))
-    deleted out of view: Only a tree that should be in view now may go: this scan says nothing about the others.
-        bad = visible & (searched -> bad = (searched
-    deleted when missed once: One miss is no proof: a car may stand before it. The share over all searches counts.
-        visible & (searched >= min_search) & (found < min_ratio * searched) -> visible & ~matched
-    good ones deleted: Those that are found in *less* than min_ratio go.
-        found < min_ratio -> found > min_ratio
-    share of the misses: min_ratio is a share of finds: found < min_ratio * searched.
-        found < min_ratio -> searched - found < min_ratio
-    at most the share: *Less* than min_ratio goes: exactly the share stays.
-        found < min_ratio -> found <= min_ratio
-    not if found now: A lucky find does not save a tree that was missed all the time: the share counts.
-        visible & (searched >= -> visible & ~matched & (searched >=
+    deleted out of view | bad = visible & (searched -> bad = (searched | Only a tree that should be in view now may go: this scan says nothing about the others.
+    deleted when missed once | visible & (searched >= min_search) & (found < min_ratio * searched) -> visible & ~matched | One miss is no proof: a car may stand before it. The share over all searches counts.
+    good ones deleted | found < min_ratio -> found > min_ratio | Those that are found in *less* than min_ratio go.
+    share of the misses | found < min_ratio -> searched - found < min_ratio | min_ratio is a share of finds: found < min_ratio * searched.
+    at most the share | found < min_ratio -> found <= min_ratio | *Less* than min_ratio goes: exactly the share stays.
+    not if found now | visible & (searched >= -> visible & ~matched & (searched >= | A lucky find does not save a tree that was missed all the time: the share counts.
     one is enough: All three conditions must hold: & (and), not | (or).
         visible & (searched >= min_search) & (found -> visible & (searched >= min_search) | (found
-    truth values instead of indices: delete is a list of indices: np.flatnonzero turns truth values into indices.
-        np.flatnonzero(bad).tolist() -> bad
+    truth values instead of indices | np.flatnonzero(bad).tolist() -> bad | delete is a list of indices: np.flatnonzero turns truth values into indices.
     """,
 )

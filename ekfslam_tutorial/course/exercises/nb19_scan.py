@@ -36,52 +36,33 @@ def scans(*tables):
 
 
 scan = table(
-    "19.2",
-    "Tree, new tree, or neither",
+    "19.2 Tree, new tree, or neither",
     sort_scan,
     hints=(
         "Three answers, so three conditions. Which of them need the other detections of the scan, too?",
-        "nearest = D.argmin(axis=1) and back = D.argmin(axis=0): the pair (i, nearest[i]) is mutual where "
-        "back[nearest[i]] == i. New needs no partner: D.min(axis=1) > new_gate. All the rest stays -2.",
-        "A detection that has lost its tree to a nearer detection is within the gate of a tree: neither its second "
-        "best, "
-        "nor new. With no tree in the map every detection is new; D.min(axis=1, initial=np.inf) does that, too.",
+        "nearest = D.argmin(axis=1) and back = D.argmin(axis=0): the pair (i, nearest[i]) is mutual where back[nearest[i]] == i. New needs no partner: D.min(axis=1) > new_gate. All the rest stays -2.",
+        "A detection that has lost its tree to a nearer detection is within the gate of a tree: neither its second best, nor new. With no tree in the map every detection is new; D.min(axis=1, initial=np.inf) does that, too.",
     ),
     returns="j",
     form="Return j with one whole number for each row of D.",
     cases={"any": lambda rng: [some(rng) for _ in range(5)]},
     checks="",
     wrong="""
-    each its nearest: Two detections have taken the same tree. A pair counts only if each is the other's nearest.
-        (back[best] == np.arange(k)) & (D -> (D
-    one limit: Between the two gates a detection is used for nothing: it may be a known tree that is a bit off, and a double of it does much harm.
-        > new_gate -> > gate
-    whoever lost is new: A detection that has lost its tree is near to one: not used, and not new.
-        j[own] = best[own] -> j[D.min(axis=1) <= gate] = -1; j[own] = best[own]
-    all that is not matched is new: New is only what is further than new_gate from *every* tree.
-        np.full(k, -2) -> np.full(k, -1)
-    new if far from one: New is what is far from *every* tree: the least distance counts, not the largest.
-        D.min(axis=1, initial=np.inf) -> (D.max(axis=1) if n else np.full(k, np.inf))
-    gate of new trees for pairs: A pair must be within the inner gate.
-        <= gate) -> <= new_gate)
-    distances taken as not squared: D holds squared distances, and the limits are squared, too.
-        k, n = D.shape -> gate, new_gate = gate**2, new_gate**2; k, n = D.shape
-    first come, first served: Who comes first in the scan is chance. The two must be each other's nearest.
-        return j -> return _greedy(D, gate, j)
-    second best: A detection that has lost its nearest tree has no claim to another: that is wrong even more surely.
-        return j -> return _second_best(D, gate, j)
-    new and unused exchanged: -1 is a new tree, -2 is not used.
-        return j -> return np.where(j < 0, -3 - j, j)
-    trees instead of detections: One number for each *detection*, a row of D, not for each tree.
-        k, n = D.shape -> D = D.T; k, n = D.shape
-    counted from 1: The first tree has the index 0.
-        j[own] = best[own] -> j[own] = best[own] + 1
-    never new: A map must grow: further than new_gate from every tree is a new one.
-        ] = -1 -> ] = -2
-    a pair at the gate: *At most* gate: a pair at just this distance is one, <=.
-        <= gate) -> < gate)
-    new at the limit: *Further* than new_gate: a detection at just this distance is not new, >.
-        > new_gate -> >= new_gate
+    each its nearest | (back[best] == np.arange(k)) & (D -> (D | Two detections have taken the same tree. A pair counts only if each is the other's nearest.
+    one limit | > new_gate -> > gate | Between the two gates a detection is used for nothing: it may be a known tree that is a bit off, and a double of it does much harm.
+    whoever lost is new | j[own] = best[own] -> j[D.min(axis=1) <= gate] = -1; j[own] = best[own] | A detection that has lost its tree is near to one: not used, and not new.
+    all that is not matched is new | np.full(k, -2) -> np.full(k, -1) | New is only what is further than new_gate from *every* tree.
+    new if far from one | D.min(axis=1, initial=np.inf) -> (D.max(axis=1) if n else np.full(k, np.inf)) | New is what is far from *every* tree: the least distance counts, not the largest.
+    gate of new trees for pairs | <= gate) -> <= new_gate) | A pair must be within the inner gate.
+    distances taken as not squared | k, n = D.shape -> gate, new_gate = gate**2, new_gate**2; k, n = D.shape | D holds squared distances, and the limits are squared, too.
+    first come, first served | return j -> return _greedy(D, gate, j) | Who comes first in the scan is chance. The two must be each other's nearest.
+    second best | return j -> return _second_best(D, gate, j) | A detection that has lost its nearest tree has no claim to another: that is wrong even more surely.
+    new and unused exchanged | return j -> return np.where(j < 0, -3 - j, j) | -1 is a new tree, -2 is not used.
+    trees instead of detections | k, n = D.shape -> D = D.T; k, n = D.shape | One number for each *detection*, a row of D, not for each tree.
+    counted from 1 | j[own] = best[own] -> j[own] = best[own] + 1 | The first tree has the index 0.
+    never new | ] = -1 -> ] = -2 | A map must grow: further than new_gate from every tree is a new one.
+    a pair at the gate | <= gate) -> < gate) | *At most* gate: a pair at just this distance is one, <=.
+    new at the limit | > new_gate -> >= new_gate | *Further* than new_gate: a detection at just this distance is not new, >.
     """,
 )
 

@@ -54,15 +54,12 @@ def case(rng, predict=museum.predict, n=7, k=3, at_seam=False):
 
 
 watch = table(
-    "20.2",
-    "A guard for predictions",
+    "20.2 A guard for predictions",
     guard,
     hints=(
         "The new mean is a function of x and u. Its derivatives say what the new P must be, whatever the model is.",
-        "F_x = numerical_jacobian(lambda x: predict(x, P, u, U)[0], x), and F_u the same for u. Then compare P2 with "
-        "F_x P F_x' + F_u U F_u'.",
-        "predict may wrap the heading: take the differences to x2 first, wrap entry 2 of them, and differentiate "
-        "that. At the end: return P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T).",
+        "F_x = numerical_jacobian(lambda x: predict(x, P, u, U)[0], x), and F_u the same for u. Then compare P2 with F_x P F_x' + F_u U F_u'.",
+        "predict may wrap the heading: take the differences to x2 first, wrap entry 2 of them, and differentiate that. At the end: return P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T).",
     ),
     seconds=1.8,
     returns="difference",
@@ -70,37 +67,22 @@ watch = table(
     cases={"any": lambda rng: [case(rng, n=n) for n in (7, 3)]},
     checks="",
     wrong="""
-    seam forgotten: Where the heading jumps by 2 pi, the finite differences do, too: wrap entry 2 of the difference to x2 before you differentiate.
-        step[2] = wrap(step[2]) -> pass
-    brackets of the wrapping: `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
-        wrap(step[2]) -> (step[2] + np.pi) % 2 * np.pi - np.pi
-    only the robot's block: You compare P_rr only. A filter that leaves P_rm behind passes your guard: compare all of P2.
-        return D -> return np.pad(D[:3, :3], (0, len(D) - 3))
-    noise forgotten: The control is uncertain, too: F_u U F_u' is missing.
-        + F_u @ U @ F_u.T -> + 0
-    noise added as it is: U is the covariance of the control. In the state it becomes F_u U F_u', with the Jacobian F_u by u.
-        F_u @ U @ F_u.T -> np.pad(U, (0, len(P) - len(U)))
-    transposed: Your guard has the very bug it should find: F_x P F_x', not F_x' P F_x.
-        F_x @ P @ F_x.T -> F_x.T @ P @ F_x
-    Jacobians after the step: F_x and F_u are taken at x, before the step, not at the new state.
-        moved(x, u), x) -> moved(x, u), x_new)
+    seam forgotten | step[2] = wrap(step[2]) -> pass | Where the heading jumps by 2 pi, the finite differences do, too: wrap entry 2 of the difference to x2 before you differentiate.
+    brackets of the wrapping | wrap(step[2]) -> (step[2] + np.pi) % 2 * np.pi - np.pi | `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
+    only the robot's block | return D -> return np.pad(D[:3, :3], (0, len(D) - 3)) | You compare P_rr only. A filter that leaves P_rm behind passes your guard: compare all of P2.
+    noise forgotten | + F_u @ U @ F_u.T -> + 0 | The control is uncertain, too: F_u U F_u' is missing.
+    noise added as it is | F_u @ U @ F_u.T -> np.pad(U, (0, len(P) - len(U))) | U is the covariance of the control. In the state it becomes F_u U F_u', with the Jacobian F_u by u.
+    transposed | F_x @ P @ F_x.T -> F_x.T @ P @ F_x | Your guard has the very bug it should find: F_x P F_x', not F_x' P F_x.
+    Jacobians after the step | moved(x, u), x) -> moved(x, u), x_new) | F_x and F_u are taken at x, before the step, not at the new state.
         lambda u: moved(x, u) -> lambda u: moved(x_new, u)
-    other sign: The order is: what P is, minus what it should be.
-        return D -> return -D
-    magnitude: Give the difference with its sign, without abs: the sign tells whether P is too large or too small.
-        return D -> return np.abs(D)
-    symmetry only: A symmetric P can be wrong: F_x' P F_x is symmetric. Compare P2 with F_x P F_x' + F_u U F_u'.
-        return D -> return P_new - P_new.T
-    compared with the known filter: Your guard knows one motion model only. Let `predict` itself say how the mean moves, by finite differences.
-        return D -> return P_new - museum.predict(x, P, u, U)[1]
-    what P should be: That is what P should be. The guard returns the difference to what P is.
-        return D -> return P_new - D
-    old P as it was: P is moved by F_x: F_x P F_x', not P.
-        F_x @ P @ F_x.T -> P
-    diagonal only: Covariances count as much as variances: compare the whole matrices.
-        return D -> return np.diag(np.diag(D))
-    elementwise: `*` multiplies entry by entry. The product of matrices is `@`.
-        F_x @ P @ F_x.T -> F_x * P * F_x.T
+    other sign | return D -> return -D | The order is: what P is, minus what it should be.
+    magnitude | return D -> return np.abs(D) | Give the difference with its sign, without abs: the sign tells whether P is too large or too small.
+    symmetry only | return D -> return P_new - P_new.T | A symmetric P can be wrong: F_x' P F_x is symmetric. Compare P2 with F_x P F_x' + F_u U F_u'.
+    compared with the known filter | return D -> return P_new - museum.predict(x, P, u, U)[1] | Your guard knows one motion model only. Let `predict` itself say how the mean moves, by finite differences.
+    what P should be | return D -> return P_new - D | That is what P should be. The guard returns the difference to what P is.
+    old P as it was | F_x @ P @ F_x.T -> P | P is moved by F_x: F_x P F_x', not P.
+    diagonal only | return D -> return np.diag(np.diag(D)) | Covariances count as much as variances: compare the whole matrices.
+    elementwise | F_x @ P @ F_x.T -> F_x * P * F_x.T | `*` multiplies entry by entry. The product of matrices is `@`.
     """,
 )
 
@@ -142,7 +124,6 @@ _link(
 )
 _link(
     "seam of the heading",
-    "This prediction wraps the heading, and the step ends at the seam. Differences of angles must be wrapped, in a "
-    "test as well.",
+    "This prediction wraps the heading, and the step ends at the seam. Differences of angles must be wrapped, in a test as well.",
     ("a right prediction that ends at a heading of pi", {"predict": wrapped, "at_seam": True}),
 )

@@ -59,10 +59,8 @@ bugs = Quiz(
     name="diagnosis",
     hints=(
         "Take the filter to pieces. Which panels are wrong with the sensor covered? There the prediction is wrong.",
-        "Sensor covered, heading: a NEES far above 1 says that the variance of the heading is too small; far below 1 "
-        "too large. If both NEES there are far too small, the noise that is told is too large.",
-        "Panels whose parts are honest have their bug in the correction, or in P_rm (then P gets negative "
-        "eigenvalues). A landmark behind the robot makes the NIS explode; a wrong entry of H does not.",
+        "Sensor covered, heading: a NEES far above 1 says that the variance of the heading is too small; far below 1 too large. If both NEES there are far too small, the noise that is told is too large.",
+        "Panels whose parts are honest have their bug in the correction, or in P_rm (then P gets negative eigenvalues). A landmark behind the robot makes the NIS explode; a wrong entry of H does not.",
     ),
 )
 for _letter, _key in PANELS.items():

@@ -45,16 +45,12 @@ def _timely(x, u):
 
 
 repair = table(
-    "20.3",
-    "Repair the prediction",
+    "20.3 Repair the prediction",
     turn_go_turn,
     hints=(
-        "Hand the broken function to your guard: it says which part of P is wrong. Repair what the thread says, and "
-        "ask the guard again.",
-        "The column of the heading is the derivative of t cos(theta + r1) and t sin(theta + r1) by theta. And which "
-        "theta does the code use there: the old one, or one that has been changed two lines above?",
-        "Take the direction a = x[2] + r1 before x changes. Column of the heading: [-t sin a, t cos a, 1]. X_u = [[-t "
-        "sin a, cos a, 0], [t cos a, sin a, 0], [1, 0, 1]].",
+        "Hand the broken function to your guard: it says which part of P is wrong. Repair what the thread says, and ask the guard again.",
+        "The column of the heading is the derivative of t cos(theta + r1) and t sin(theta + r1) by theta. And which theta does the code use there: the old one, or one that has been changed two lines above?",
+        "Take the direction a = x[2] + r1 before x changes. Column of the heading: [-t sin a, t cos a, 1]. X_u = [[-t sin a, cos a, 0], [t cos a, sin a, 0], [1, 0, 1]].",
     ),
     returns="x, P",
     angles={"x": 2},
@@ -73,56 +69,33 @@ repair = table(
     all together          | P         | any   | P = F_x P F_x' + F_u U F_u', in one step.
     """,
     wrong="""
-    as it was reported: Both bugs are still there: sine and cosine, and one that the thread does not name. Ask your guard.
-        X_x = np -> c, s = _late(x, u); X_x = np
+    as it was reported | X_x = np -> c, s = _late(x, u); X_x = np | Both bugs are still there: sine and cosine, and one that the thread does not name. Ask your guard.
         [0, 1, t * c], [0, 0, 1]] -> [0, 1, t * s], [0, 0, 1]]
         [[1, 0, -t * s] -> [[1, 0, -t * c]
-    the repair of the thread: Sine and cosine are right now. But x[2] has been changed before the Jacobians use it: take the angle before the motion.
-        X_x = np -> c, s = _late(x, u); X_x = np
-    only X_u is still late: X_x is right. X_u still uses the heading after the motion: one angle, taken before, for both.
-        X_u = np -> c, s = _late(x, u); X_u = np
-    only X_x is still late: X_u is right. X_x still uses the heading after the motion: one angle, taken before, for both.
-        X_x = np -> c, s = _late(x, u); X_x = np
+    the repair of the thread | X_x = np -> c, s = _late(x, u); X_x = np | Sine and cosine are right now. But x[2] has been changed before the Jacobians use it: take the angle before the motion.
+    only X_u is still late | X_u = np -> c, s = _late(x, u); X_u = np | X_x is right. X_u still uses the heading after the motion: one angle, taken before, for both.
+    only X_x is still late | X_x = np -> c, s = _late(x, u); X_x = np | X_u is right. X_x still uses the heading after the motion: one angle, taken before, for both.
         X_u = np -> c, s = _timely(x, u); X_u = np
-    order repaired, sin and cos not: The angle is right now. The column of the heading is the derivative: cos becomes -sin, sin becomes cos.
-        [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, -t * c], [0, 1, t * s], [0, 0, 1]]
-    signs of the column: The derivative of cos is -sin, that of sin is +cos.
-        [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, t * s], [0, 1, -t * c], [0, 0, 1]]
-    no minus: The derivative of cos is -sin: the first entry has a minus.
-        [[1, 0, -t * s], -> [[1, 0, t * s],
-    r1 forgotten in X_x: The robot has turned by r1 when it goes: the angle is theta + r1.
-        [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, -t * np.sin(x[2])], [0, 1, t * np.cos(x[2])], [0, 0, 1]]
-    r1 forgotten: The robot turns by r1 first, then it goes: the direction is theta + r1.
-        np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(x[2]), np.sin(x[2])
+    order repaired, sin and cos not | [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, -t * c], [0, 1, t * s], [0, 0, 1]] | The angle is right now. The column of the heading is the derivative: cos becomes -sin, sin becomes cos.
+    signs of the column | [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, t * s], [0, 1, -t * c], [0, 0, 1]] | The derivative of cos is -sin, that of sin is +cos.
+    no minus | [[1, 0, -t * s], -> [[1, 0, t * s], | The derivative of cos is -sin: the first entry has a minus.
+    r1 forgotten in X_x | [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, -t * np.sin(x[2])], [0, 1, t * np.cos(x[2])], [0, 0, 1]] | The robot has turned by r1 when it goes: the angle is theta + r1.
+    r1 forgotten | np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(x[2]), np.sin(x[2]) | The robot turns by r1 first, then it goes: the direction is theta + r1.
         [[-t * s, c, 0], [t * c, s, 0], [1, 0, 1]] -> [[0, c, 0], [0, s, 0], [1, 0, 1]]
-    both turns before going: The way lies between the two turns: its direction is theta + r1, without r2.
-        dx, dy = t * c, t * s -> dx, dy = t * np.cos(x[2] + r1 + r2), t * np.sin(x[2] + r1 + r2)
-    transposed: X_x P X_x', not X_x' P X_x.
-        X_u = np -> X_x = X_x.T; X_u = np
-    heading row zero: The new heading is the old one plus r1 + r2: the last row is 0 0 1.
-        t * c], [0, 0, 1]] -> t * c], [0, 0, 0]]
-    P_rm not moved: P_rm = X_x P_rm, and its mirror image: the robot's rows and columns, not P_rr only.
-        P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3]
+    both turns before going | dx, dy = t * c, t * s -> dx, dy = t * np.cos(x[2] + r1 + r2), t * np.sin(x[2] + r1 + r2) | The way lies between the two turns: its direction is theta + r1, without r2.
+    transposed | X_u = np -> X_x = X_x.T; X_u = np | X_x P X_x', not X_x' P X_x.
+    heading row zero | t * c], [0, 0, 1]] -> t * c], [0, 0, 0]] | The new heading is the old one plus r1 + r2: the last row is 0 0 1.
+    P_rm not moved | P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3] | P_rm = X_x P_rm, and its mirror image: the robot's rows and columns, not P_rr only.
         P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T
-    noise as it is: U is the covariance of r1, t and r2, not of x, y and theta: X_u U X_u'.
-        X_u @ U @ X_u.T -> U
-    noise forgotten: The control is uncertain: + X_u U X_u'.
-        X_u @ U @ X_u.T -> 0
-    first column of X_u forgotten: r1 moves the position, too: its column is [-t sin, t cos, 1].
-        [[-t * s, c, 0], [t * c, s, 0], [1, 0, 1]] -> [[0, c, 0], [0, s, 0], [1, 0, 1]]
-    r2 forgotten in X_u: Both turns change the heading: the last row of X_u is 1 0 1.
-        [t * c, s, 0], [1, 0, 1]] -> [t * c, s, 0], [1, 0, 0]]
-    U squared: U is a covariance already.
-        X_u @ U @ X_u.T -> X_u @ U @ U @ X_u.T
-    X_u transposed: X_u U X_u', not X_u' U X_u.
-        X_u @ U @ X_u.T -> X_u.T @ U @ X_u
-    r1 and r2 swapped: The first number of u is the turn before the way.
-        r1, t, r2 = u -> r2, t, r1 = u
-    mean not moved: The mean moves as well: return the new x.
-        x[:3] = x[0] + dx, x[1] + dy, wrap(x[2] + r1 + r2) -> pass
-    brackets of the wrapping: `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
-        wrap(x[2] + r1 + r2) -> (x[2] + r1 + r2 + np.pi) % 2 * np.pi - np.pi
-    degrees: All angles are in radians already: no conversion.
-        np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(np.radians(x[2] + r1)), np.sin(np.radians(x[2] + r1))
+    noise as it is | X_u @ U @ X_u.T -> U | U is the covariance of r1, t and r2, not of x, y and theta: X_u U X_u'.
+    noise forgotten | X_u @ U @ X_u.T -> 0 | The control is uncertain: + X_u U X_u'.
+    first column of X_u forgotten | [[-t * s, c, 0], [t * c, s, 0], [1, 0, 1]] -> [[0, c, 0], [0, s, 0], [1, 0, 1]] | r1 moves the position, too: its column is [-t sin, t cos, 1].
+    r2 forgotten in X_u | [t * c, s, 0], [1, 0, 1]] -> [t * c, s, 0], [1, 0, 0]] | Both turns change the heading: the last row of X_u is 1 0 1.
+    U squared | X_u @ U @ X_u.T -> X_u @ U @ U @ X_u.T | U is a covariance already.
+    X_u transposed | X_u @ U @ X_u.T -> X_u.T @ U @ X_u | X_u U X_u', not X_u' U X_u.
+    r1 and r2 swapped | r1, t, r2 = u -> r2, t, r1 = u | The first number of u is the turn before the way.
+    mean not moved | x[:3] = x[0] + dx, x[1] + dy, wrap(x[2] + r1 + r2) -> pass | The mean moves as well: return the new x.
+    brackets of the wrapping | wrap(x[2] + r1 + r2) -> (x[2] + r1 + r2 + np.pi) % 2 * np.pi - np.pi | `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
+    degrees | np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(np.radians(x[2] + r1)), np.sin(np.radians(x[2] + r1)) | All angles are in radians already: no conversion.
     """,
 )

@@ -34,8 +34,7 @@ def perfect(H, z, R):
 ONES, DIAGONAL = (lambda rng, m: np.eye(m)), (lambda rng, m: np.diag(rng.uniform(0.1, 3, m)))
 
 exercise = table(
-    "21.2",
-    "A step of Gauss-Newton",
+    "21.2 A step of Gauss-Newton",
     gauss_newton_step,
     hints=(
         "Find the dx for which z - H dx is smallest, each number in units of its sigma.",
@@ -60,31 +59,18 @@ exercise = table(
     its information | A | scaled | A = H' R^-1 H; its inverse is the covariance of the unknowns.
     """,
     wrong="""
-    noise forgotten: All measurements count the same in your answer. Weigh them: H' R^-1 H dx = H' R^-1 z.
-        np.linalg.solve(R, H) -> H
-    noise forgotten in dx: The right side needs R^-1, too: both sides of the normal equations are weighted.
-        np.linalg.solve(A, W.T @ z) -> np.linalg.solve(H.T @ H, H.T @ z)
-    R instead of its inverse: A large variance must make a measurement count *less*: R^-1, not R.
-        np.linalg.solve(R, H) -> R @ H
-    only the diagonal of R: R^-1 as a matrix: covariances count, too.
-        np.linalg.solve(R, H) -> np.linalg.solve(np.diag(np.diag(R)), H)
-    weights on one side: Weigh both sides: H' R^-1 H dx = H' R^-1 z.
-        W.T @ z -> H.T @ z
-    sigma for variance: R holds variances: weigh with R^-1, not with its root.
-        np.linalg.solve(R, H) -> np.linalg.solve(np.diag(np.sqrt(np.diag(R))), H)
-    opposite direction: z is measured minus expected: add dx, do not subtract it. The sign is plus.
-        return dx, A -> return -dx, A
-    a step downhill: H' R^-1 z is the direction of steepest descent. Solve with A = H' R^-1 H.
-        np.linalg.solve(A, W.T @ z) -> W.T @ z
-    half a step: The whole step: dx solves A dx = H' R^-1 z.
-        return dx, A -> return dx / 2, A
-    covariance returned: A is the information matrix. Its inverse is the covariance.
-        return dx, A -> return dx, np.linalg.inv(A)
-    information of the measurements: A belongs to the unknowns, n x n: H' R^-1 H.
-        return dx, A -> return dx, np.diag(np.diag(A))
-    information without noise: A = H' R^-1 H: R^-1 is missing.
-        return dx, A -> return dx, H.T @ H
-    twice the information: A = H' R^-1 H, without a factor 2.
-        return dx, A -> return dx, 2 * A
+    noise forgotten | np.linalg.solve(R, H) -> H | All measurements count the same in your answer. Weigh them: H' R^-1 H dx = H' R^-1 z.
+    noise forgotten in dx | np.linalg.solve(A, W.T @ z) -> np.linalg.solve(H.T @ H, H.T @ z) | The right side needs R^-1, too: both sides of the normal equations are weighted.
+    R instead of its inverse | np.linalg.solve(R, H) -> R @ H | A large variance must make a measurement count *less*: R^-1, not R.
+    only the diagonal of R | np.linalg.solve(R, H) -> np.linalg.solve(np.diag(np.diag(R)), H) | R^-1 as a matrix: covariances count, too.
+    weights on one side | W.T @ z -> H.T @ z | Weigh both sides: H' R^-1 H dx = H' R^-1 z.
+    sigma for variance | np.linalg.solve(R, H) -> np.linalg.solve(np.diag(np.sqrt(np.diag(R))), H) | R holds variances: weigh with R^-1, not with its root.
+    opposite direction | return dx, A -> return -dx, A | z is measured minus expected: add dx, do not subtract it. The sign is plus.
+    a step downhill | np.linalg.solve(A, W.T @ z) -> W.T @ z | H' R^-1 z is the direction of steepest descent. Solve with A = H' R^-1 H.
+    half a step | return dx, A -> return dx / 2, A | The whole step: dx solves A dx = H' R^-1 z.
+    covariance returned | return dx, A -> return dx, np.linalg.inv(A) | A is the information matrix. Its inverse is the covariance.
+    information of the measurements | return dx, A -> return dx, np.diag(np.diag(A)) | A belongs to the unknowns, n x n: H' R^-1 H.
+    information without noise | return dx, A -> return dx, H.T @ H | A = H' R^-1 H: R^-1 is missing.
+    twice the information | return dx, A -> return dx, 2 * A | A = H' R^-1 H, without a factor 2.
     """,
 )

@@ -55,15 +55,12 @@ def behind(x, P, y, R, sight, iterations, side=1):
 _right = iterated_correct  # in an edit `iterated_correct` is the wrong answer itself
 
 exercise = table(
-    "21.1",
-    "Iterated correction",
+    "21.1 Iterated correction",
     iterated_correct,
     hints=(
         "Only the point of linearisation moves. The prior stays x, P in every iteration: the measurement is used once.",
-        "At the point `at`, h is e + H (x - at) for the prior x. So the innovation of the prior, seen from there, is "
-        "z - H (x - at), with z = y - e wrapped.",
-        "In the loop: e, H = observe(at); z; K = P H' inv(H P H' + R); at = x + K (z - H (x - at)). After the loop: "
-        "return at, P - K H P.",
+        "At the point `at`, h is e + H (x - at) for the prior x. So the innovation of the prior, seen from there, is z - H (x - at), with z = y - e wrapped.",
+        "In the loop: e, H = observe(at); z; K = P H' inv(H P H' + R); at = x + K (z - H (x - at)). After the loop: return at, P - K H P.",
     ),
     returns="x, P",
     angles={"x": 2},
@@ -83,37 +80,23 @@ exercise = table(
     wrong="""
     prior forgotten: You start the second iteration at the result of the first, as if that were a new prior: the measurement is used twice. Start from x every time, and take H (x - at) into account.
         x + K @ (z - H @ (x - at)) -> at + K @ z
-    prior forgotten, and P shrinks each time: Each round uses the measurement again, with a smaller P: that is counting it several times. Prior x, P in every round.
-        x + K @ (z - H @ (x - at)) -> at + K @ z
+    prior forgotten, and P shrinks each time | x + K @ (z - H @ (x - at)) -> at + K @ z | Each round uses the measurement again, with a smaller P: that is counting it several times. Prior x, P in every round.
         np.linalg.solve(H @ P @ H.T + R, H @ P).T -> np.linalg.solve(H @ P_new @ H.T + R, H @ P_new).T
         P - K @ H @ P -> P_new - K @ H @ P_new
-    P shrinks each time: P is the prior's in every iteration. Only the last K and H make the new P.
-        np.linalg.solve(H @ P @ H.T + R, H @ P).T -> np.linalg.solve(H @ P_new @ H.T + R, H @ P_new).T
+    P shrinks each time | np.linalg.solve(H @ P @ H.T + R, H @ P).T -> np.linalg.solve(H @ P_new @ H.T + R, H @ P_new).T | P is the prior's in every iteration. Only the last K and H make the new P.
         P - K @ H @ P -> P_new - K @ H @ P_new
-    H (x - at) forgotten: e and H belong to the point `at`. Seen from there the prior x expects e + H (x - at): the innovation is z - H (x - at).
-        z - H @ (x - at) -> z
-    H (x - at) with the other sign: The prior expects e + H (x - at): subtract it from the measurement.
-        z - H @ (x - at) -> z + H @ (x - at)
-    always the first H: Take H anew at each point: e, H = observe(at).
-        z = np -> H = observe(x)[1]; z = np
-    covariance of the first iteration: The P of the result comes from the last K and H, not from the first.
-        P - K @ H @ P -> P - K @ H @ P if P_new is P else P_new
-    one iteration only: Repeat: linearise again at the corrected state. Is `return` inside the loop?
-        range(iterations) -> range(1)
-    one iteration too many: iterations = 1 is the ordinary EKF.
-        range(iterations) -> range(iterations + 1)
-    bearing not wrapped: y and e may differ by 2 pi near the seam: wrap the bearing of z.
-        wrap(y[1] - e[1]) -> y[1] - e[1]
-    brackets of the wrapping: `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
-        wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi
-    degrees: All angles are in radians already: no conversion.
-        wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1]))
-    R forgotten: Z = H P H' + R.
-        H.T + R -> H.T + 1e-12 * R
-    prior not corrected: Return the corrected P as well: P - K H P.
-        return at, P_new -> return at, P
-    P with a new Jacobian at the end: Use the K and H of the last iteration for P, together.
-        return at, P_new -> return at, _right(x, P, y, R, observe, iterations + 1)[1]
+    H (x - at) forgotten | z - H @ (x - at) -> z | e and H belong to the point `at`. Seen from there the prior x expects e + H (x - at): the innovation is z - H (x - at).
+    H (x - at) with the other sign | z - H @ (x - at) -> z + H @ (x - at) | The prior expects e + H (x - at): subtract it from the measurement.
+    always the first H | z = np -> H = observe(x)[1]; z = np | Take H anew at each point: e, H = observe(at).
+    covariance of the first iteration | P - K @ H @ P -> P - K @ H @ P if P_new is P else P_new | The P of the result comes from the last K and H, not from the first.
+    one iteration only | range(iterations) -> range(1) | Repeat: linearise again at the corrected state. Is `return` inside the loop?
+    one iteration too many | range(iterations) -> range(iterations + 1) | iterations = 1 is the ordinary EKF.
+    bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | y and e may differ by 2 pi near the seam: wrap the bearing of z.
+    brackets of the wrapping | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
+    degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | All angles are in radians already: no conversion.
+    R forgotten | H.T + R -> H.T + 1e-12 * R | Z = H P H' + R.
+    prior not corrected | return at, P_new -> return at, P | Return the corrected P as well: P - K H P.
+    P with a new Jacobian at the end | return at, P_new -> return at, _right(x, P, y, R, observe, iterations + 1)[1] | Use the K and H of the last iteration for P, together.
     """,
 )
 

@@ -36,12 +36,10 @@ def unconnected(A, b, keep):
 
 
 exercise = table(
-    "21.3",
-    "Marginalise",
+    "21.3 Marginalise",
     marginalise,
     hints=(
-        "To delete rows and columns of A is not enough: that would mean that the others are *known*. Solve the lower "
-        "equations for the unknowns that go, and put the result into the upper ones.",
+        "To delete rows and columns of A is not enough: that would mean that the others are *known*. Solve the lower equations for the unknowns that go, and put the result into the upper ones.",
         "With k for keep and g for gone: x_g = A_gg^-1 (b_g - A_gk x_k). Put this into A_kk x_k + A_kg x_g = b_k.",
         "A_kk - A_kg A_gg^-1 A_gk, and b_k - A_kg A_gg^-1 b_g. Blocks: A[np.ix_(keep, gone)].",
     ),
@@ -58,35 +56,21 @@ exercise = table(
     no connection | A, b | unconnected | An unknown that has nothing to do with the others goes without a trace.
     """,
     wrong="""
-    rows and columns deleted: That is conditioning: it takes the others for known. To marginalise *their uncertainty* as well, subtract A_kg A_gg^-1 A_gk, and the same for b.
-        return A_new, b_new -> return A_kk, b[keep]
-    b not corrected: The mean of those that stay changes in your answer: b_k - A_kg A_gg^-1 b_g.
-        return A_new, b_new -> return A_new, b[keep]
-    A not corrected: A changes as well: A_kk - A_kg A_gg^-1 A_gk.
-        return A_new, b_new -> return A_kk, b_new
-    plus: Information is lost, not won: minus A_kg A_gg^-1 A_gk.
-        A_kk - S -> A_kk + S
+    rows and columns deleted | return A_new, b_new -> return A_kk, b[keep] | That is conditioning: it takes the others for known. To marginalise *their uncertainty* as well, subtract A_kg A_gg^-1 A_gk, and the same for b.
+    b not corrected | return A_new, b_new -> return A_new, b[keep] | The mean of those that stay changes in your answer: b_k - A_kg A_gg^-1 b_g.
+    A not corrected | return A_new, b_new -> return A_kk, b_new | A changes as well: A_kk - A_kg A_gg^-1 A_gk.
+    plus | A_kk - S -> A_kk + S | Information is lost, not won: minus A_kg A_gg^-1 A_gk.
         b[keep] - S -> b[keep] + S
-    plus in b: In b it is minus, too: b_k - A_kg A_gg^-1 b_g.
-        b[keep] - S -> b[keep] + S
-    inverse forgotten: Between the two off-diagonal blocks stands the *inverse* of A_gg.
-        np.linalg.solve(A_gg, A_kg.T).T -> A_kg @ A_gg
-    A_gg left out: Between the two off-diagonal blocks stands the inverse of A_gg.
-        np.linalg.solve(A_gg, A_kg.T).T -> A_kg
-    a block of the covariance: That is the covariance of those that stay. Its inverse is their information.
-        return A_new, b_new -> return np.linalg.inv(A)[np.ix_(keep, keep)], np.linalg.solve(A, b)[keep]
-    mean instead of b: A is right. b is the information vector, A times the mean, not the mean.
-        return A_new, b_new -> return A_new, np.linalg.solve(A, b)[keep]
-    only the diagonal of A_gg: The unknowns that go hang together: the inverse of the whole block.
-        solve(A_gg, -> solve(np.diag(np.diag(A_gg)),
-    keep sorted: Keep the order that is asked for: A[np.ix_(keep, keep)].
-        gone = [i -> keep = sorted(keep); gone = [i
-    fill-in dropped: The Schur complement connects unknowns that were not connected: do not drop these entries.
-        return A_new, b_new -> return np.diag(np.diag(A_new)), b_new
-    keep and gone swapped: `keep` holds the indices that stay.
-        gone = [i for i in range(len(A)) if i not in keep] -> gone, keep = keep, [i for i in range(len(A)) if i not in keep]
-    the last ones dropped: Any of the unknowns may go: `keep` holds the indices that stay, in their order.
-        gone = [i -> keep = list(range(len(keep))); gone = [i
+    plus in b | b[keep] - S -> b[keep] + S | In b it is minus, too: b_k - A_kg A_gg^-1 b_g.
+    inverse forgotten | np.linalg.solve(A_gg, A_kg.T).T -> A_kg @ A_gg | Between the two off-diagonal blocks stands the *inverse* of A_gg.
+    A_gg left out | np.linalg.solve(A_gg, A_kg.T).T -> A_kg | Between the two off-diagonal blocks stands the inverse of A_gg.
+    a block of the covariance | return A_new, b_new -> return np.linalg.inv(A)[np.ix_(keep, keep)], np.linalg.solve(A, b)[keep] | That is the covariance of those that stay. Its inverse is their information.
+    mean instead of b | return A_new, b_new -> return A_new, np.linalg.solve(A, b)[keep] | A is right. b is the information vector, A times the mean, not the mean.
+    only the diagonal of A_gg | solve(A_gg, -> solve(np.diag(np.diag(A_gg)), | The unknowns that go are correlated: take the inverse of the whole block.
+    keep sorted | gone = [i -> keep = sorted(keep); gone = [i | Keep the order that is asked for: A[np.ix_(keep, keep)].
+    fill-in dropped | return A_new, b_new -> return np.diag(np.diag(A_new)), b_new | The Schur complement connects unknowns that were not connected: do not drop these entries.
+    keep and gone swapped | gone = [i for i in range(len(A)) if i not in keep] -> gone, keep = keep, [i for i in range(len(A)) if i not in keep] | `keep` holds the indices that stay.
+    the last ones dropped | gone = [i -> keep = list(range(len(keep))); gone = [i | Any of the unknowns may go: `keep` holds the indices that stay, in their order.
     """,
 )
 

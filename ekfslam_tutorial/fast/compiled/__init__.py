@@ -13,13 +13,14 @@ A step in a small map is hundreds of calls for a handful of numbers each. Here i
 Nothing imports this before a map asks for it.
 """
 
-from .filter import correct_some, predict, update
+from .filter import carry, correct_some, predict, update
 from .maps import between, cholesky, explained, follow, joined, mirror, overwrite, rows, settle, spots, subtract
 from .step import born, correct_found, expected, in_view, inside, left_out, move, normalized
 
 __all__ = [
     "between",
     "born",
+    "carry",
     "cholesky",
     "correct_found",
     "correct_some",

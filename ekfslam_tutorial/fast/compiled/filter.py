@@ -12,6 +12,7 @@ RANGE = slice, type(None)
 
 
 PREDICT = "b1(f8[::1, :], i8, b1, i8, f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])"
+CARRY = "void(f8[::1, :], i8, b1, i8[::1], f8[:, ::1], i8, f8[:, ::1])"
 WITHIN = "b1(i8[:, ::1], i8)"
 UPDATE = (
     "b1(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, i8, "
@@ -59,6 +60,12 @@ def predict(map, r, x, X_x, X_u, U):
         return False
     map.set_mean(r, x)
     return True
+
+
+def carry(map, at, D, r, E):
+    """`FastMap.carry`."""
+    _, P, n, lower = map.storage
+    machine_code(kernels.carry, CARRY)(P, n, lower, integers(at), floats(D), r.start, floats(E))
 
 
 def update(map, blocks, z, R):

@@ -14,24 +14,17 @@ The file is compiled; read `fast/filter.py`. The tests hold the two against each
 from math import isfinite, sqrt
 
 import numpy as np
-from numba import njit
 
 from .. import storage
 from ..storage import LINE, WIDTH
+from . import cache
 from .tile import COLUMNS, subtract_rows, subtract_tile
 
 CACHED = 2048  # numbers that stay in the fastest cache, and leave room for others
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
 
 
-def compiled(function):
-    """Compile a function when it is called for the first time; the machine code is kept if there is a place for it."""
-    try:
-        return njit(cache=True, **HOW)(function)
-    except RuntimeError:  # neither beside this file nor in the user's cache
-        return njit(**HOW)(function)
-
-
+compiled = cache.compiled(**HOW)
 whole, aligned = compiled(storage.whole), compiled(storage.aligned)
 
 
@@ -113,6 +106,40 @@ def predict(P, n, lower, start, x, X_x, X_u, U):
     sandwich(X_u, U, Q)
     propagate(P, n, lower, start, X_x, Q)
     return True
+
+
+@compiled
+def carry(P, n, lower, at, D, start, E):
+    """P = T P T', T = I + D E, `FastMap.carry`: D (·, k) for the states at these indices, E (k, ·) for a range.
+
+    With S = E P and V = S + S E' D' / 2 it is P + D V + V' D'.
+    """
+    k, m = E.shape
+    rows, V, Dt, half = np.empty((m, n)), np.zeros((k, n)), np.zeros((k, n)), np.zeros((k, k))
+    rows_of(P, n, lower, start, m, rows)
+    for i in range(len(at)):
+        for a in range(k):
+            Dt[a, at[i]] = D[i, a]
+    for a in range(k):
+        for b in range(m):
+            for j in range(n):
+                V[a, j] += E[a, b] * rows[b, j]
+    for a in range(k):
+        for c in range(k):
+            for b in range(m):
+                half[a, c] += 0.5 * V[a, start + b] * E[c, b]
+    for a in range(k):
+        for c in range(k):
+            for j in range(n):
+                V[a, j] += half[a, c] * Dt[c, j]
+    for j in range(n):
+        for a in range(k):
+            d, v, column, Da, Va = Dt[a, j], V[a, j], P[j:n, j], Dt[a, j:], V[a, j:]
+            for i in range(n - j):
+                column[i] += Da[i] * v + Va[i] * d
+        if not lower:
+            for i in range(j + 1, n):
+                P[j, i] = P[i, j]
 
 
 @compiled

@@ -7,16 +7,11 @@ it. So each model is compiled once on a machine: a second or two; after that loa
 import hashlib
 import os
 import sys
-import tempfile
 import threading
-from functools import cache
 from importlib.machinery import SourceFileLoader
-from pathlib import Path
 from types import ModuleType
 
-import numba
-
-from . import kernels, tile
+from .cache import cache_folder, key
 
 HEAD = '''"""Written by ekfslam_tutorial from its models; it can be deleted at any time."""
 
@@ -43,8 +38,6 @@ def run({arguments}):
 '''
 
 
-INSIDE = kernels.__file__, tile.__file__  # of whose functions machine code is in that of a program
-
 _one_at_a_time = threading.Lock()
 
 
@@ -66,8 +59,7 @@ def build(signature, arguments, lines):
     """
     head = HEAD.format(signature=signature, arguments=arguments)
     text = head + "".join(f"    {line}\n" for line in lines)
-    inside = "".join(Path(file).read_text(encoding="utf-8") for file in INSIDE) + numba.__version__
-    name = "program_" + hashlib.sha256((text + inside).encode()).hexdigest()[:20]
+    name = "program_" + hashlib.sha256((text + key()).encode()).hexdigest()[:20]
     with _one_at_a_time:
         if name not in sys.modules:
             path = cache_folder() / f"{name}.py"
@@ -102,24 +94,6 @@ def _load(name, path):
     except BaseException:
         del sys.modules[name]
         raise
-
-
-def cache_folder():
-    """The folder for programs: EKFSLAM_CACHE, or the user's own; a temporary one where that cannot be written."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    folder = Path(os.environ.get("EKFSLAM_CACHE") or Path(home) / "ekfslam_tutorial") / "compiled"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
-    except OSError:
-        return Path(_temporary().name)
-    return folder
-
-
-@cache
-def _temporary():
-    """A folder that goes with this process."""
-    return tempfile.TemporaryDirectory(prefix="ekfslam_")
 
 
 def _write(path, text):

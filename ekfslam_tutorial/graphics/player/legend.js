@@ -4,13 +4,15 @@ import { drawMarker } from './pen.js'
 
 const W = 34, H = 18 // of a sample, pixels
 
-export function makeLegend({ styles, sigma }, log, shown, changed) {
+export function makeLegend({ styles, robots, sigma }, log, shown, changed) {
   const { frames, d, sensors } = log
   const some = test => frames.length === 0 || frames.some(test) // a live view does not know yet
-  const fans = d === 2 && [...sensors.values()].some(sensor => sensor.reach)
+  const fans = d === 3 ? sensors.size > 0 : [...sensors.values()].some(sensor => sensor.reach)
+  const views = d === 3 && [...sensors.values()].some(sensor => sensor.view)
+  const names = [...log.robots.values()].map(({ name }, i) => [log.robots.size > 1 ? name : 'estimated path, robot', [[line, { color: robots[i % robots.length] }]]])
   const entries = [
     // words, how, layer, is there any
-    ['estimated path, robot', [[line, styles.estimate]]],
+    ...names,
     ['estimated landmark', [[drawMarker, styles.estimate]]],
     ['id of a landmark', [[name, styles.estimate]], 'name'],
     ['truth', [[line, styles.truth], [drawMarker, styles.truth]], 'truth', some(f => f.truth.size || f.world.size)],
@@ -21,7 +23,8 @@ export function makeLegend({ styles, sigma }, log, shown, changed) {
     ['looked for, not found', [[drawMarker, styles.predicted]], '', some(f => f.missed.length)],
     ['new in this frame', [[drawMarker, styles.estimate], [ring, styles.estimate]]],
     ['deleted in this frame', [[drawMarker, styles.deleted]], '', some(f => f.lost.length)],
-    ['what the sensor sees', [[fan, styles.measurement]], 'fan', fans],
+    [d === 3 ? 'where a sensor looks' : 'what the sensor sees', [[fan, styles.measurement]], 'fan', fans],
+    ['what each camera sees', [[screen, styles.estimate]], 'view', views],
   ]
   return entries.filter(([, , , there = true]) => there).map(([words, marks, layer]) => {
     const parts = [sample(marks), words]
@@ -58,3 +61,4 @@ const line = context => (context.moveTo(1, H / 2), context.lineTo(W - 1, H / 2))
 const ellipse = context => context.ellipse(W / 2, H / 2, 14, 7, 0, 0, 7)
 const ring = context => context.arc(W / 2, H / 2, 7.5, 0, 7)
 const fan = context => (context.setLineDash([]), context.moveTo(5, H / 2), context.arc(5, H / 2, 24, -0.35, 0.35), context.closePath())
+const screen = context => context.rect(4, 2, W - 8, H - 4)

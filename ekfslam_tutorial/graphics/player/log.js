@@ -4,6 +4,7 @@ const dot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0)
 export const matTimes = (M, v) => M.map(row => dot(row, v))
 export const plus = (a, b) => a.map((v, i) => v + b[i])
 export const minus = (a, b) => a.map((v, i) => v - b[i])
+export const cross = ([a, b, c], [d, e, f]) => [b * f - c * e, c * d - a * f, a * e - b * d]
 export const norm = a => Math.hypot(...a)
 export const outer = (L, M = L) => L.map(row => M.map(other => dot(row, other))) // L M'
 

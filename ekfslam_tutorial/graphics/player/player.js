@@ -1,5 +1,5 @@
-// The replay player: plays a state log on a canvas, without a library and without a request to anywhere.
-//   mount(host, data, options)        data as StateLog.to_dict() gives it; options: {styles, bodies, sigma, page}
+// The replay player: plays a state log, in the plane or in space, without a request to anywhere.
+//   mount(host, data, options)  data as StateLog.to_dict() gives it; options: {styles, robots, bodies, sigma, page}
 import { element, paragraph } from './element.js'
 import { makeLegend } from './legend.js'
 import { Log } from './log.js'
@@ -7,6 +7,7 @@ import { readout } from './readout.js'
 import { listen } from './hands.js'
 import { drawMarker } from './pen.js'
 import { Scene } from './scene.js'
+import { Space } from './space.js'
 
 const SPEEDS = [1, 2, 5, 10, 20, 40] // frames per second
 const KEYS = [
@@ -33,8 +34,8 @@ export class Player {
     host.setAttribute('data-lm-suppress-shortcuts', 'true') // JupyterLab's own keys: not in here
     this.root = host.shadowRoot ?? host.attachShadow({ mode: 'open' })
     this.build()
-    this.scene = new Scene(this.canvas, log, options)
-    this.legend.append(...makeLegend(options, log, this.scene.shown, () => this.paint()))
+    this.scene = log.d === 2 ? new Scene(this.canvas, log, options) : new Space(this.canvas, log, options)
+    this.legend.append(...makeLegend(options, log, this.scene.shown, () => this.resize()))
     this.observer = new ResizeObserver(() => this.resize())
     this.observer.observe(this.stage)
     listen(this, this.stop.signal)
@@ -264,5 +265,6 @@ export class Player {
     this.playing = false
     this.stop.abort()
     this.observer.disconnect()
+    this.scene.stage?.remove()
   }
 }

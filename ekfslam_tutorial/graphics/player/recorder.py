@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..states import TruthInMap, lmk_points
+from ..views import picture_half
 from .coding import METRE, RADIAN, hundredths, lower_factor, pack, pack_factor, short
 
 Array = np.ndarray
@@ -49,7 +50,9 @@ def _sensor(sen) -> dict[str, Any]:
     about = {"id": int(sen.id), "robot": int(sen.robot), "name": sen.name or f"sensor {sen.id}"}
     about |= {"units": list(units), "point": not sen.model.bearing_only}
     field_of_view = {"fov": getattr(sen.model, "fov", None), "reach": getattr(sen.model, "max_range", None)}
-    return about | {name: round(float(v), 4) for name, v in field_of_view.items() if v is not None and np.isfinite(v)}
+    about |= {name: round(float(v), 4) for name, v in field_of_view.items() if v is not None and np.isfinite(v)}
+    half = picture_half(sen.model)
+    return about if half is None else about | {"view": [round(float(v), 4) for v in half]}
 
 
 def frame_record(snapshot, events, truth: TruthInMap, memory: Memory) -> dict[str, Any]:

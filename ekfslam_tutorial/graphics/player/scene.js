@@ -1,23 +1,29 @@
 // The picture: floor, paths, robots, landmarks with their covariances, measurements. What a colour and a shape mean
-// comes from Python (graphics/style.py), in the option `styles`.
-import { Camera } from './camera.js'
+// comes from Python (graphics/style.py), in the options `styles` and `robots`. This is the picture of a plane; that of
+// space is another background with the same marks over it (space.js).
+import { Plan } from './camera.js'
 import { fixed } from './element.js'
-import { matTimes, niceStep, outer, plus, principalAxes } from './log.js'
+import { matTimes, niceStep, plus } from './log.js'
 import { HALO, Pen } from './pen.js'
 
 export class Scene extends Pen {
-  constructor(canvas, log, { styles, bodies }) {
-    super(canvas.getContext('2d'), new Camera(log.d))
-    Object.assign(this, { canvas, log, styles, bodies, k: log.head.k, shown: {} })
+  constructor(canvas, log, { styles, bodies, robots }, camera = new Plan()) {
+    super(canvas.getContext('2d'), camera)
+    Object.assign(this, { canvas, log, styles, bodies, palette: robots, k: log.head.k, shown: {} })
     this.items = [] // what the pointer can find: {key, x, y}
   }
 
   resize(width, height, font) {
     const ratio = window.devicePixelRatio || 1
     Object.assign(this.canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) })
-    this.camera.size = [width, height]
+    this.area = [width, height]
+    this.camera.size = [width - this.room(), height]
     Object.assign(this, { ratio, font, scale: Math.min(Math.max(Math.min(width, 1.4 * height) / 700, 0.65), 1.3) })
-    if (!this.camera.touched) this.camera.turn(0, Math.min(Math.max(0.5, 0.6 * (height / width) + 0.2), 0.9) - this.camera.elevation)
+  }
+
+  // What stands at the right of the picture, pixels.
+  room() {
+    return 0
   }
 
   // Points that the picture should hold: paths, true landmarks, and the estimates that know where they are.
@@ -43,12 +49,18 @@ export class Scene extends Pen {
     }
     const span = Math.max(high[0] - low[0], high[1] - low[1])
     this.size = span / 30 // half a robot, as in MapFig
-    if (this.log.d === 3) {
-      const step = niceStep(span / 8), [xs, ys] = [0, 1].map(i => multiples(step, low[i] - step / 2, high[i] + step / 2))
-      this.floor = { step, xs, ys, z: Math.min(Math.max(0, low[2]), high[2]) }
-      for (const x of [xs[0], xs.at(-1)]) for (const y of [ys[0], ys.at(-1)]) points.push([x, y, this.floor.z])
-    }
-    if (always || !this.camera.shows(points, 0)) this.camera.fit(points, (this.log.d === 2 ? 3 : 4 * Math.min(this.scale, 1)) * this.font)
+    const margin = this.frameOf(low, high, points)
+    if (always || !this.camera.shows(points, 0)) this.camera.fit(points, margin)
+  }
+
+  // Room for the numbers at the borders, pixels.
+  frameOf() {
+    return 3 * this.font
+  }
+
+  // Each robot has a colour of its own.
+  color(id) {
+    return this.palette[[...this.log.robots.keys()].indexOf(id) % this.palette.length] ?? this.styles.estimate.color
   }
 
   // ---------------------------------------------------------------------------------------------------- one frame
@@ -56,27 +68,33 @@ export class Scene extends Pen {
   draw(i, chosen) {
     const { context, camera, log, ratio } = this, frame = log.frames[i]
     context.setTransform(ratio, 0, 0, ratio, 0, 0)
-    context.clearRect(0, 0, ...camera.size)
+    context.clearRect(0, 0, ...this.area)
     context.lineJoin = 'round'
     Object.assign(this, { items: [], at: i })
-    if (log.d === 2) this.plan()
-    else this.ground()
+    const states = new Map(frame?.missed.map(id => [id, 'missed']))
+    for (const o of frame?.obs ?? []) if (states.get(o.lmk) !== 'updated') states.set(o.lmk, o.used ? 'updated' : 'rejected')
+    this.background(i, frame, states, chosen)
     if (!frame) return
-    const states = new Map(frame.missed.map(id => [id, 'missed']))
-    for (const o of frame.obs) if (states.get(o.lmk) !== 'updated') states.set(o.lmk, o.used ? 'updated' : 'rejected')
-
-    if (this.shown.fan) this.fans(frame)
-    if (log.d === 3) this.stems(frame)
-    if (this.shown.truth) this.path(i, 'truth')
-    this.path(i, 'robots')
-    if (this.shown.ellipse) this.ellipses(frame, states)
     if (this.shown.measurement) this.measurements(frame)
     if (this.shown.truth) this.truth(frame)
     for (const [id, robot] of frame.robots) this.robot(id, robot)
     this.landmarks(frame, states)
-    this.ring(frame, chosen)
+    this.ring(chosen)
     this.names()
+    this.foreground(frame, states)
   }
+
+  background(i, frame, states) {
+    this.plan()
+    if (!frame) return
+    if (this.shown.fan) this.fans(frame)
+    if (this.shown.truth) this.path(i, 'truth')
+    this.path(i, 'robots')
+    if (this.shown.ellipse) this.ellipses(frame, states)
+    if (this.shown.measurement) this.sights(frame)
+  }
+
+  foreground() {}
 
   plan() {
     const { context, camera, font } = this, [w, h] = camera.size, step = niceStep((6.5 * font) / camera.scale)
@@ -100,50 +118,18 @@ export class Scene extends Pen {
     this.text('y (m)', [4, 0.9 * font], '#222', 'left')
   }
 
-  // The floor of a world in space, its squares stated in metres, with the coordinates along its nearer edges.
-  ground() {
-    const { context, camera, font } = this, { step, xs, ys, z } = this.floor
-    const at = (x, y) => [x, y, z]
-    this.style({ color: '#D9D9D9' }, 1)
-    context.beginPath()
-    for (const x of xs) this.segment(at(x, ys[0]), at(x, ys.at(-1)))
-    for (const y of ys) this.segment(at(xs[0], y), at(xs.at(-1), y))
-    context.stroke()
-    const [mx, my] = [xs, ys].map(t => (t[0] + t.at(-1)) / 2), away = p => camera.see(p)[2]
-    const ny = away(at(mx, ys[0])) < away(at(mx, ys.at(-1))) ? [ys[0], -step] : [ys.at(-1), step]
-    const nx = away(at(xs[0], my)) < away(at(xs.at(-1), my)) ? [xs[0], -step] : [xs.at(-1), step]
-    const digits = decimals(step)
-    const label = (words, p, color) => {
-      const q = camera.project(p)
-      if (q) this.text(words, q, color, 'center')
-    }
-    for (const x of xs) label(fixed(x, digits), at(x, ny[0] + 0.45 * ny[1]), '#555')
-    for (const y of ys) label(fixed(y, digits), at(nx[0] + 0.45 * nx[1], y), '#555')
-    label('x (m)', at(mx + step / 2, ny[0] + 1.15 * ny[1]), '#222')
-    label('y (m)', at(nx[0] + 1.15 * nx[1], my + step / 2), '#222')
-    this.text(`one square: ${Number(step.toPrecision(1))} m`, [4, 0.9 * font], '#222', 'left')
-  }
-
-  // In space, a thin line from each landmark down to the floor says where it stands.
-  stems(frame) {
-    this.style({ color: '#BDBDBD' }, 1)
-    this.context.beginPath()
-    for (const { p } of frame.lmks.values()) if (p) this.segment(p, [p[0], p[1], this.floor.z])
-    this.context.stroke()
-  }
-
   // What a sensor in the plane can see.
   fans(frame) {
     const { context, camera, log } = this
-    for (const { id, fov, reach } of log.sensors.values()) {
-      const pose = log.d === 2 && reach && log.sensorPose(frame, id), at = pose && camera.project(pose.p)
+    for (const { id, robot, fov, reach } of log.sensors.values()) {
+      const pose = reach && log.sensorPose(frame, id), at = pose && camera.project(pose.p)
       if (!at) continue
       const half = Math.min(fov ?? 2 * Math.PI, 2 * Math.PI) / 2, heading = Math.atan2(pose.R[1][0], pose.R[0][0])
       context.beginPath()
       if (half < Math.PI) context.moveTo(...at)
       context.arc(...at, reach * camera.scale, -heading - half, -heading + half)
       context.closePath()
-      this.style(this.styles.measurement, 1)
+      this.style({ color: this.by(robot, this.styles.measurement) }, 1)
       context.globalAlpha = 0.07
       context.fill()
       context.globalAlpha = 0.35
@@ -155,7 +141,7 @@ export class Scene extends Pen {
   path(last, key) {
     const { context, log } = this
     for (const id of log.robots.keys()) {
-      this.style(key === 'truth' ? this.styles.truth : this.styles.estimate, 2)
+      this.style(key === 'truth' ? this.styles.truth : { color: this.color(id) }, 2)
       context.beginPath()
       for (let i = 1; i <= last; i++) {
         const p = log.frames[i - 1][key].get(id)?.p, q = log.frames[i][key].get(id)?.p
@@ -167,48 +153,58 @@ export class Scene extends Pen {
 
   ellipses(frame, states) {
     const { styles } = this
-    for (const { p, L } of frame.robots.values()) this.ellipse(p, L, styles.estimate, 1.5)
+    for (const [id, { p, L }] of frame.robots) this.ellipse(p, L, { color: this.color(id) }, 1.5)
     for (const [id, { p, L }] of frame.lmks) {
       const state = states.get(id), style = (state !== 'missed' && styles[state]) || styles.estimate
       this.ellipse(p, L, style, style === styles.estimate ? 1.3 : 2.2)
     }
   }
 
-  // The k-sigma ellipse; a straight line where an ellipsoid is so long that the eye is inside.
+  // The k-sigma ellipse.
   ellipse(p, L, style, width) {
     const { context, camera } = this
     if (!p || !L || !L.flat().some(Boolean)) return
     const o = camera.outline(p, L, this.k)
+    if (!(o.major < 1e5)) return
     this.style(style, width)
     context.beginPath()
-    if (o) {
-      if (!(o.major < 1e5)) return
-      context.ellipse(o.x, o.y, o.major, o.minor, o.angle, 0, 2 * Math.PI)
-      const large = o.major > Math.max(...camera.size) / 3 // it would cover the others
-      context.globalAlpha = large ? 0.02 : 0.1
-      context.fill()
-      context.globalAlpha = large ? 0.45 : 1
-    } else {
-      const { value, vector } = principalAxes(outer(L))[0], half = vector.map(v => this.k * Math.sqrt(value) * v)
-      this.segment(plus(p, half.map(v => -v)), plus(p, half))
-      context.globalAlpha = 0.45
-    }
+    context.ellipse(o.x, o.y, o.major, o.minor, o.angle, 0, 2 * Math.PI)
+    const large = o.major > Math.max(...camera.size) / 3 // it would cover the others
+    context.globalAlpha = large ? 0.02 : 0.1
+    context.fill()
+    context.globalAlpha = large ? 0.45 : 1
     context.stroke()
     context.globalAlpha = 1
   }
 
+  // The colour of a robot where there are several, else that of the style.
+  by(robot, style) {
+    return this.log.robots.size > 1 ? this.color(robot) : style.color
+  }
+
   // From the sensor to the measured point; a direction ends at the landmark that it is meant for.
-  measurements(frame) {
-    const { context, camera, log, styles } = this
-    for (const o of frame.obs) {
-      const from = log.sensorPose(frame, o.sen)?.p, lmk = frame.lmks.get(o.lmk)?.p, to = o.point ?? lmk
-      if (!from || !to) continue
-      const style = o.used ? styles.measurement : styles.rejected, end = camera.project(to)
-      this.style(style, o.used ? 1.4 : 2)
+  measured(frame) {
+    return frame.obs.flatMap(o => {
+      const from = this.log.sensorPose(frame, o.sen)?.p, to = o.point ?? frame.lmks.get(o.lmk)?.p
+      return from && to ? [{ o, from, to }] : []
+    })
+  }
+
+  sights(frame) {
+    const { context, log, styles } = this
+    for (const { o, from, to } of this.measured(frame)) {
+      const color = o.used ? this.by(log.sensors.get(o.sen).robot, styles.measurement) : styles.rejected.color
+      this.style({ ...styles.measurement, color }, o.used ? 1.4 : 2)
       context.beginPath()
       this.segment(from, to)
       context.stroke()
-      if (end && o.point) this.marker(style, end, 1.15)
+    }
+  }
+
+  measurements(frame) {
+    for (const { o } of this.measured(frame)) {
+      const end = this.camera.project(o.point)
+      if (end) this.marker(o.used ? this.styles.measurement : this.styles.rejected, end, 1.15)
     }
   }
 
@@ -221,13 +217,13 @@ export class Scene extends Pen {
   }
 
   robot(id, pose) {
-    const { log, styles } = this
+    const { log } = this, style = { color: this.color(id) }
     if (!pose.p) return
-    this.body(this.bodies.robot, this.size, pose, styles.estimate, 0.55)
+    this.body(this.bodies.robot, this.size, pose, style, 0.55)
     for (const sensor of log.sensors.values()) {
       if (sensor.robot !== id) continue
       const at = log.sensorPose(log.frames[this.at], sensor.id)
-      if (at) this.body(this.bodies.sensor, 0.9 * this.size, at, styles.estimate, log.d === 2 ? 0.3 : 0.06)
+      if (at) this.body(this.bodies.sensor, 0.9 * this.size, at, style, 0.3)
     }
     const at = this.camera.project(pose.p)
     if (at) this.items.push({ key: `robot ${id}`, x: at[0], y: at[1] })
@@ -272,25 +268,14 @@ export class Scene extends Pen {
     if (!this.shown.name) return
     for (const { key, x, y } of this.items) {
       if (typeof key === 'number') this.text(key, [x + 7 * this.scale, y - 8 * this.scale], '#000', 'left')
-      else if (this.log.robots.size > 1) this.text(this.log.robots.get(idOf(key)).name, [x + 12, y - 12], this.styles.estimate.color, 'left', 'bold ')
+      else if (this.log.robots.size > 1) this.text(this.log.robots.get(idOf(key)).name, [x + 12, y - 12], this.color(idOf(key)), 'left', 'bold ')
     }
   }
 
-  // Round the landmark or robot that is being read; in space with the three great circles of its ellipsoid.
-  ring(frame, chosen) {
+  // Round the landmark or robot that is being read.
+  ring(chosen) {
     const item = this.items.find(({ key }) => key === chosen)
     if (!item) return
-    const { p, L } = frame.lmks.get(chosen) ?? frame.robots.get(idOf(chosen)) ?? {}
-    if (L && this.log.d === 3) {
-      const axes = principalAxes(outer(L)).map(({ value, vector }) => vector.map(v => this.k * Math.sqrt(value) * v))
-      this.style(this.styles.estimate, 1.2)
-      this.context.beginPath()
-      for (const [a, b] of [[axes[0], axes[1]], [axes[1], axes[2]], [axes[2], axes[0]]]) {
-        const round = t => p.map((v, i) => v + Math.cos(t) * a[i] + Math.sin(t) * b[i])
-        for (let n = 0; n < 36; n++) this.segment(round((n * Math.PI) / 18), round(((n + 1) * Math.PI) / 18))
-      }
-      this.context.stroke()
-    }
     this.circle([item.x, item.y], 14 * this.scale, { color: HALO }, 6)
     this.circle([item.x, item.y], 14 * this.scale, { color: '#000' }, 2.5)
   }
@@ -303,9 +288,9 @@ export class Scene extends Pen {
   }
 }
 
-const decimals = step => Math.max(0, -Math.floor(Math.log10(step) + 1e-9))
+export const decimals = step => Math.max(0, -Math.floor(Math.log10(step) + 1e-9))
 
-function multiples(step, low, high) {
+export function multiples(step, low, high) {
   const first = Math.ceil(low / step - 1e-9), n = Math.floor(high / step + 1e-9) - first
   return Array.from({ length: n + 1 }, (_, i) => step * (first + i))
 }

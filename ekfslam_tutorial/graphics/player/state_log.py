@@ -41,7 +41,9 @@ class StateLog:
     `to_json` gives ``{"format", "version", "title", "k", "dim", "units", "robots", "sensors", "frames"}``. Positions
     are integers in millimetres, headings in 1e-4 rad, quaternions in 1e-4. ``x`` is a position in the map's frame,
     followed in a pose by the heading or the quaternion [a b c d]. ``cov`` is ``e, L11, L21, L22, ...``: the lower
-    triangle of L with ``L L' = P``, in units of ``2**e`` metres. A frame is a dictionary with the keys
+    triangle of L with ``L L' = P``, in units of ``2**e`` metres. A sensor has id, robot, name, units and point (it
+    measures points), and what is known of fov and reach (rad, m) and of view: half the width and half the height of a
+    camera's picture at distance 1. A frame is a dictionary with the keys
 
     =========  =======================================================================================================
     k, t       frame number, and seconds since the start

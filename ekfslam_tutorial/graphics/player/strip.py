@@ -50,8 +50,9 @@ def log_strip(log: StateLog, n: int = 3, width: float = 12, at: Sequence[int] = 
         if missing:
             raise ValueError(f"the log has no frame {missing[0]}; it has {len(place)} of {min(place)} to {max(place)}")
         chosen = [place[k] for k in at]
-    places = [_path(frames, id, d) for id in frames[-1].robots] + [_known_places(frames[-1], d)]
-    limits = fit_limits(np.concatenate(places))
+    places = [_path(frames, id, d) for id in frames[-1].robots]
+    places += [_known_places(frames[i], d) for i in (*chosen, len(frames) - 1)]
+    limits = fit_limits(np.concatenate(places), margin=0.16)  # room for the names of those at the edge, too
     cell = width / len(chosen)
     fig = plt.figure(figsize=(width, min(cell, 4.5) + 1.0))
     entries: dict = {}
@@ -149,11 +150,11 @@ def _draw(ax, frames, d, k) -> None:
     lmks = {id: (p, L) for id, (p, L) in frame.lmks.items() if np.isfinite(p).all() and np.isfinite(L).all()}
     true = np.array([p for p in frame.world.values() if np.isfinite(p).all()]).reshape(-1, d)
     map_picture(
-        {str(id): _path(frames, id, d) for id in frame.robots},
+        {f"robot {id}": _path(frames, id, d) for id in frame.robots},
         np.array([p for p, _ in lmks.values()]).reshape(-1, d),
         np.array([L @ L.T for _, L in lmks.values()]).reshape(-1, d, d),
         ids=list(lmks),
-        true_path={str(id): _path(frames, id, d, truth=True) for id in frame.truth} or None,
+        true_path={f"robot {id}": _path(frames, id, d, truth=True) for id in frame.truth} or None,
         true_points=true,
         k=k,
         ax=ax,

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...geometry import Frame3, q_prod, v2q
+from ...geometry import Frame3, hat, q_prod, v2q
 
 
 @dataclass(frozen=True)
@@ -54,3 +54,14 @@ class ConstantVelocity:
         X_u = np.zeros_like(x2, shape=(*x2.shape, 6))
         X_u[..., 7:, :] = np.eye(6)
         return x2, X_x, X_u
+
+    def turning(self, x):
+        """How v and w change if the whole world turns by a small angle about its axes: v turns, too, w does not.
+
+        Returns
+        -------
+        ndarray, shape (..., 6, 3)
+            -[v]x above zeros, per radian.
+        """
+        v = hat(x[..., 7:10])
+        return np.concatenate([-v, np.zeros_like(v)], -2)

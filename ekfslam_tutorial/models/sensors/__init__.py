@@ -1,9 +1,26 @@
 """Sensors: y, Y_p = project(p) and back. One file each; the export line below is the whole registration."""
 
 from .bearing_only2 import BearingOnly2
+from .davison_cam import DavisonCam
 from .omni_cam import OmniCam
 from .pin_hole import PinHole
 from .pin_hole_depth import PinHoleDepth
+from .point import PointXY, PointXYZ
+from .range import Range
 from .range_bearing import RangeBearing
+from .range_bearing_elevation import RangeBearingElevation
+from .stereo_pin_hole import StereoPinHole
 
-__all__ = ["BearingOnly2", "OmniCam", "PinHole", "PinHoleDepth", "RangeBearing"]
+__all__ = [
+    "BearingOnly2",
+    "DavisonCam",
+    "OmniCam",
+    "PinHole",
+    "PinHoleDepth",
+    "PointXY",
+    "PointXYZ",
+    "Range",
+    "RangeBearing",
+    "RangeBearingElevation",
+    "StereoPinHole",
+]

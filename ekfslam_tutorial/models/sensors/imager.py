@@ -15,17 +15,23 @@ class Imager:
 
     image_size: tuple
     pixel_std: float
+    margin: float
 
     def check_image(self):
-        """Refuse an image without pixels and noise that is not positive."""
+        """Refuse an image without pixels, noise that is not positive, and a margin that leaves nothing."""
         if not (finite_numbers(self, "image_size", 2) > 0).all():
             raise ValueError(f"{type(self).__name__}: image_size must be two positive numbers, got {self.image_size!r}")
         check_positive(self, "pixel_std")
+        if not 0 <= self.margin < min(self.image_size) / 2:
+            half = min(self.image_size) / 2
+            raise ValueError(
+                f"{type(self).__name__}: margin must be from 0 to {half:g}, half of the image, got {self.margin!r}"
+            )
 
     def inside(self, u):
-        """Return True for pixels in the image, borders included."""
-        u, v = u[..., 0], u[..., 1]
-        return (u >= 0) & (v >= 0) & (u <= self.image_size[0]) & (v <= self.image_size[1])
+        """Return True for pixels in the image and not in its margin, borders included."""
+        u, v, m = u[..., 0], u[..., 1], self.margin
+        return (u >= m) & (v >= m) & (u <= self.image_size[0] - m) & (v <= self.image_size[1] - m)
 
     def residual(self, y, e):
         """Innovation y - e, pixels."""

@@ -150,6 +150,8 @@ class OmniCam(Imager):
         Standard deviation of the measurement noise, pixels.
     fov : float
         Opening angle round the optical axis within which points are seen, rad; pi is a half space.
+    margin : float
+        Width of the frame inside the image that does not count as visible, pixels: half a patch, say.
 
     See Also
     --------
@@ -161,6 +163,7 @@ class OmniCam(Imager):
     c: tuple | None = field(default=None, kw_only=True)
     image_size: tuple = field(default=(1280.0, 960.0), kw_only=True)
     pixel_std: float = field(default=1.0, kw_only=True)
+    margin: float = field(default=0.0, kw_only=True)
     fov: float = field(default=np.pi, kw_only=True)
 
     dim: ClassVar[int] = 3

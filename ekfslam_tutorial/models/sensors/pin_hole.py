@@ -140,6 +140,8 @@ class PinHole(Imager):
         Width and height, pixels.
     pixel_std : float
         Standard deviation of the measurement noise, pixels.
+    margin : float
+        Width of the frame inside the image that does not count as visible, pixels: half a patch, say.
 
     Raises
     ------
@@ -149,6 +151,8 @@ class PinHole(Imager):
     See Also
     --------
     PinHoleDepth : With the depth.
+    StereoPinHole : With a second camera.
+    DavisonCam : With one coefficient of distortion.
     OmniCam : With a mirror or a fish-eye lens.
     """
 
@@ -157,6 +161,7 @@ class PinHole(Imager):
     c: tuple | None = field(default=None, kw_only=True)
     image_size: tuple = field(default=(640.0, 480.0), kw_only=True)
     pixel_std: float = field(default=1.0, kw_only=True)
+    margin: float = field(default=0.0, kw_only=True)
 
     dim: ClassVar[int] = 3
     bearing_only: ClassVar[bool] = True

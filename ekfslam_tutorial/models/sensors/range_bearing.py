@@ -28,12 +28,9 @@ def polar(p):
     x, y = p[..., 0], p[..., 1]
     r = np.hypot(x, y)
     e = np.stack([r, np.arctan2(y, x)], -1)
-    E_p = np.zeros_like(e, shape=(*e.shape, 2))
     with np.errstate(divide="ignore", invalid="ignore"):
         c, s = x / r, y / r
-        E_p[..., 0, 0], E_p[..., 0, 1] = c, s
-        E_p[..., 1, 0], E_p[..., 1, 1] = -s / r, c / r
-    return e, E_p
+        return e, np.stack([np.stack([c, s], -1), np.stack([-s / r, c / r], -1)], -2)
 
 
 @dataclass(frozen=True)
@@ -107,6 +104,5 @@ class RangeBearing:
 
     def visible(self, y, p):
         """Return True for each point in range and in the field of view."""
-        r = y[..., 0]
-        in_range = (r > 0) & (r <= self.max_range)
+        in_range = (y[..., 0] > 0) & (y[..., 0] <= self.max_range)
         return in_range if self.fov >= 2 * np.pi else in_range & (np.abs(wrap(y[..., 1])) <= self.fov / 2)

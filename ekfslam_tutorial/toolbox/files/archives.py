@@ -11,6 +11,7 @@ import struct
 import sys
 import zipfile
 import zlib
+from pathlib import Path
 
 import numpy as np
 
@@ -35,6 +36,21 @@ structures are left out. numpy itself gives the head to Python's parser, which a
 
 MAX_ROWS = 10**6
 """Rows of an array without numbers in it, (rows, 0): such a shape costs nothing in the file."""
+
+
+def check_regular(path):
+    """Refuse what is there and is no file: a pipe, that may never end or never begin, or a device.
+
+    Parameters
+    ----------
+    path : path
+
+    Raises
+    ------
+    ValueError
+    """
+    if Path(path).exists() and not Path(path).is_file():
+        raise ValueError("it is no regular file, but a folder, a pipe or a device")
 
 
 def check_zip(archive, size):
@@ -96,6 +112,7 @@ def read_npz(path):
         One sentence: no npz file, damaged, too large when unpacked, or arrays of anything but numbers and texts.
     FileNotFoundError
     """
+    check_regular(path)
     with open(path, "rb") as file:
         size = file.seek(0, io.SEEK_END)
         file.seek(0)

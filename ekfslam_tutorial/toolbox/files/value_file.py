@@ -6,13 +6,12 @@ file carries a checksum: what has been cut off or changed is refused, never read
 
 import hashlib
 import json
-import os
 from typing import Any
 
 import numpy as np
 
 from .archives import DAMAGE, brief, read_npz
-from .writing import replacing
+from .writing import written
 
 SMALL = 64  # numbers; arrays up to here share one member of the file
 
@@ -34,10 +33,8 @@ def save(path, values):
     arrays, small = {}, []
     tree = json.dumps(_encode(values, arrays, small))
     arrays["small"] = np.array(small, float)
-    with replacing(path) as part, open(part, "wb") as file:
+    with written(path) as file:
         np.savez(file, allow_pickle=False, tree=tree, checksum=_checksum(tree, arrays), **arrays)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def load(path) -> Any:

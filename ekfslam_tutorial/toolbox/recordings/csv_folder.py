@@ -15,25 +15,84 @@ landmarks.csv                id, x, y and, in space, z
 Units are SI and radians. Files of robots, sensors, truth and landmarks may be absent.
 """
 
+import contextlib
 import csv
 import json
+import os
 import re
 from pathlib import Path
 
 import numpy as np
 
 from ...simulation import SimLmk
-from ..files.archives import brief
+from ..files.archives import brief, check_regular
+from ..files.locks import only_here
+from ..files.writing import beside, to_disk, written
 from ..user_input import errors_at, short_text
 from .logs import FORMAT, ControlLog, RawLog
 
+HEAD, HALF = "recording.json", "ekfslam recording, half written"
+NAMES = r"frames\.csv|landmarks\.csv|robot-\d+-(controls|truth|fixes)\.csv|sensor-\d+(-robots)?\.csv"
 POSES = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 
 
 def save_csv(rec, folder):
-    """Write a recording into a folder, which is made if need be."""
-    folder = Path(folder)
+    """Write a recording into a folder, which is made if need be; the files of an older recording in it go.
+
+    All files are written beside before the first of the old ones is touched: a full disk changes nothing. Whoever is
+    stopped while they are moved leaves a folder that is no recording, never one that is of two.
+
+    Raises
+    ------
+    ValueError
+        If the folder holds files with such names that are of no recording.
+    OSError
+        If it cannot be written, or another program is writing there.
+    """
+    folder, tables = Path(folder), _tables(rec)
     folder.mkdir(parents=True, exist_ok=True)
+    with only_here(folder):
+        old = _files_of_recording(folder)
+        with beside(folder) as new:
+            for name, (header, columns) in tables.items():
+                with open(new / name, "w", newline="", encoding="utf-8") as file:
+                    writer = csv.writer(file, lineterminator="\n")
+                    writer.writerow(header)
+                    writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
+            rows = {name: len(columns[0]) for name, (_, columns) in tables.items()}
+            head = {"format": FORMAT, "name": rec.name, "notes": rec.notes, "by_event": rec.by_event, "rows": rows}
+            (new / HEAD).write_text(json.dumps(head, indent=2) + "\n", encoding="utf-8")
+            to_disk(*new.iterdir())
+            _move(new, folder, tables, old)
+
+
+def _move(new, folder, names, old):
+    """Let the files of a recording take the place of those of another one."""
+    with written(folder / HEAD, text=True) as file:
+        file.write(json.dumps({"format": HALF, "rows": dict.fromkeys({*old, *names}, 0)}))
+    for name in old - set(names):
+        (folder / name).unlink()
+    for name in names:
+        os.replace(new / name, folder / name)
+    to_disk(folder)
+    os.replace(new / HEAD, folder / HEAD)
+    to_disk(folder)
+
+
+def _files_of_recording(folder):
+    """The names of the files of the recording that is in a folder; anything else with such a name is refused."""
+    there = {path.name for path in folder.iterdir() if re.fullmatch(NAMES, path.name)}
+    head = None
+    with contextlib.suppress(ValueError, FileNotFoundError):
+        head = _json(folder / HEAD)
+    if head is None and (there or (folder / HEAD).exists()):
+        name = min(there, default=HEAD)
+        raise ValueError(f"the folder {folder} holds {name}, which is of no recording; give another folder")
+    return there
+
+
+def _tables(rec):
+    """Header and columns of each file, by name."""
     frames = np.arange(len(rec))
     tables = {"frames.csv": (["t"], [rec.t])}
     for i, log in rec.robots.items():
@@ -51,15 +110,7 @@ def save_csv(rec, folder):
     if rec.landmarks is not None:
         points = rec.landmarks.points
         tables["landmarks.csv"] = (["id", *"xyz"[: points.shape[1]]], [rec.landmarks.ids, *points.T])
-
-    for name, (header, columns) in tables.items():
-        with open(folder / name, "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(header)
-            writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
-    rows = {name: len(columns[0]) for name, (_, columns) in tables.items()}
-    head = {"format": FORMAT, "name": rec.name, "notes": rec.notes, "by_event": rec.by_event, "rows": rows}
-    (folder / "recording.json").write_text(json.dumps(head, indent=2) + "\n", encoding="utf-8")
+    return tables
 
 
 def load_csv(folder):
@@ -81,7 +132,8 @@ def load_csv(folder):
         With the file and the line that is wrong.
     """
     folder = Path(folder)
-    head = _head(folder / "recording.json")
+    head = _head(folder / HEAD)
+    _check_names(folder, head.get("rows"))
     read = lambda name: _Table(folder / name, head.get("rows", {}).get(name))
     t = read("frames.csv").columns("t", ["t"])[:, 0]
 
@@ -122,9 +174,10 @@ class _Table:
         if not path.exists():
             raise FileNotFoundError(f"{path} is missing")
         try:
+            check_regular(path)
             text = path.read_text(encoding="utf-8-sig")
             lines = list(csv.reader(text.splitlines(), strict=True))
-        except (csv.Error, UnicodeDecodeError) as error:
+        except (csv.Error, ValueError) as error:
             raise ValueError(f"{path} is not a CSV file in UTF-8: {brief(error)}") from error
         if not lines:
             raise ValueError(f"{path}, line 1: the file is empty; its first line names the columns")
@@ -242,13 +295,41 @@ def _numbered(folder, pattern):
     return sorted((int(match[1]), name) for match, name in found if match)
 
 
+def _check_names(folder, rows):
+    """Refuse a file that recording.json does not know of, where it knows of any, and one that is missing."""
+    if not rows:
+        return
+    there = {path.name for path in folder.iterdir() if re.fullmatch(NAMES, path.name)}
+    for name in sorted(there - set(rows)):
+        raise ValueError(
+            f"{folder / name} is not in the rows of {HEAD}: is it of another recording? Delete one of them"
+        )
+    for name in sorted(set(rows) - there):
+        raise FileNotFoundError(f"{short_text(name)[1:-1]} is missing in {folder}; {HEAD} has its number of rows")
+
+
+def _json(path):
+    """Read the head of a recording of any state; ValueError for anything else."""
+    try:
+        check_regular(path)
+        head = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path} is not JSON, or nested too deeply: {brief(error)}") from error
+    if not isinstance(head, dict) or head.get("format") not in (FORMAT, HALF):
+        raise ValueError(f"{path} is no head of a recording")
+    return head
+
+
 def _head(path):
     if not path.exists():
         raise FileNotFoundError(f"{path} is missing: this folder is not a recording")
     try:
+        check_regular(path)
         head = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is not JSON, or nested too deeply: {brief(error)}") from error
+    if isinstance(head, dict) and head.get("format") == HALF:
+        raise ValueError(f"{path.parent} is not a whole recording: whoever wrote it was stopped; write it anew")
     if not isinstance(head, dict) or not {"format", "name"} <= head.keys() or not isinstance(head["name"], str):
         raise ValueError(f"{path} must hold a name and the format {FORMAT!r}")
     if head["format"] != FORMAT:

@@ -59,6 +59,9 @@ class RawLog(Sequence):
     R: np.ndarray | None = None
 
     def __post_init__(self):
+        if np.ma.is_masked(self.ids):
+            words = "-1 stands for an id that is not known"
+            raise ValueError(f"sensor {self.sen}: ids must not have masked entries: {words}")
         offsets, ids = np.asarray(self.offsets), np.asarray(self.ids)
         for name, a in (("offsets", offsets), ("ids", ids)):
             if a.ndim != 1 or not np.issubdtype(a.dtype, np.integer):
@@ -84,9 +87,9 @@ class RawLog(Sequence):
         with_R = [o.R is not None for o in filled]
         if any(with_R) and not all(with_R):
             raise ValueError(f"sensor {sen}: some frames have a covariance R and some do not; give all or none")
-        y = np.concatenate([o.y for o in filled])
-        R = np.concatenate([o.R for o in filled]) if all(with_R) else None
-        return cls(sen, offsets, np.concatenate([np.asarray(o.ids, int) for o in filled]), y, R)
+        y = np.ma.concatenate([o.y for o in filled])  # a mask is kept, and told of by who reads it
+        R = np.ma.concatenate([o.R for o in filled]) if all(with_R) else None
+        return cls(sen, offsets, np.ma.concatenate([np.ma.asarray(o.ids) for o in filled]), y, R)
 
     def __len__(self):
         return len(self.offsets) - 1

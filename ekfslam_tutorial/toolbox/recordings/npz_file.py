@@ -6,12 +6,14 @@ import numpy as np
 
 from ...simulation import SimLmk
 from ..files.archives import read_npz
+from ..files.writing import written
 from .logs import FORMAT, ControlLog, RawLog
 
 
 def save_npz(rec, path):
-    """Write a recording into one npz file."""
-    np.savez_compressed(path, allow_pickle=False, **_to_arrays(rec))
+    """Write a recording into one npz file, whole or not at all."""
+    with written(path) as file:
+        np.savez_compressed(file, allow_pickle=False, **_to_arrays(rec))
 
 
 def load_npz(path):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...ekf import real
 from ...simulation import SimLmk
 from ..files.archives import DAMAGE, brief
 from ..user_input import errors_at, finite_array
@@ -129,7 +130,7 @@ class Recording:
 
 
 def _truth(robot, x):
-    x = np.asarray(x, float)
+    x = real(f"truth of robot {robot}", x)
     if x.ndim != 2 or x.shape[1] not in (3, 7):
         raise ValueError(f"truth of robot {robot} must have 3 columns (x, y, theta) or 7 (t, q), got shape {x.shape}")
     if np.isinf(x).any():

@@ -1,6 +1,13 @@
 """Agreement of the parts of the user's data: ids, dimensions, sensors and landmark types."""
 
+import numpy as np
+
 from ...slam.first_estimates import check_first_estimates
+
+FARTHEST = 5e5
+"""A start may be so many times less certain than what a sensor measures at one metre. Distances in the map are small
+differences of large numbers then: P has 16 digits, and those of the squares, 5e5^2 = 2.5e11, are gone. What is left
+holds distances to a hundredth of a sigma; with 10 times as much they are one sigma off."""
 
 
 def check_agreement(data):
@@ -35,7 +42,49 @@ def check_agreement(data):
         sensor.start(data.frame)
     if data.landmark.in_map:
         _check_births(data)
+        _check_digits(data)
     _check_view(data.figure, data.frame.dim, bool(data.sensors))
+
+
+def _check_digits(data):
+    """Refuse a start so uncertain that a covariance has no digits left for what the sensors say of the map."""
+    for robot in (robot for robot in data.robots if robot.in_map):
+        x, P = robot.start()
+        std, dim = np.sqrt(np.max(np.diag(P)[: data.frame.dim])), data.frame.dim
+        for sensor in data.sensors:
+            least = std / FARTHEST
+            if sensor.robot == robot.id and (noise := noise_at_one_metre(sensor.model, dim)) < least:
+                raise ValueError(
+                    f"robot {robot.id}: position_std = {std:g} m beside {noise:.2g} m of noise of sensor {sensor.id} "
+                    f"leaves no digits for the map; take at most {FARTHEST * noise:.2g} m, or 0: the start is the "
+                    "origin of the map then"
+                )
+
+
+def noise_at_one_metre(sensor, dim):
+    """How well a sensor measures the place of a point that is one metre away, in its best direction, m.
+
+    Parameters
+    ----------
+    sensor : SensorModel
+    dim : int
+
+    Returns
+    -------
+    float
+        Infinity if it does not say.
+    """
+    most = 0.0
+    with np.errstate(all="ignore"):
+        for p in (*np.eye(dim), *-np.eye(dim)):
+            try:
+                Y_p = np.broadcast_to(sensor.project(p)[1], (len(sensor.R), dim))
+                information = Y_p.T @ np.linalg.solve(sensor.R, Y_p)
+            except Exception:  # a model of the user's: what is wrong with it shows where it is used
+                continue
+            if np.isfinite(information).all():
+                most = max(most, np.linalg.eigvalsh(information)[-1])
+    return 1 / np.sqrt(most) if most else np.inf
 
 
 def started_by(data, sensor):

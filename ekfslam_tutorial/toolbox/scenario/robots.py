@@ -6,12 +6,19 @@ from typing import Any
 import numpy as np
 
 from ...models.motion import Odometry2
+from ...simulation import MOST_CLUTTER
 from ..user_input import check_id, check_model, covariance_stack, finite_array, short_text, sized_vector, std_vector
 from .poses import n_angles, pose
 
 
 def _si(name, value):
     return np.deg2rad(value) if name.endswith("_deg") else value
+
+
+def check_factor(value):
+    """Refuse a factor of a covariance that is no positive number."""
+    if finite_array("noise_factor", value).ndim or not value > 0:
+        raise ValueError(f"noise_factor must be a positive number, got {short_text(value)}")
 
 
 @dataclass(kw_only=True)
@@ -40,6 +47,11 @@ class Robot:
         Standard deviation of its noise: {"dx": 0.005, "da_deg": 0.05}.
     control_cov : sequence of sequences, optional
         Covariance of the whole control in SI units and radians, instead of `control_std`.
+    noise_factor : float
+        The filter is told the control's covariance U times this, be it the scenario's or a recording's. The simulator
+        draws with U.
+    clock_offset : float
+        Of a recording: its controls take effect so many seconds later than they are stamped.
     """
 
     id: int = 1
@@ -56,9 +68,14 @@ class Robot:
     control: dict = field(default_factory=dict)
     control_std: dict = field(default_factory=dict)
     control_cov: Any = None
+    noise_factor: float = 1.0
+    clock_offset: float = 0.0
 
     def __post_init__(self):
         check_id("id", self.id)
+        check_factor(self.noise_factor)
+        if finite_array("clock_offset", self.clock_offset).ndim:
+            raise ValueError(f"clock_offset must be a number of seconds, got {short_text(self.clock_offset)}")
         check_model("motion", self.motion, "motion")
         self.start()
         self.controls()
@@ -191,6 +208,11 @@ class Sensor:
         Simulation: probability that a visible landmark is measured.
     clutter : float
         Simulation: mean number of false measurements in a frame.
+    noise_factor : float
+        The filter is told the noise covariance R times this, be it the sensor's or a recording's own. The simulator
+        draws with R.
+    bias : sequence of float, optional
+        Of a recording: its measurements are so much too large; SI units and radians.
     """
 
     id: int = 1
@@ -205,6 +227,8 @@ class Sensor:
     frame_in_map: bool = False
     p_detect: float = 1.0
     clutter: float = 0.0
+    noise_factor: float = 1.0
+    bias: Any = None
 
     def __post_init__(self):
         check_id("id", self.id)
@@ -216,11 +240,20 @@ class Sensor:
             raise ValueError(f"p_detect is a probability above 0, got {self.p_detect}")
         if not finite_array("clutter", self.clutter) >= 0:
             raise ValueError(f"clutter is a mean number and must not be negative, got {self.clutter}")
+        if self.clutter > MOST_CLUTTER:
+            raise ValueError(f"clutter is a mean number in a frame, {MOST_CLUTTER} at most, got {self.clutter:g}")
         name = f"the noise covariance R of {type(self.model).__name__}"
         try:
             covariance_stack(name, [self.model.R], len(self.model.R))
         except OverflowError:
             raise ValueError(f"{name} must be finite") from None
+        check_factor(self.noise_factor)
+        self.biases()
+
+    def biases(self):
+        """The bias of each number that it measures, shape (m,)."""
+        m = len(self.model.R)
+        return sized_vector("bias", self.bias, m, np.zeros(m))
 
     def start(self, frame, noise=None):
         """Frame vector on a robot whose frames are of class `frame`, and its covariance; or a draw around it."""

@@ -43,7 +43,7 @@ def too_patient_by_one(searched, found, visible, matched, min_search, min_ratio)
     return s, m, [i for i in range(len(s)) if visible[i] and s[i] > min_search and m[i] < min_ratio * s[i]]
 
 
-# --- 19.4 a path beside GPS ---
+# --- 19.4 a path compared with GPS ---
 
 
 @answer_to("19.4", hint="order of fixes")

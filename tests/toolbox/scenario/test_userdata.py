@@ -211,7 +211,7 @@ class Flat:
 @pytest.mark.parametrize(
     "section, entry, said",
     [
-        ("robot", {"motion": "no_move"}, "robot 1: NoMove has no method move, so it is no motion model; known: const"),
+        ("robot", {"motion": "no_move"}, "robot 1: NoMove has no method move, so it is no motion model; known: acker"),
         ("robot", {"motion": "no_fields"}, "robot 1: NoFields has no control_fields, no state_fields; a motion has"),
         ("robot", {"motion": "no_frame"}, "robot 1: NoFrame has no frame, no size; a motion has frame, size, control"),
         ("robot", {"motion": "flat"}, "robot 1: Flat has no method move, so it is no motion model"),
@@ -272,7 +272,7 @@ def test_overrides_reach_one_entry_or_all():
 
 MISTAKES = [
     (FLAT, "robot.motion", "unicicle", "robot 1: unknown motion model 'unicicle'; known: .*did you mean 'unicycle'"),
-    (FLAT, "robot.motion", 3, "robot 1: the motion model is given by its name, got 3; known: constant_velocity"),
+    (FLAT, "robot.motion", 3, "robot 1: the motion model is given by its name, got 3; known: ackermann"),
     (FLAT, "sensor.type", "range_bering", "sensor 1: unknown sensor type .*; did you mean 'range_bearing'"),
     (FLAT, "landmark.type", "euc_pt", r"\[landmark\]: unknown landmark type 'euc_pt'; .*did you mean 'euc_pnt'"),
     (FLAT, "world.type", "rng", r"\[world\]: unknown world 'rng'; known: cloister, .*did you mean 'ring'"),
@@ -431,7 +431,7 @@ def test_a_world_without_landmarks_is_none():
 
 def test_missing_keys_are_named():
     for kind, gone, message in (
-        ("robot", "motion", "robot 1: motion is missing; known: constant_velocity"),
+        ("robot", "motion", "robot 1: motion is missing; known: ackermann"),
         ("sensor", "type", "sensor 1: type is missing; known: bearing_only2"),
         ("sensor", "range_std", "sensor 1: missing: range_std"),
         ("sensor", "bearing_std_deg", "sensor 1: missing: bearing_std_deg"),

@@ -10,13 +10,12 @@ from ...geometry import wrap
 from ...slam import NearestNeighbour
 from ...toolbox import universal_slam
 from .. import asks
-from ..exercise import Verdict
+from ..exercises.nb19_drive import drive
+from ..exercises.nb19_gps import gps_error
+from ..exercises.nb19_manage import manage
+from ..exercises.nb19_scan import sort_scan
 from ..logs.nb19 import TWIN, here, recording
 from ..project import Project, Symptom, scores
-from .nb19_drive import drive
-from .nb19_gps import gps_error
-from .nb19_manage import manage
-from .nb19_scan import sort_scan
 
 EVERY = 10  # frames between two that are drawn: a scan has a tenth of a second
 
@@ -163,30 +162,23 @@ class Park(Project):
         trial.path = np.array(rows).reshape(-1, 4)
         return trial
 
-    def measured(self, trial):
+    def measured(self, trials, reference=None):
         """What the sentences of the verdict are about."""
+        (trial,) = trials
         trees, gps = figures(trial.path)
         want_trees, want_gps = by_the_package(len(trial.path))
         truth = scores([trial]) if trial.errors else None
         return _Measured(trees, gps, want_trees, want_gps, truth, trial)
 
-    def verdict(self, trials):
-        """What a run shows."""
-        s = self.measured(trials[0])
-        for symptom in self.symptoms:
-            if symptom.shows(s, self):
-                message = symptom.says.format(s=s, p=self)
-                return Verdict(
-                    "failed", symptom.name, message, symptom.hint, seconds=s.seconds, note=self.summary(trials)
-                )
-        return Verdict("passed", seconds=s.seconds, note=self.summary(trials))
+    def kept_reference(self, run):
+        """None: the run of the package's own filter is kept by itself, the same for every scenario."""
 
     def summary(self, trials):
         """One line on a run."""
         (trial,) = trials
         if trial is None or trial.failed or not len(getattr(trial, "rows", ())):
             return "no result"
-        s = self.measured(trial)
+        s = self.measured(trials)
         honest = f", mean NEES {s.nees:.1f} (honest 3, band {self.band[0]:g} to {self.band[1]:g})" if s.truth else ""
         return (
             f"{here()}, {len(trial.path)} scans: distance to GPS {s.gps:.2f} m (the package {s.want_gps:.2f} m), "
@@ -209,39 +201,31 @@ SYMPTOMS = (
         "the map",
         lambda s, p: s.trees < 0.7 * s.want_trees,
         "{s.trees:.0f} trees are in the map in the mean; the package has {s.want_trees:.0f} on the same scans",
-        "Trees are not started, or thrown out at once: does every -1 start one, with its counts searched = found = 1? "
-        "Does `manage` hear of trees behind the truck as of trees in view?",
+        "Trees are not started, or thrown out at once: does every -1 start one, with its counts searched = found = 1? Does `manage` hear of trees behind the truck as of trees in view?",
     ),
     Symptom(
         "the path",
         lambda s, p: s.lost and s.trees > 1.25 * s.want_trees,
-        "the path is {s.gps:.1f} m from GPS (the package: {s.want_gps:.1f} m), and {s.trees:.0f} trees are in the map (the "
-        "package: {s.want_trees:.0f})",
-        "The filter does not recognise its own trees, and starts them again. Look at the motion first: five small steps in "
-        "a scan? The place of the laser, `car`? The slip in the noise? Are x and P both corrected? Then at the innovation: measured minus expected, "
-        "its bearing wrapped.",
+        "the path is {s.gps:.1f} m from GPS (the package: {s.want_gps:.1f} m), and {s.trees:.0f} trees are in the map (the package: {s.want_trees:.0f})",
+        "The filter does not recognise its own trees, and starts them again. Look at the motion first: five small steps in a scan? The place of the laser, `car`? The slip in the noise? Are x and P both corrected? Then at the innovation: measured minus expected, its bearing wrapped.",
     ),
     Symptom(
         "the path",
         lambda s, p: s.lost,
         "the path is {s.gps:.1f} m from GPS; that of the package is {s.want_gps:.1f} m",
-        "The map has the right size, the path is wrong: do corrections reach the pose (x[:3] and P[:3])? Is the sign of the "
-        "innovation right? Are all detections of a scan used that have a tree?",
+        "The map has the right size, the path is wrong: do corrections reach the pose (x[:3] and P[:3])? Is the sign of the innovation right? Are all detections of a scan used that have a tree?",
     ),
     Symptom(
         "the upkeep",
         lambda s, p: s.trees > 1.25 * s.want_trees,
         "the path is right, but {s.trees:.0f} trees are in the map in the mean; the package has {s.want_trees:.0f}",
-        "Trees that are never found again stay: does `manage` get which trees are in view and which were found, with the "
-        "counts of the scan before? Do those that it names go out of x, of P (rows and columns), and of the counts? Or "
-        "are there doubles: is the gate of new trees 25?",
+        "Trees that are never found again stay: does `manage` get which trees are in view and which were found, with the counts of the scan before? Do those that it names go out of x, of P (rows and columns), and of the counts? Or are there doubles: is the gate of new trees 25?",
     ),
     Symptom(
         "honest",
         lambda s, p: s.nees > p.band[1],
         "path and map are right, but the mean NEES is {s.nees:.1f} (band {p.band[0]:g} to {p.band[1]:g}, honest 3)",
-        "Too sure: is `car` that of the truck, with the laser 3.78 m ahead? Is now.U[1] with the slip in P? Is R that of the laser? Does a new tree get its covariance with the whole "
-        "map, P_lx = L_r P[:3]?",
+        "Too sure: is `car` that of the truck, with the laser 3.78 m ahead? Is now.U[1] with the slip in P? Is R that of the laser? Does a new tree get its covariance with the whole map, P_lx = L_r P[:3]?",
     ),
     Symptom(
         "honest",
@@ -258,8 +242,7 @@ PROJECT = project = Park(
     scenario=SCENARIO,
     start=START,
     hints=(
-        "Four parts for a scan: drive (five small steps), `sort_scan` on the squared distances, one correction with all that "
-        "have a tree, the upkeep: `manage`, births, deletions. Keep ids, searched and found in the order of the trees in x.",
+        "Four parts for a scan: drive (five small steps), `sort_scan` on the squared distances, one correction with all that have a tree, the upkeep: `manage`, births, deletions. Keep ids, searched and found in the order of the trees in x.",
         "Motion: A = X_x A and B = X_x B + X_u over the five steps, a third column of B for the slip, Q = B U B'. "
         "z = y[:, None] - e has the shape (k, n, 2); D = z' Z^-1 z for each pair. Stack E_r and E_l of the used ones into H, "
         "R on the diagonal. Matched trees are in view, too. After the correction P = (P + P') / 2, so that rounding does not grow. Delete: rows 3 + 2i and 4 + 2i of x and of P, and columns of P.",

@@ -6,9 +6,9 @@ from ...geometry import Frame3
 from ...models.landmarks import IdpPnt
 from ...models.observation import observe
 from .. import asks
+from ..exercises.nb13_euclid import idp2euc
+from ..exercises.nb13_new import new_idp
 from ..project import Project
-from .nb13_euclid import idp2euc
-from .nb13_new import new_idp
 
 SCENARIO = """
 name = "one eye"
@@ -104,9 +104,7 @@ project = Project(
     scenario=SCENARIO,
     start=START,
     hints=(
-        "Four parts in a frame: move (X_x on the rows and columns of the robot, then X_u U X_u'), correct with known "
-        "landmarks (H has seven columns of the robot and those of one landmark), start new ones, keep the quaternion "
-        "of length 1. A new landmark needs a covariance with the whole map: L_F F_r P[:7], F_r from `compose`.",
+        "Four parts in a frame: move (X_x on the rows and columns of the robot, then X_u U X_u'), correct with known landmarks (H has seven columns of the robot and those of one landmark), start new ones, keep the quaternion of length 1. A new landmark needs a covariance with the whole map: L_F F_r P[:7], F_r from `compose`.",
         "Camera frame: F, F_r, _ = Frame3(x[:7]).compose(Frame3(eye.x)); its covariance is F_r P[:7, :7] F_r'. Birth: "
         "l, P_ll, _ = new_idp(F, that, camera, y, camera.R, n, N); called with np.eye(7) in its place, the last result "
         "is L_F itself. Then x = [x, l], P = [[P, P_lx'], [P_lx, P_ll]], lmks[id] = the last six. Expected pixel: "

@@ -13,10 +13,10 @@ from ...datasets.odometry import OdometryNoise
 from ...geometry import Frame2, wrap
 from ...simulation import SimLmk
 from .. import asks
+from ..exercises.nb18_correct import correct_both
+from ..exercises.nb18_meet import meet
 from ..project import SYMPTOMS, Project, Symptom, scores
 from ..trial import run_trial
-from .nb18_correct import correct_both
-from .nb18_meet import meet
 
 SECONDS = 120.0  # of the twin
 ERROR = 0.06  # m, at most in the last third: right runs have 0.03 to 0.04, those with landmarks alone 0.12
@@ -141,18 +141,10 @@ LITTLE = Symptom(
     "the error",
     lambda s, p: s.error > ERROR,
     "the robots are off by {s.error:.3f} m in the last third; with all that is seen it is about half of that",
-    "Honest, but it learns little: are all known landmarks of a frame used, by all five sensors? Are all sightings of "
-    "robots? Is the noise of the sensors much too large?",
+    "Honest, but it learns little: are all known landmarks of a frame used, by all five sensors? Are all sightings of robots? Is the noise of the sensors much too large?",
 )
-UNUSED = (
-    "The sightings of robots are not used: is there a loop over now.met[sen.id], for every sensor, inside that over the "
-    "frames? Does it hand the corrected x and P on?"
-)
-INCEST = (
-    "So the sightings of robots make it too sure. Do both blocks go into H, E_a of the robot that looks and E_b of the one "
-    "that is seen? now.met[sen.id] is what the robot sen.robot sees. What two robots know in common is in P[a, b]: an "
-    "estimate of the other one, taken as news, counts it twice."
-)
+UNUSED = "The sightings of robots are not used: is there a loop over now.met[sen.id], for every sensor, inside that over the frames? Does it hand the corrected x and P on?"
+INCEST = "So the sightings of robots make it too sure. Do both blocks go into H, E_a of the robot that looks and E_b of the one that is seen? now.met[sen.id] is what the robot sen.robot sees. What two robots know in common is in P[a, b]: an estimate of the other one, taken as news, counts it twice."
 
 
 class FiveRobots(Project):
@@ -191,9 +183,7 @@ project = FiveRobots(
     scenario=SCENARIO,
     start=START,
     hints=(
-        "In each frame: move all five robots first; then for each sensor landmarks that are known, landmarks that are "
-        "new, and robots. Your `meet` serves for both: a landmark is a robot without a heading, meet(x[a], [lx, ly, 0]), "
-        "and of E_b only the first two columns count.",
+        "In each frame: move all five robots first; then for each sensor landmarks that are known, landmarks that are new, and robots. Your `meet` serves for both: a landmark is a robot without a heading, meet(x[a], [lx, ly, 0]), and of E_b only the first two columns count.",
         "Known landmark: e, E_a, E_b = meet(x[a], np.append(x[l], 0.0)); z = y - e with the bearing wrapped; "
         "x, P = correct_both(x, P, a, l, z, E_a, E_b[:, :2], R), if z' Z^-1 z < 13.8. A robot: meet(x[a], x[b]) and the "
         "same. New landmark: l = t + range [cos, sin](heading + bearing), P_lx = L_r P[a], "

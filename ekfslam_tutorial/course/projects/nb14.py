@@ -5,10 +5,10 @@ import numpy as np
 from ...geometry import Frame3
 from ...models.observation import observe, retro_project
 from .. import asks
+from ..exercises.nb14_frame import known_then_new
+from ..exercises.nb14_range import find_range
 from ..project import Project, Symptom
-from .nb13_project import change
-from .nb14_frame import known_then_new
-from .nb14_range import find_range
+from .nb13 import change
 
 ROOM = 150
 
@@ -138,8 +138,7 @@ project = Project(
             "the room",
             lambda s, p: s.size > ROOM,
             "x has up to {s.size} numbers, the task allows 150",
-            "Landmarks that have not been seen for some frames must go, and leave their range to others: find_range "
-            "finds the gap. If there is none, the landmark is not started.",
+            "Landmarks that have not been seen for some frames must go, and leave their range to others: find_range finds the gap. If there is none, the landmark is not started.",
         ),
     ),
 )

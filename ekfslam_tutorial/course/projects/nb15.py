@@ -5,9 +5,9 @@ import numpy as np
 from ...geometry import Frame3
 from ...models.observation import observe, retro_project
 from .. import asks
+from ..exercises.nb15_blocks import correct_blocks
 from ..project import SYMPTOMS, Project, Symptom
-from .nb13_project import change
-from .nb15_blocks import correct_blocks
+from .nb13 import change
 
 SCENARIO = """
 name = "two robots, three cameras"
@@ -108,9 +108,7 @@ project = Project(
     scenario=SCENARIO,
     start=START,
     hints=(
-        "The loop of project 14 with three changes: move all robots first; go through world.sens; a correction has up "
-        "to three blocks, (rob.r, E_r), (sen.r, E_s), (r, E_l), and correct_blocks takes them as they are (sen.r may "
-        "be None). At a birth the mounting is one more parent: P_lx = L_r P[rob.r] + L_s P[sen.r].",
+        "The loop of project 14 with three changes: move all robots first; go through world.sens; a correction has up to three blocks, (rob.r, E_r), (sen.r, E_s), (r, E_l), and correct_blocks takes them as they are (sen.r may be None). At a birth the mounting is one more parent: P_lx = L_r P[rob.r] + L_s P[sen.r].",
         "e, E_r, E_s, E_l = observe(F, S, sen.model, kind, x[r]) with F = Frame3(x[rob.r]), S = Frame3(sen.x if sen.r "
         "is None else x[sen.r]). Birth: l, L_r, L_s, L_y, L_n = retro_project(F, S, sen.model, kind, y, n), n empty "
         "if the sensor sees the depth; P_ll = P_lx[:, rob.r] L_r' + P_lx[:, sen.r] L_s' + L_y R L_y' + L_n N L_n'. At "
@@ -131,8 +129,7 @@ project = Project(
             "the mounting",
             lambda s, p: s.mounting_sigma > 0.5,
             "the sigma of the mounting is {s.mounting_sigma:.2f} times what it was at the start",
-            "The mounting is not learnt: is (sen.r, E_s) among the blocks of a correction? Does a new landmark of this "
-            "camera get its covariance with the mounting, L_s P[sen.r]?",
+            "The mounting is not learnt: is (sen.r, E_s) among the blocks of a correction? Does a new landmark of this camera get its covariance with the mounting, L_s P[sen.r]?",
         ),
     ),
     symptoms=(
@@ -140,8 +137,7 @@ project = Project(
         Symptom(
             "the mounting is honest",
             lambda s, p: s.mounting_nees > 9.0,
-            "the robots are right, the mounting is not: the mean NEES of its angles is {s.mounting_nees:.1f} (honest "
-            "3, at most 9)",
+            "the robots are right, the mounting is not: the mean NEES of its angles is {s.mounting_nees:.1f} (honest 3, at most 9)",
             "Look at the block E_s, and at L_s in the births: P_lx and P_ll both need it.",
         ),
     ),

@@ -7,12 +7,11 @@ import numpy as np
 from ...analysis import anees_band
 from ...toolbox import universal_slam
 from .. import asks, deadline, guard
-from ..exercise import Verdict
+from ..exercises.nb17_band import in_band
+from ..exercises.nb17_nees import pose_nees
 from ..expect import Failed
 from ..project import Project, Symptom, scores
 from ..trial import Trial, pose_error
-from .nb17_band import in_band
-from .nb17_nees import pose_nees
 
 RUNS = 8  # of the Monte Carlo that a check makes
 ERROR = 0.6  # of the error of dead reckoning: more is no SLAM
@@ -143,16 +142,12 @@ class Honest(Project):
         """The seed of the scenario, and others."""
         return [run.data.seed, *(s for s in self.seeds if s != run.data.seed)][:RUNS]
 
-    def verdict(self, trials):
+    def kept_reference(self, run):
+        """None: the package's own NEES of the student's runs is what the measure is compared with."""
+
+    def measured(self, trials, reference=None):
         """What some runs show: is the student's measure right, and is the scenario honest?"""
-        s = _Shown(trials)
-        for symptom in self.symptoms:
-            if symptom.shows(s, self):
-                message = symptom.says.format(s=s, p=self)
-                return Verdict(
-                    "failed", symptom.name, message, symptom.hint, seconds=s.seconds, note=self.summary(trials)
-                )
-        return Verdict("passed", seconds=s.seconds, note=self.summary(trials))
+        return _Shown(trials)
 
     def judge(self, run):
         """Judge a run: the same runs are made again, one after the other, and their NEES compared with the student's."""
@@ -239,8 +234,7 @@ SYMPTOMS = (
         "the measure",
         lambda s, p: not s.agrees,
         "your loop says that the mean NEES is {s.told:.3g}; it is {s.mean:.3g} in the same {s.runs} runs",
-        "Does each run get its own seed? Is it the estimated pose with *its* covariance, now.map.P[rob.r, rob.r], and the "
-        "true one of the same frame? Is the NEES that of `pose_nees`, neither a mean over the frames nor over p?",
+        "Does each run get its own seed? Is it the estimated pose with *its* covariance, now.map.P[rob.r, rob.r], and the true one of the same frame? Is the NEES that of `pose_nees`, neither a mean over the frames nor over p?",
     ),
     Symptom(
         "the band",
@@ -258,24 +252,19 @@ SYMPTOMS = (
         "honest",
         lambda s, p: s.inside < p.share and s.first > 2 * s.high,
         "the mean NEES is {s.mean:.0f}, far above the band {s.low:.1f} to {s.high:.1f} from the first frames on",
-        "A prior that is too sure, or a depth that is guessed: something is known that nobody has measured. Look at the "
-        "landmark's type, non_obs_mean and non_obs_std.",
+        "A prior that is too sure, or a depth that is guessed: something is known that nobody has measured. Look at the landmark's type, non_obs_mean and non_obs_std.",
     ),
     Symptom(
         "honest",
         lambda s, p: s.inside < p.share,
-        "the mean NEES is in the band {s.low:.1f} to {s.high:.1f} in {s.percent:.0f} % of the frames only; it is {s.first:.1f} "
-        "in the first third and {s.last:.1f} in the last",
-        "It becomes too sure on its way: the Jacobians are taken at poses that are too far off. Where the landmark is "
-        "counted from matters (an anchor is better than the world's origin); with this odometry no way of storing is "
-        "enough. What measured the depth in section 2?",
+        "the mean NEES is in the band {s.low:.1f} to {s.high:.1f} in {s.percent:.0f} % of the frames only; it is {s.first:.1f} in the first third and {s.last:.1f} in the last",
+        "It becomes too sure on its way: the Jacobians are taken at poses that are too far off. Where the landmark is counted from matters (an anchor is better than the world's origin); with this odometry no way of storing is enough. What measured the depth in section 2?",
     ),
     Symptom(
         "a map",
         lambda s, p: s.error > ERROR * s.dead,
         "the robot is off by {s.error:.2f} m at the end, dead reckoning by {s.dead:.2f} m",
-        "A filter that corrects with nothing, or with little, is honest and useless. Are landmarks started (n_inits), and "
-        "used (n_updates)?",
+        "A filter that corrects with nothing, or with little, is honest and useless. Are landmarks started (n_inits), and used (n_updates)?",
     ),
 )
 
@@ -294,10 +283,8 @@ project = Honest(
     scenario=SCENARIO,
     start=START,
     hints=(
-        "The loop is that of section 2, once for each seed: a list of rows, an array at the end, and in_band of the whole. "
-        "The scenario: section 2 says which of the six ways was honest with poor odometry.",
-        "x[None], P[None], truth[None] are one pose for pose_nees. A camera that measures the depth is type = "
-        '"pin_hole_depth" with depth_std = 0.1 (m); its landmarks are "euc_pnt".',
+        "The loop is that of section 2, once for each seed: a list of rows, an array at the end, and in_band of the whole. The scenario: section 2 says which of the six ways was honest with poor odometry.",
+        'x[None], P[None], truth[None] are one pose for pose_nees. A camera that measures the depth is type = "pin_hole_depth" with depth_std = 0.1 (m); its landmarks are "euc_pnt".',
     ),
     asks=(
         asks.robots("odometry3"),

@@ -1,0 +1,148 @@
+"""What a run should be told for: sentences on figures that are not as they should be, each with a next step.
+
+All of it is known without the truth, except the NEES. An honest run says nothing.
+"""
+
+import numpy as np
+
+from ..ekf import chi_square
+from ..slam.association import gate
+from .consistency import anees_band, chi2_band
+
+FEW = 50
+"""So many frames may pass without a landmark being measured a second time."""
+MORE = 0.02
+"""Share of innovations that may be refused beyond what the gate refuses of right ones."""
+MANY = 0.2
+"""If more than this share is refused, something is wrong with the log, not with a few of its measurements."""
+SURPRISED = 10
+"""Squared innovations so many times as large as expected are not a question of tuning: something is wrong."""
+NIS_BAND = 0.8, 1.25
+"""The mean NIS may be so many times what is expected, for filters are not linear; and as far as chance takes it."""
+CONFIDENCE = 0.9999
+"""Of the band of chance of the NIS."""
+NEES_CONFIDENCE = 0.99
+"""Of the band of the mean NEES. The frames of a run hang together: they count as one pose."""
+ASK = "are units, signs, mounting, ids and noise right?"
+SIGN = "is the sign of the bearing right (positive to the left), and are units, mounting, ids and noise?"
+TUNE = "`ekfslam tune` finds a factor for R and U from the log alone"
+
+
+def notes(figures, data, recording=None):
+    """Sentences on what is not as it should be in a run.
+
+    Parameters
+    ----------
+    figures : dict
+        From `History.summary`.
+    data : UserData
+    recording : Recording, optional
+        What was played.
+
+    Returns
+    -------
+    list of str
+        One sentence each: what was found, what would be right, what to do next. If the measurements do not fit at all,
+        only that is said, and not what follows from it.
+    """
+    found = list(ids_left_out(data, recording)) if recording else []
+    gross = gross_fault(figures, data)
+    if gross:
+        return [*found, gross]
+    return [*found, *filter(None, (f(figures, data) for f in (refused, nis, ratio, nees)))]
+
+
+def ids_left_out(data, recording):
+    """Measurements without an id, which `known_ids` passes over."""
+    if not getattr(data.options.association, "by_id", False):
+        return
+    for sensor in data.sensors:
+        ids = recording.raw[sensor.id].ids if sensor.id in recording.raw else np.zeros(0, int)
+        without = int((ids < 0).sum())
+        if without:
+            yield (
+                f"{without:,} of the {len(ids):,} measurements of sensor {sensor.id} have the id -1, and known_ids "
+                "passes over them: --set options.association=nearest_neighbour uses all"
+            )
+
+
+def gross_fault(figures, data):
+    """What shows that the log is not what the scenario takes it for."""
+    n, refused = figures["n_innovations"], figures["n_refused"]
+    if not n and figures["frames"] > FEW:
+        return f"no landmark was measured a second time: {ASK}"
+    if refused > MANY * n and refused > 5:
+        ask = SIGN if any("rad" in getattr(sensor.model, "units", ()) for sensor in data.sensors) else ASK
+        return f"of {n:,} innovations {refused:,} did not pass the gate: {ask}"
+    if (figures["nis_mean"] or 0.0) > SURPRISED * (figures["nis_dof"] or 0.0):
+        return f"the mean NIS is {figures['nis_mean']:.3g}, and {figures['nis_dof']:.3g} is expected: {ASK}"
+    return None
+
+
+def refused(figures, data):
+    """A few per cent of the innovations are refused: of right ones the gate refuses less."""
+    n, refused, threshold = figures["n_innovations"], figures["n_refused"], data.options.md2_threshold
+    if not n or not figures["nis_dof"]:
+        return None
+    right = 1.0 - float(chi_square.cdf(threshold, figures["nis_dof"]))
+    too_many = refused - right * n
+    if too_many <= max(MORE * n, 5 * np.sqrt(n * right * (1 - right)) + 5):
+        return None
+    return (
+        f"{100 * refused / n:.1f} % of {n:,} innovations did not pass the gate, {100 * right:.2g} % would be right, "
+        "and nis_mean does not count them: compare with a run without a gate, --set options.md2_threshold=inf, "
+        "and look where they are refused; the noise may be told too small"
+    )
+
+
+def nis_band(figures, data):
+    """Band of the mean NIS of an honest filter: (low, high); of innovations that a gate has let pass.
+
+    What passes a gate at d^2 has the mean m F(d^2; m + 2) / F(d^2; m), F the distribution of chi-square.
+    """
+    m, n = figures["nis_dof"], max(figures["n_innovations"] - figures["n_refused"], 1)
+    confidence = getattr(data.options.association, "confidence", None)
+    threshold = min(data.options.md2_threshold, gate(confidence, m) if confidence else np.inf)
+    mean = m * float(chi_square.cdf(threshold, m + 2) / chi_square.cdf(threshold, m)) if threshold < np.inf else m
+    low, high = (bound / m for bound in anees_band(m, n, CONFIDENCE))
+    return mean * NIS_BAND[0] * min(low, 1), mean * NIS_BAND[1] * max(high, 1)
+
+
+def nis(figures, data):
+    """The innovations are larger, or smaller, than the filter expects."""
+    if figures["nis_mean"] is None:
+        return None
+    low, high = nis_band(figures, data)
+    value, should = figures["nis_mean"], f"an honest filter has {low:.2f} to {high:.2f} here"
+    if value > high:
+        return f"the mean NIS is {value:.3g}, {should}: R or U is told too small; {TUNE}"
+    if value < low:
+        return (
+            f"the mean NIS is {value:.3g}, {should}: R or U is told too large; perhaps on purpose, "
+            "because errors last: then the NIS is no guide, and correction_ratio is"
+        )
+    return None
+
+
+def ratio(figures, data):
+    """The corrections go the same way for too long."""
+    value, seconds, limit = (figures[f"correction_ratio{end}"] for end in ("", "_s", "_limit"))
+    if value is None or value <= limit:
+        return None
+    return (
+        f"sums of corrections over {seconds} s are {value:.2g} times as large, squared, as the filter expects, and up "
+        f"to {limit:.2g} would be chance: it is too sure of the pose; {TUNE}"
+    )
+
+
+def nees(figures, data):
+    """The errors are larger, or smaller, than the filter thinks; the truth is needed for that."""
+    if figures["nees_mean"] is None or not figures["nees_dof"]:
+        return None
+    low, high = chi2_band(figures["nees_dof"], NEES_CONFIDENCE)
+    value, right = figures["nees_mean"], f"{figures['nees_dof']} is right and {low:.2g} to {high:.3g} would be chance"
+    if value > high:
+        return f"the mean NEES is {value:.3g}, {right}: the errors are larger than the filter thinks; {TUNE}"
+    if value < low:
+        return f"the mean NEES is {value:.2g}, {right}: the filter is too cautious; R, U or the start is told too large"
+    return None

@@ -1,0 +1,368 @@
+"""Noise, mounting, clock and bias from a log alone: no truth is asked.
+
+In this order, because each makes the next one easier:
+
+1. how late the controls are, by likelihood: a parabola through three runs or more;
+2. the yaw of each sensor, as a state of the filter (`frame_in_map`);
+3. by how much ranges are too long, by likelihood;
+4. one factor on R and U: by the likelihood where the innovations are white, else by the sums of corrections
+   (`analysis.corrections`).
+
+What was found is kept only if it is three standard deviations from nothing; these are widened by the root of the
+correction ratio, for errors that last make a log look longer than it is.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..ekf import chi_square
+from ..toolbox.adjusted import RATES, STEPS
+from ..toolbox.universal_slam import universal_slam
+from .corrections import SecondSums, correction_ratio
+from .innovations import Innovations
+
+YAW_STD_DEG = 2.0
+"""How well a mounting is known to begin with."""
+SURE = 3.0
+"""So many standard deviations from nothing is something."""
+CLOCK_STEP, BIAS_STEP = 0.05, 1.0
+"""Steps of the parabolas: s, or a frame if that is longer; and standard deviations of the range."""
+MOST_RUNS, NEAR = 8, 0.25
+"""Of one parabola; it is found if its vertex is so near to the lowest run, in steps."""
+FLAT = 1e-9
+"""Runs that differ by less in their surprise do not differ."""
+WHITE = 0.1
+"""Innovations with less correlation than this, and chance, from one to the next of a landmark are white."""
+OUTLIER = 25.0
+"""A squared innovation counts as at most this, or as the gate, in the likelihood."""
+CLOSE = 0.03
+"""A factor that changes by less than this is found."""
+ROUNDS = 4
+BLIND = (
+    "errors common to all measurements, but for a turned sensor and a range that is too long",
+    "the filter's own over-confidence where its models are far from linear",
+    "noise that is told too large, where errors last: the factor is at least 1",
+    "the ratio of R to U, and wrong controls' scales",
+)
+"""What nothing of this can see."""
+
+
+class Stopped(Exception):
+    """The user has stopped the tuning."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One number that the log has told.
+
+    Parameters
+    ----------
+    what, unit : str
+    value, std : float
+        std is one standard deviation, widened by the root of the correction ratio.
+    kept : bool
+        It is in the scenario.
+    """
+
+    what: str
+    unit: str
+    value: float
+    std: float
+    kept: bool
+
+    def __str__(self):
+        fate = "kept" if self.kept else "not kept: not sure enough, or covered by R"
+        return f"{self.what}: {self.value:+.3g} +- {self.std:.2g} {self.unit} ({fate})"
+
+
+@dataclass
+class Tuning:
+    """What was found.
+
+    Parameters
+    ----------
+    findings : list of Finding
+    factor : float
+        Of R and U. NaN if the log is too short.
+    band : (float, float)
+        95 % band of the factor, from the number of blocks, or innovations, alone.
+    by : str
+        What the factor was found by, in words.
+    before, after : CorrectionRatio or None
+        Of the first run and of the last one, with all that was found.
+    sensor, robot : dict
+        Changes for all sensors, and for all robots, of the scenario, but for the factor.
+    complete : bool
+        False if it was stopped: what was found so far is right, and not all.
+    """
+
+    findings: list = field(default_factory=list)
+    factor: float = float("nan")
+    band: tuple = (float("nan"), float("nan"))
+    by: str = ""
+    before: object = None
+    after: object = None
+    sensor: dict = field(default_factory=dict)
+    robot: dict = field(default_factory=dict)
+    complete: bool = False
+
+
+@dataclass
+class Trial:
+    """A run with some changes, as far as the search needs it."""
+
+    ratio: object
+    innovations: Innovations
+    yaws: dict
+    cap: float
+
+    @property
+    def surprise(self):
+        """-2 log likelihood of an innovation, on average."""
+        return self.innovations.surprise(self.cap)
+
+
+def tune(data, recording, progress=lambda name, n_frames: lambda: None):
+    """Find what a log tells about its noise, mounting, clock and bias.
+
+    Parameters
+    ----------
+    data : UserData
+        A scenario that fits the recording: see `datasets.prepare`.
+    recording : Recording or None
+        None for the scenario's own simulation.
+    progress : callable
+        (name of a run, number of its frames) -> a function to call after each frame. It may raise `Stopped`.
+
+    Returns
+    -------
+    Tuning
+    """
+    search = _Search(data, recording, progress)
+    try:
+        search.all()
+    except Stopped:
+        pass
+    return search.found
+
+
+class _Search:
+    """The search, step after step; what was found so far is in `found` at any time."""
+
+    def __init__(self, data, recording, progress):
+        self.data, self.recording, self.progress, self.found = data, recording, progress, Tuning()
+
+    def all(self):
+        self.now = self.run("as it is")
+        self.found.before = self.now.ratio
+        self.settle_factor()
+        if self.recording is not None:
+            self.clock()
+        self.yaw()
+        if self.recording is not None:
+            self.bias()
+        self.factor()
+        self.found.complete = True
+
+    def run(self, name, sensor=None, robot=None):
+        """Run the scenario with what was found so far, and with some more changes."""
+        data = changed(self.data, self.found.sensor | (sensor or {}), self.found.robot | (robot or {}))
+        run = universal_slam(data, self.recording)
+        after_frame = self.progress(name, len(run))
+        sums, innovations, s = {r.id: SecondSums(r.frame) for r in data.robots}, Innovations(), None
+        for s in run:
+            for id, *poses in s.corrected:
+                sums[id].add(s.t, *poses)
+            innovations.add(s)
+            after_frame()
+        ratio = correction_ratio([each.arrays for each in sums.values()])
+        return Trial(ratio, innovations, _yaws(s), min(data.options.md2_threshold, OUTLIER))
+
+    # --- mounting ---
+
+    def yaw(self):
+        """The yaw of all sensors in the plane as states; kept if one of them is surely not as it was said."""
+        fixed = [s for s in self.data.sensors if not s.frame_in_map]
+        if not fixed or len(fixed) < len(self.data.sensors) or self.data.frame.dim != 2:
+            return
+        state = {"frame_in_map": True, "orientation_std_deg": YAW_STD_DEG}
+        trial = self.run("with the sensors' yaw as states", sensor=state)
+        wide = np.sqrt(trial.ratio.factor)
+        start = {s.id: float(np.ravel(s.orientation_deg)[0]) if s.orientation_deg is not None else 0.0 for s in fixed}
+        off = {id: (yaw - start[id], wide * std) for id, (yaw, std) in trial.yaws.items()}
+        kept = any(abs(value) > SURE * std for value, std in off.values())
+        self.found.findings += [Finding(f"yaw of sensor {id}", "deg", *each, kept) for id, each in off.items()]
+        if kept:
+            self.found.sensor |= state
+            self.now = trial
+            self.settle_factor()
+
+    # --- what is found by likelihood ---
+
+    def clock(self):
+        """How late the controls are, all alike.
+
+        Runs are compared whose controls are whole frames apart, or nearly. In between, two controls are averaged, which
+        makes their noise smaller: such runs look better than they are.
+        And each run has the noise of other controls: it must gain more than that may do by chance.
+        """
+        if all(isinstance(robot.motion, STEPS + RATES) for robot in self.data.robots):
+            start = self.data.robots[0].clock_offset
+            change = lambda value: {"robot": {"clock_offset": start + value}}
+            self.by_likelihood("controls later than their stamps by", "s", self.frame_step(), change, whole=True)
+
+    def frame_step(self):
+        """Usual time between two frames, s."""
+        dt = np.diff(self.recording.t)
+        return max(CLOCK_STEP, float(np.median(dt[dt > 0]))) if (dt > 0).any() else CLOCK_STEP
+
+    def bias(self):
+        """By how much the ranges are too long, of all sensors alike.
+
+        A bias below the standard deviation that the filter is told is not kept: R covers it, and an odometry that is
+        some per cent too long looks the same.
+        """
+        model = self.data.sensors[0].model
+        units = getattr(model, "units", ())
+        if units.count("m") != 1 or any(type(s.model) is not type(model) for s in self.data.sensors):
+            return
+        j, start = units.index("m"), self.data.sensors[0].biases()
+        change = lambda value: {"sensor": {"bias": (start + value * np.eye(len(units))[j]).tolist()}}
+        self.by_likelihood("ranges too long by", "m", BIAS_STEP * self.range_std(j), change, self.range_std(j))
+
+    def range_std(self, j):
+        """Typical standard deviation of number j of a measurement."""
+        logs = [self.recording.raw[s.id].R for s in self.data.sensors]
+        R = [s.model.R[None] if own is None else own for s, own in zip(self.data.sensors, logs, strict=True)]
+        return float(np.sqrt(np.median(np.concatenate([each[:, j, j] for each in R]))))
+
+    def by_likelihood(self, what, unit, step, change, least=0.0, whole=False):
+        """The value with the greatest likelihood, by the vertex of a parabola; kept if surely more than `least`.
+
+        With `whole`, runs are made at whole steps only.
+        """
+        trials = {0.0: self.now}
+        at = lambda k: self.run(f"{what} {k * step:+.3g} {unit}", **change(k * step))
+        trials |= {k: at(k) for k in (-1.0, 1.0)}
+        while len(trials) < MOST_RUNS:
+            best, vertex, _ = parabola({k: trial.surprise for k, trial in trials.items()})
+            if vertex is None and best in (min(trials), max(trials)) and FLAT < self.spread(trials):
+                trials[2 * best] = at(2 * best)
+            elif vertex is None or abs(vertex - best) < NEAR or (whole and round(vertex) in trials):
+                break
+            else:
+                k = float(round(vertex)) if whole else vertex
+                trials[k] = at(k)
+        best, vertex, bend = parabola({k: trial.surprise for k, trial in trials.items()})
+        if vertex is None or self.spread(trials) < FLAT:  # no minimum: the log does not tell
+            self.found.findings.append(Finding(what, unit, 0.0, float("inf"), False))
+            return
+        value, middle = step * vertex, best
+        n, wide = len(trials[middle].innovations), np.sqrt(trials[middle].ratio.factor)
+        std = wide * step / np.sqrt(n * bend)
+        kept = bool(abs(value) > least + SURE * std)
+        if kept:
+            trial = self.run(f"{what} {value:+.3g} {unit}", **change(value))
+            chance = SURE * np.sqrt(4 * n * trial.innovations.dof()) if whole else 0.0
+            kept = n * (self.now.surprise - trial.surprise) > chance
+        if kept:
+            self.now = trial
+            for part, values in change(value).items():
+                getattr(self.found, part).update(values)
+            self.settle_factor()
+        self.found.findings.append(Finding(what, unit, float(value), float(std), kept))
+
+    @staticmethod
+    def spread(trials):
+        """Largest difference of the surprise."""
+        return float(np.ptp([trial.surprise for trial in trials.values()]))
+
+    # --- noise ---
+
+    def settle_factor(self):
+        """The factor by the sums of corrections, of the run so far."""
+        ratio = self.now.ratio
+        self.set_factor(ratio.factor, "sums of corrections", ratio.by_length.get(ratio.seconds, (0, 0))[1])
+        if not np.isfinite(ratio.value):
+            self.found.factor, self.found.by = float("nan"), "nothing: the log is too short"
+
+    def set_factor(self, factor, by, dof):
+        """Note a factor, its origin and its band."""
+        band = [dof / float(chi_square.quantile(p, dof)) for p in (0.975, 0.025)] if dof else [np.nan] * 2
+        self.found.factor, self.found.by = float(factor), by
+        self.found.band = tuple(float(factor * b) for b in band)
+
+    def factor(self):
+        """One factor on R and U, and a last run with it."""
+        as_it_is, (r, n) = self.now, self.now.innovations.whiteness()
+        if n and abs(r) < WHITE + SURE / np.sqrt(n):
+            self.by_size(r)
+        if self.now.ratio.too_large:  # not white, or white and not enough
+            self.now = as_it_is
+            self.settle_factor()
+        if np.isfinite(self.found.factor) and self.now is as_it_is:
+            self.found.by += f" over {self.now.ratio.seconds} s; innovations correlate by {r:.2f}"
+            self.now = self.with_factor(self.found.factor)
+        self.found.after = self.now.ratio
+
+    def by_size(self, r):
+        """White innovations: the mean of z' Z^-1 z over what it should be is the factor of greatest likelihood."""
+        factor = 1.0
+        for _ in range(ROUNDS):
+            innovations = self.now.innovations
+            m, gate = innovations.dof(), self.data.options.md2_threshold
+            passed = float(chi_square.cdf(gate, m + 2) / chi_square.cdf(gate, m)) if gate < np.inf else 1.0
+            step = innovations.size() / passed
+            factor *= step
+            by = f"likelihood: innovations are white, they correlate by {r:.2f}"
+            self.set_factor(factor, by, len(innovations) * m)
+            self.now = self.with_factor(factor)
+            if abs(step - 1) < CLOSE:
+                break
+
+    def with_factor(self, factor):
+        sensor, robot = ({"noise_factor": factor * e[0].noise_factor} for e in (self.data.sensors, self.data.robots))
+        return self.run(f"R and U times {factor:.3g}", sensor, robot)
+
+
+def parabola(values):
+    """The lowest of some values of a function, and the parabola through it and its neighbours.
+
+    Parameters
+    ----------
+    values : dict of float to float
+        Function values, by argument.
+
+    Returns
+    -------
+    best : float
+        The argument of the lowest value.
+    vertex : float or None
+        Where the parabola is lowest; None if the lowest value is at an end.
+    bend : float
+        Half its second derivative.
+    """
+    at = sorted(values)
+    best = min(at, key=values.get)
+    i = at.index(best)
+    if i in (0, len(at) - 1):
+        return best, None, 0.0
+    bend, slope, _ = np.polyfit(np.array(at[i - 1 : i + 2]) - best, [values[k] for k in at[i - 1 : i + 2]], 2)
+    return best, float(best - slope / (2 * bend)), float(bend)
+
+
+def changed(data, sensor, robot):
+    """A scenario with some attributes of all its sensors, and of all its robots, changed."""
+    sensors, robots = [replace(s, **sensor) for s in data.sensors], [replace(r, **robot) for r in data.robots]
+    return replace(data, sensors=sensors, robots=robots)
+
+
+def _yaws(snapshot):
+    """Yaw and its standard deviation, deg, of the sensors in the map, in the plane, by id."""
+    yaws = {}
+    for sen in snapshot.sens:
+        if sen.r is not None and sen.r.stop - sen.r.start == 3:
+            x, P = sen.state(snapshot.map), snapshot.map.block(sen.r)
+            yaws[sen.id] = float(np.rad2deg(x[2])), float(np.rad2deg(np.sqrt(P[2, 2])))
+    return yaws

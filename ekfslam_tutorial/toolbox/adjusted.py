@@ -1,0 +1,117 @@
+"""A recording as the scenario wants it: noise times a factor, a bias taken off, controls moved in time."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..models.motion import Odometry2, Odometry3, Unicycle, Vehicle
+from .recordings import ControlLog, RawLog
+
+STEPS, RATES = (Odometry2, Odometry3), (Unicycle, Vehicle)
+"""Motion models whose controls are steps between two frames, and those whose controls are speeds."""
+
+
+def adjusted(data, recording):
+    """The recording with what the scenario says of its robots and sensors.
+
+    Parameters
+    ----------
+    data : UserData
+        `noise_factor` and `clock_offset` of each robot, `noise_factor` and `bias` of each sensor.
+    recording : Recording
+
+    Returns
+    -------
+    Recording
+        The same one, if there is nothing to do.
+
+    Raises
+    ------
+    ValueError
+        For a clock offset and a motion model whose controls cannot be moved in time.
+    """
+    robots, raw, met = dict(recording.robots), dict(recording.raw), dict(recording.met)
+    for robot in data.robots:
+        if robot.id in robots:
+            robots[robot.id] = _controls(recording.t, robots[robot.id], robot)
+    for sensor in data.sensors:
+        for logs in (raw, met):
+            if sensor.id in logs:
+                logs[sensor.id] = _measurements(logs[sensor.id], sensor)
+    new, old = (robots, raw, met), (recording.robots, recording.raw, recording.met)
+    same = all(a[i] is b[i] for a, b in zip(new, old, strict=True) for i in a)
+    return recording if same else replace(recording, robots=robots, raw=raw, met=met)
+
+
+def is_adjusted(data):
+    """True if the scenario changes what a recording holds, or what the filter is told of a simulation."""
+    robots = any(robot.noise_factor != 1 or robot.clock_offset for robot in data.robots)
+    return robots or any(sensor.noise_factor != 1 or np.any(sensor.bias) for sensor in data.sensors)
+
+
+def _controls(t, log, robot):
+    if robot.clock_offset:
+        log = ControlLog(*moved_in_time(t, log.u, log.U, robot.clock_offset, robot.motion))
+    if robot.noise_factor == 1:
+        return log
+    return ControlLog(log.u, robot.noise_factor * (np.tile(robot.U(), (len(log), 1, 1)) if log.U is None else log.U))
+
+
+def _measurements(log, sensor):
+    m = len(sensor.model.R)
+    if log.y.shape[1] != m or (sensor.noise_factor == 1 and not np.any(sensor.bias)):
+        return log  # one with other numbers than the model's is refused elsewhere
+    R = log.R
+    if sensor.noise_factor != 1:
+        R = sensor.noise_factor * (np.tile(sensor.model.R, (len(log.y), 1, 1)) if R is None else R)
+    return RawLog(log.sen, log.offsets, log.ids, log.y - sensor.biases(), R)
+
+
+def moved_in_time(t, u, U, offset, motion):
+    """Controls that take effect later than they are stamped.
+
+    What the robot did between two frames is what was commanded between these times minus the offset. Controls are taken
+    as constant from frame to frame; pieces of steps are added up as if their turns were small.
+
+    Parameters
+    ----------
+    t : ndarray, shape (F,)
+        Times of the frames, s.
+    u, U : ndarray, shape (F, n) and (F, n, n), or None
+    offset : float
+        s; before the log begins, and after it has ended, the robot goes on as at its end.
+    motion : MotionModel
+
+    Returns
+    -------
+    u, U : ndarray, shape (F, n) and (F, n, n), or None
+
+    Raises
+    ------
+    ValueError
+        For a motion model whose controls are neither steps nor speeds.
+    """
+    if not isinstance(motion, STEPS + RATES):
+        raise ValueError(
+            f"clock_offset: the controls of {type(motion).__name__} cannot be moved in time; those of "
+            f"{', '.join(cls.__name__ for cls in STEPS + RATES)} can"
+        )
+    dt = np.diff(t)
+    if not (dt > 0).any():
+        return u, U
+    steps = isinstance(motion, STEPS)
+    first, last = np.flatnonzero(dt > 0)[[0, -1]]
+    long = 1.0 + abs(offset)  # s; before the log and after it, the speed is that of its end
+
+    def moved(a):
+        flat = a[1:].reshape(len(dt), -1)
+        speed = flat / np.where(dt > 0, dt, 1.0)[:, None] if steps else flat
+        knots = np.concatenate([[t[0] - long], t, [t[-1] + long]])
+        ways = np.vstack([0 * speed[:1], long * speed[first], speed * dt[:, None], long * speed[last]])
+        total = np.cumsum(ways, axis=0)
+        at = np.column_stack([np.interp(t - offset, knots, column) for column in total.T])
+        new = np.diff(at, axis=0)
+        new = new if steps else new / np.where(dt > 0, dt, 1.0)[:, None]
+        return np.concatenate([a[:1], new.reshape(a[1:].shape)])
+
+    return moved(u), None if U is None else moved(U)

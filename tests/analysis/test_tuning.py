@@ -1,0 +1,121 @@
+"""What is put into a simulated log is found in it, without its truth; what is not in it is not found."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.analysis.tuning import Stopped, tune
+from ekfslam_tutorial.datasets import mrclam, prepare
+from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
+
+SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
+
+
+def scenario(name="range_bearing_2d", **overrides):
+    return UserData.from_toml(SCENARIOS / f"{name}.toml", {k.replace("__", "."): v for k, v in overrides.items()})
+
+
+def log_of(data, seed):
+    recorder = Recorder()
+    for s in universal_slam(data, seed=seed):
+        recorder.add(s)
+    log = recorder.recording(f"walk {seed}")
+    plain = {1: replace(log.robots[1], U=None)}
+    return replace(log, robots=plain, truth={}, landmarks=None)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return log_of(scenario(time__last=150), 5)
+
+
+def finding(found, what):
+    (one,) = [f for f in found.findings if f.what.startswith(what)]
+    return one
+
+
+def test_of_an_honest_log_the_factor_is_one():
+    """1.2 at most in the median was asked; single ones are white, so their likelihood has them to some per cent."""
+    found = [tune(scenario(time__last=100), log_of(scenario(time__last=100), seed)) for seed in (1, 2, 3)]
+    assert all("likelihood" in f.by and 0.8 < f.factor < 1.2 and f.complete for f in found)
+    assert sum(f.band[0] < 1 < f.band[1] for f in found) >= 2  # 95 % of them
+    assert not any(one.kept for f in found for one in f.findings)
+    assert all(f.sensor == f.robot == {} for f in found)
+
+
+def test_noise_told_too_small(log):
+    """A third of R and of U is told: 3 is needed."""
+    found = tune(scenario(sensor__noise_factor=1 / 3, robot__noise_factor=1 / 3), log)
+    assert 2.5 < found.factor < 3.6 and found.by.startswith("likelihood")
+
+
+def test_errors_that_last_have_their_factor_by_the_corrections(log):
+    """Each landmark seems nearer or farther for 20 frames: no likelihood sees that, the sums of corrections do."""
+    raw, rng = log.raw[1], np.random.default_rng(2)
+    frame = np.repeat(np.arange(len(log)), np.diff(raw.offsets))
+    error = rng.standard_normal((1 + raw.ids.max(), 1 + len(log) // 20))[raw.ids, frame // 20]
+    lasting = replace(log, raw={1: RawLog(1, raw.offsets, raw.ids, raw.y + 0.3 * error[:, None] * [1, 0.2])})
+    found = tune(scenario(sensor__noise_factor=4.0, options__md2_threshold=1e9), lasting)
+    assert found.by.startswith("sums of corrections over ") and found.factor >= 1
+    assert found.before.value == pytest.approx(found.factor, rel=0.2)
+
+
+def test_a_turned_sensor(log):
+    raw = log.raw[1]
+    turned = replace(log, raw={1: RawLog(1, raw.offsets, raw.ids, raw.y - [0.0, np.deg2rad(4)])})
+    yaw = finding(tune(scenario(), turned), "yaw of sensor 1")
+    assert yaw.kept and abs(yaw.value - 4) < 4 * yaw.std < 4
+
+
+def test_a_range_that_is_too_long(log):
+    raw = log.raw[1]
+    found = tune(scenario(), replace(log, raw={1: RawLog(1, raw.offsets, raw.ids, raw.y + [0.8, 0.0])}))
+    bias = finding(found, "ranges too long")
+    assert bias.kept and abs(bias.value - 0.8) < 4 * bias.std < 0.4
+    assert found.sensor["bias"][0] == bias.value and found.sensor["bias"][1] == 0
+
+
+def test_controls_that_are_late(log):
+    """Controls that change, so that it shows; each is in the row before its own, so it is 0.5 s late."""
+    data = scenario(time__last=150, **{"robot.1.w_deg": [40.0, 40.0, 40.0, -10.0, -10.0]})
+    changing = log_of(data, 6)
+    found = tune(data, replace(changing, robots={1: np.roll(changing.robots[1].u, -1, axis=0)}))
+    clock = finding(found, "controls later")
+    assert clock.kept and abs(clock.value - 0.5) < 0.05
+    assert found.robot == {"clock_offset": clock.value}
+
+
+@pytest.mark.parametrize("at", [3, 160])
+def test_stopped_on_the_way(log, at):
+    """What is known after the first run is a factor; before its end nothing is."""
+    frames = iter(range(10**6))
+
+    def progress(name, n_frames):
+        def after_frame():
+            if next(frames) == at:
+                raise Stopped
+
+        return after_frame
+
+    found = tune(scenario(), log, progress)
+    assert not found.complete and np.isfinite(found.factor) is np.bool_(at > len(log))
+
+
+def test_a_log_too_short_has_no_factor():
+    found = tune(scenario(), log_of(scenario(time__last=4), 1))
+    assert found.factor != found.factor or found.by.startswith("likelihood")
+
+
+# --- real logs ---
+
+
+def test_a_robot_of_mrclam(data_dir):
+    """Half of a log: the factor is by the corrections, the NEES goes towards 3, the estimate stays. Held bands."""
+    if mrclam.find_set(7) is None:
+        pytest.skip("MRCLAM set 7 is not below EKFSLAM_DATA")
+    data, recording = prepare(scenario("mrclam_single", **{"data.set": 7, "data.robots": [4], "time.last": 600}))
+    found = tune(data, recording)
+    assert found.complete and found.by.startswith("sums of corrections")
+    assert 1.0 <= found.factor < 4 and 0.5 < found.after.value < 1.3
