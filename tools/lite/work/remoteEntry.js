@@ -26,8 +26,9 @@
     app.commands.addCommand("ekfslam:take-up", { label: "Take up my work…", execute: () => choose(app) });
     menu?.fileMenu.addGroup([{ command: "ekfslam:take-home" }, { command: "ekfslam:take-up" }], 1);
     // A key pressed on a slider is for the slider: ArrowRight must not go to the notebook's next heading as well.
-    const suppress = event => event.target.closest?.(".jupyter-widgets")?.setAttribute("data-lm-suppress-shortcuts", "true");
-    window.addEventListener("keydown", suppress, true);
+    window.addEventListener("keydown", ({ target }) => {
+      if (target.closest?.(".jupyter-widgets")) target.setAttribute("data-lm-suppress-shortcuts", "true");
+    }, true);
   }
 
   // ---- out ----
