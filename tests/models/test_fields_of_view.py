@@ -1,4 +1,4 @@
-"""What a sensor can see does not depend on how its bearing is written; and parameters that make no model are refused."""
+"""What a sensor sees does not depend on how its bearing is written; parameters that make no model are refused."""
 
 import numpy as np
 import pytest
