@@ -42,6 +42,10 @@ PATIENCE = 20.0, 8.0
 """A mutant may take so many seconds of the processor, and so many times what the tests took: then it is found, too."""
 
 
+MEMORY = 4 * 2**30
+"""Bytes that a mutant may take."""
+
+
 class Changed(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader):
     """Import of one module in its changed form."""
 
@@ -202,6 +206,8 @@ def run(file, mutation, chosen, tests):
     start = time.monotonic()
     if not (child := os.fork()):
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))  # of this process alone, however busy the computer is
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        os.setsid()  # what it does to its group, it does to itself
         sys.meta_path.insert(0, Changed(file, mutation.number))
         code = _pytest(sorted({id.split("::")[0] for id in chosen}), Chosen(chosen), os.devnull)
         os._exit(int(code))

@@ -1,8 +1,11 @@
-"""What a sensor can see does not depend on how many whole turns its bearing is written with."""
+"""What a sensor sees does not depend on how its bearing is written; parameters that make no model are refused."""
 
 import numpy as np
 import pytest
 
+from ekfslam_tutorial.models import contracts
+from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt
+from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing
 from ekfslam_tutorial.slam.upkeep import well_inside
 
@@ -73,3 +76,20 @@ def test_a_list_of_numbers_is_one_row(c):
 
     with pytest.raises(ValueError, match="d must be a list of finite numbers"):
         PinHole(d=c)
+
+
+@pytest.mark.parametrize("kind", [EucPnt, AhmPnt, HmgPnt])
+def test_landmarks_are_in_the_plane_or_in_space(kind):
+    assert [kind(dim).dim for dim in (2, 3)] == [2, 3]
+    for dim in (1, 4, "3", None):
+        with pytest.raises(ValueError, match=f"{kind.__name__}: dim must be 2 or 3, got {dim!r}"):
+            kind(dim)
+
+
+@pytest.mark.parametrize(
+    ("check", "kind"),
+    [(contracts.check_motion, Odometry2), (contracts.check_sensor, RangeBearing), (contracts.check_landmark, EucPnt)],
+)
+def test_a_class_is_no_model(check, kind):
+    with pytest.raises(TypeError, match=rf"give an instance, {kind.__name__}\(...\), not the class"):
+        check(kind)

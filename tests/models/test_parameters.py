@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.geometry import Frame3, check_jacobians
-from ekfslam_tutorial.models import observe_parameters, retro_project, retro_project_parameters
+from ekfslam_tutorial.models import observe, observe_parameters, retro_project, retro_project_parameters
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.sensors import OmniCam, PinHole, PinHoleDepth
 
@@ -46,6 +46,8 @@ def test_parameter_jacobians(camera, lmk, seed):
         changed = replace(camera, **{"k": tuple(k), inverse: tuple(c)})
         return retro_project_parameters(Rf, Sf, changed, lmk, y, n)
 
+    assert np.allclose(direct(k, d)[0], observe(Rf, Sf, camera, lmk, l)[0], rtol=1e-12)  # of the same models
+    assert np.allclose(back(k, c)[0], l, rtol=1e-12)
     check_jacobians(direct, k, d, rtol=1e-5)  # differences of numbers near 1000 pixels
     check_jacobians(back, k, c, rtol=1e-5)
 
