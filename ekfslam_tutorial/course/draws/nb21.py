@@ -20,7 +20,7 @@ from ...graphics import (
     points,
     sigma_label,
 )
-from ...graphics.style import BLACK, BLUE, GREEN, GREY, LIGHT_GREY, ORANGE, VERMILLION
+from ...graphics.style import BLACK, BLUE, GREEN, GREY, LIGHT_GREY, ORANGE, SKY_BLUE, VERMILLION
 from .. import museum
 from ..controls import Choice, Int
 from ..exercises.nb21_marginalise import marginalise
@@ -32,7 +32,8 @@ from .nb21_smoothers import METHODS, Window, batch, estimate, information, smoot
 __all__ = ["METHODS", "Window", "batch", "ekf", "estimate", "logs", "price", "smoothed"]
 
 RUNS = 40
-LOOKS = dict(zip(METHODS, (REJECTED, PREDICTED, UPDATED, ESTIMATE), strict=True))
+CARRIED = {"color": SKY_BLUE, "marker": "v", "linestyle": "-", "fillstyle": "full"}
+LOOKS = dict(zip(METHODS, (REJECTED, PREDICTED, UPDATED, CARRIED, ESTIMATE), strict=True))
 LAGS = {"1: a filter": 1, "2": 2, "5": 5, "10": 10, "20": 20, "all: batch": 94}
 
 
@@ -82,7 +83,7 @@ def correction_figure(results):
     return fig, f"Distance from the best fit to prior and measurement: {', '.join(off)}."
 
 
-# ---- four estimators -----------------------------------------------------------------------------------------------
+# ---- five estimators -----------------------------------------------------------------------------------------------
 
 
 def map_figure(log, poses, l, run=0):
@@ -112,7 +113,7 @@ def _scene(ax, log, path, l, style, name):
 
 
 def four_figure():
-    """NEES of the four methods, run by run, and of their headings. Returns (fig, caption)."""
+    """NEES of the methods, run by run, and of their headings. Returns (fig, caption)."""
     log = logs(RUNS)
     dof = 3 + 2 * len(log.points)
     low, high = chi2_band(dof, 0.99)
@@ -124,8 +125,8 @@ def four_figure():
         v = estimate(name, RUNS).nees(log)
         ax.plot(np.clip(v, 8, 400), np.full(len(v), -row), **points(style, markersize=7))
         words.append(f"{name} {np.sum((v >= low) & (v <= high))}")
-    ax.set(xscale="log", xlim=(7.5, 430), ylim=(-3.6, 0.6), xlabel=f"NEES of pose and map, {dof} states (400: or more)")
-    ax.set_yticks([-row for row in range(4)], list(LOOKS))
+    ax.set(xscale="log", xlim=(7.5, 430), ylim=(-4.6, 0.6), xlabel=f"NEES of pose and map, {dof} states (400: or more)")
+    ax.set_yticks([-row for row in range(len(LOOKS))], list(LOOKS))
     ax.set_xticks([10, 20, 50, 100, 200, 400], ["10", "20", "50", "100", "200", "400"])
     ax.minorticks_off()
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False)
@@ -133,7 +134,7 @@ def four_figure():
 
 
 def four_table():
-    """The four methods as numbers, as text."""
+    """The methods as numbers, as text."""
     log = logs(RUNS)
     dof = 3 + 2 * len(log.points)
     rows = ["                 NEES of pose   NEES of    sigma of    RMSE of", ""]

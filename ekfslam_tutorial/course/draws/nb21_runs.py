@@ -1,4 +1,4 @@
-"""The logs of notebook 21, and three filters for them: EKF, iterated EKF, first estimates.
+"""The logs of notebook 21, and filters for them: EKF, invariant EKF, iterated EKF, first estimates.
 
 All runs of a log see the same landmarks in the same frames, so every array carries the run as leading axis.
 """
@@ -158,6 +158,29 @@ def ekf(log):
         for i, y in old:
             e, H = observe(x, lmk(i))
             x, P = correct(x, P, innovation(y, e), H @ P @ T(H) + log.S, H)
+        return x, P
+
+    return _filter(log, lambda x, P, u: predict(x, P, u, log.U), sights, lambda x, P, y: augment(x, P, y, log.S))
+
+
+def invariant(log):
+    """The EKF, and one line after each correction: notebook 08, and `options.error = "invariant"` of the toolbox."""
+
+    def turning(x):
+        """B = dx/dtheta: how all states change if the whole world turns about the origin, shape (R, n)."""
+        B = np.ones_like(x)
+        for r in (slice(0, 2), *(lmk(i) for i in range((x.shape[-1] - 3) // 2))):
+            B[:, r] = x[:, r] @ TURN.T
+        return B
+
+    def sights(x, P, old):
+        """Correct with each landmark seen, and carry the covariance along."""
+        for i, y in old:
+            e, H = observe(x, lmk(i))
+            x2, P = correct(x, P, innovation(y, e), H @ P @ T(H) + log.S, H)
+            D = np.zeros_like(P)
+            D[:, :, 2] = turning(x2) - turning(x)
+            x, P = x2, P + D @ P + P @ T(D) + D @ P @ T(D)
         return x, P
 
     return _filter(log, lambda x, P, u: predict(x, P, u, log.U), sights, lambda x, P, y: augment(x, P, y, log.S))

@@ -10,7 +10,7 @@ from ...geometry import Frame2, wrap
 from ...models.motion import Odometry2
 from ...models.sensors.range_bearing import polar
 from ..museum import T, innovation, start
-from .nb21_runs import Estimate, ekf, first_estimates, iterated, logs
+from .nb21_runs import Estimate, ekf, first_estimates, invariant, iterated, logs
 
 
 class Window:
@@ -150,7 +150,8 @@ def batch(log, iterations=12):
     return w.estimate()
 
 
-METHODS = {"EKF": ekf, "iterated EKF": iterated, "first estimates": first_estimates, "batch": batch}
+METHODS = {"EKF": ekf, "iterated EKF": iterated, "first estimates": first_estimates, "invariant EKF": invariant}
+METHODS["batch"] = batch
 
 
 @cache
