@@ -249,7 +249,7 @@ def entry(wheel):
 
 def name_of(requirement):
     """Return the canonical name at the beginning of a requirement."""
-    return canonical(re.match(r"[A-Za-z0-9._-]+", requirement)[0])
+    return canonical(re.findall(r"^[A-Za-z0-9._-]+", requirement)[0])
 
 
 def canonical(name):
@@ -331,7 +331,7 @@ def front():
     for path in sorted((WORK / "files").glob("*.ipynb")):
         text = "".join(json.loads(path.read_text(encoding="utf-8"))["cells"][0]["source"])
         title, question = (
-            re.search(form, text, re.MULTILINE)[1] for form in (r"^# (.+)$", r"\*\*The question: (.+)\*\*")
+            re.findall(form, text, re.MULTILINE)[0] for form in (r"^# (.+)$", r"\*\*The question: (.+)\*\*")
         )
         link = f'<a href="lab/index.html?path={path.name}">{html.escape(title)}</a>'
         rows.append(f"<li>{link}<br />{html.escape(question[0].upper() + question[1:])}</li>")

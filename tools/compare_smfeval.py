@@ -16,9 +16,12 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from smfeval.io.header import parse_header
-from smfeval.io.reader import iter_steps
-from smfeval.scoring.logscore import anees_consistency, gaussian_log_score_components
+from smfeval.io.header import parse_header  # pyright: ignore[reportMissingImports]
+from smfeval.io.reader import iter_steps  # pyright: ignore[reportMissingImports]
+from smfeval.scoring.logscore import (  # pyright: ignore[reportMissingImports]
+    anees_consistency,
+    gaussian_log_score_components,
+)
 
 POSES, TARGET = 40, Path(__file__).resolve().parent.parent / "tests" / "analysis" / "smfeval.json"
 HEAD = """#%FORMAT SQUARE/0.3
@@ -41,7 +44,7 @@ def poses(rng):
     for k in range(POSES):
         A = rng.normal(size=(6, 6)) * np.array([0.1, 0.1, 0.1, 0.05, 0.05, 0.05])[:, None]
         P = A @ A.T
-        R, t = Rotation.random(random_state=int(rng.integers(2**31))), rng.normal(size=3) * 5
+        R, t = Rotation.from_rotvec(rng.normal(size=3)), rng.normal(size=3) * 5
         e = np.linalg.cholesky(P) @ rng.normal(size=6)
         true_R, true_t = R * Rotation.from_rotvec(e[3:]), t + R.apply(e[:3])
         lower = P[np.tril_indices(6)]

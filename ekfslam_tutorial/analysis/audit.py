@@ -385,7 +385,7 @@ def audit(runs, confidence=0.95):
     level = 1 - (1 - confidence) / max(counted, 1)
     return Audit(
         runs,
-        **{name: judge(*mean, level) for name, mean in means.items()},
+        **{name: judge(mean[0], mean[1], mean[2], level) for name, mean in means.items()},
         coverage=_coverage(np.concatenate(nees), dof),
         last=_coverage(np.array([n[np.isfinite(n)][-1] for n in nees if np.isfinite(n).any()]), dof),
         per_axis=(e[known] ** 2 / variances).mean(0) if known.any() else np.full(dof, np.nan),

@@ -180,7 +180,7 @@ def correction_ratio(parts):
     """
     by_length = {}
     for T in LENGTHS:
-        sums = [squared_sums(*block_sums(*part, T)[1:]) for part in parts]
+        sums = [squared_sums(*block_sums(part[0], part[1], part[2], T)[1:]) for part in parts]
         total, dof = (sum(column) for column in zip(*sums, strict=True)) if sums else (0.0, 0)
         if dof >= FEWEST:
             by_length[T] = total / dof, dof
@@ -217,7 +217,7 @@ class SecondSums:
     def _sum(self):
         if self._new:
             t, *poses = (np.array(column) for column in zip(*self._new, strict=True))
-            t, a, A = (np.array(column) for column in [t, *corrections(self._frame, *poses)])
+            t, a, A = (np.array(column) for column in [t, *corrections(self._frame, *poses)]  # pyright: ignore[reportArgumentType])
             if self._rows:  # its last second may go on
                 last = self._rows.pop()
                 t, a, A = (np.concatenate([[kept], new]) for kept, new in zip(last, (t, a, A), strict=True))

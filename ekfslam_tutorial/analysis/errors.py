@@ -224,7 +224,7 @@ class History:
         x, truth = track.frame(track.x[k]), track.frame(track.truth[k])
         _, E_x = x.minus(x)
         e, P = start_gauge(x, E_x @ track.P[k] @ np.swapaxes(E_x, -1, -2), truth) if k.any() else track.errors()
-        return (e, P) if k[:1].all() else (e * np.nan, P * np.nan)
+        return (e, P) if np.asarray(k)[:1].all() else (e * np.nan, P * np.nan)
 
     def summary(self):
         """The figures of the run, for `result.json`; None where the truth is not known.

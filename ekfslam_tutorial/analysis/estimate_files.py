@@ -181,7 +181,7 @@ def _table(path):
     if not _is_number(split(lines[0][1])[0]):
         names = [OTHER_NAMES.get(name.lower(), name.lower()) for name in split(lines[0][1])]
         lines = lines[1:]
-        twice = sorted({name for name in names if names.count(name) > 1})
+        twice = sorted({str(name) for name in names if names.count(name) > 1})
         if twice:
             raise ValueError(f"{path} has two columns of the same name: {', '.join(twice)}")
     if not lines:
@@ -193,7 +193,7 @@ def _table(path):
         if len(cells) != wanted:
             raise ValueError(f"{path}, line {k}: {len(cells)} columns, and {wanted} before")
         for i, cell in enumerate(cells):
-            blank = cell == "" and names is not None and names[i].startswith("true_")
+            blank = cell == "" and names is not None and str(names[i]).startswith("true_")
             word = names is not None and not _is_number(cell) and names[i] in ("type", "robot", "name", "id")
             if not (blank or word or _is_number(cell)):
                 raise ValueError(f"{path}, line {k}: {cell!r} is no number")
@@ -267,7 +267,7 @@ def _poses(path, names, rows, before=""):
 def _truth_beside(path, names, rows):
     """True poses in columns true_x ...; None where there are none."""
     others = [OTHER_NAMES.get(name[5:], name[5:]) if name.startswith("true_") else name for name in names]
-    renamed = ["true_" + o if n.startswith("true_") else n for n, o in zip(names, others, strict=True)]
+    renamed = [f"true_{o}" if n.startswith("true_") else n for n, o in zip(names, others, strict=True)]
     if "true_x" not in renamed or not np.isfinite(rows).all():
         return None
     return _poses(path, renamed, rows, "true_")

@@ -156,7 +156,9 @@ def _hessian(vertices, edges, start, size, n, frame):
                     i, j = start.get(edge[1][a]), start.get(edge[1][b])
                     if i is not None and j is not None:
                         r, c = np.indices(block.shape)
-                        rows.append((i + r).ravel()), columns.append((j + c).ravel()), values.append(block.ravel())
+                        rows.append((i + r).ravel())
+                        columns.append((j + c).ravel())
+                        values.append(block.ravel())
     shape = rows and (np.concatenate(rows), np.concatenate(columns))
     return coo_array((np.concatenate(values), shape), shape=(n, n))
 
@@ -174,7 +176,7 @@ def _jacobian(kind, side, vertices, edges, frame):
             moved = list(x)
             step = sign * np.eye(dof)[k]
             moved[side] = x[side] + step if point or frame is Frame2 else _turned(x[side], step)
-            ends.append(_error(kind, *moved, z, frame))
+            ends.append(_error(kind, moved[0], moved[1], z, frame))
         columns.append((ends[0] - ends[1]) / (2 * STEP))
     return np.stack(columns, -1)
 

@@ -68,7 +68,8 @@ class Innovations:
         n : int
             Numbers that it was found from; chance makes it 1 / sqrt(n).
         """
-        products, squares = [np.zeros(0)], [np.zeros(0)]
+        products: list = [np.zeros(0)]
+        squares: list = [np.zeros(0)]
         for lmk, used, w, _ in self.whitened():
             lmk, w = lmk[used], w[used]
             order = np.argsort(lmk, kind="stable")

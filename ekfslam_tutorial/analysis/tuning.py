@@ -13,6 +13,7 @@ correction ratio, for errors that last make a log look longer than it is.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -101,8 +102,8 @@ class Tuning:
     factor: float = float("nan")
     band: tuple = (float("nan"), float("nan"))
     by: str = ""
-    before: object = None
-    after: object = None
+    before: Any = None
+    after: Any = None
     sensor: dict = field(default_factory=dict)
     robot: dict = field(default_factory=dict)
     complete: bool = False
@@ -112,7 +113,7 @@ class Tuning:
 class Trial:
     """A run with some changes, as far as the search needs it."""
 
-    ratio: object
+    ratio: Any
     innovations: Innovations
     yaws: dict
     cap: float

@@ -30,7 +30,7 @@ def main(target):
     """Import, compile, and write the wheel."""
     for name in WANTED:
         importlib.import_module(name)
-    files = {Path(m.__file__) for m in list(sys.modules.values()) if getattr(m, "__file__", None)}
+    files = {Path(m.__file__) for m in list(sys.modules.values()) if getattr(m, "__file__", None) is not None and m.__file__}
     files |= {path for name in WHOLE for path in (SITE / name).rglob("*.py")}
     content = {}
     for path in sorted(files):
@@ -58,7 +58,7 @@ def compiled(path):
     """Return where the compiled module lies below the packages, and what it holds."""
     unchecked = py_compile.PycInvalidationMode.UNCHECKED_HASH  # the source is never another
     with contextlib.redirect_stderr(io.StringIO()):  # warnings about the text of other people's packages
-        place = py_compile.compile(str(path), doraise=True, invalidation_mode=unchecked)
+        place = str(py_compile.compile(str(path), doraise=True, invalidation_mode=unchecked))
     return str(Path(place).relative_to(SITE)), Path(place).read_bytes()
 
 

@@ -276,7 +276,7 @@ def one_sighting(rho, turn, way):
     for i, color in ((0, BLACK), (3, BLUE), (6, PURPLE)):
         robot(ax, x[i : i + 3], facecolor=color, edgecolor=color, size=0.35)
         paper = dict(facecolor="w", edgecolor="none", alpha=0.85, pad=1)
-        place = dict(xytext=(-22, -38), textcoords="offset points", fontsize=13, bbox=paper, zorder=9)
+        place: dict = dict(xytext=(-22, -38), textcoords="offset points", fontsize=13, bbox=paper, zorder=9)
         ax.annotate(f"robot {i // 3 + 1}", tuple(x[i : i + 2]), **place)
     ax.annotate("", tuple(x[3:5]), tuple(x[:2]), arrowprops=dict(arrowstyle="->", color=VERMILLION, linewidth=2))
     ax.set(xlim=(-2, 6.5), ylim=(-4.4, 3.4), xlabel="x (m)", ylabel="y (m)", aspect="equal")
