@@ -21,6 +21,7 @@ measured to find, and what it is blind to.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -72,7 +73,7 @@ class CorrectionRatio:
         return max(1.0, self.value) if np.isfinite(self.value) else 1.0
 
 
-def corrections(frame, x0, P0, x1, P1, turned=False):
+def corrections(frame, x0, P0, x1, P1, turned: Any = False):
     """Corrections of a pose and their covariances, from the pose before and after.
 
         a = x1 - x0,    A = P0 - P1 = K S K'
@@ -217,7 +218,7 @@ class SecondSums:
     def _sum(self):
         if self._new:
             t, *poses = (np.array(column) for column in zip(*self._new, strict=True))
-            t, a, A = (np.array(column) for column in [t, *corrections(self._frame, *poses)]  # pyright: ignore[reportArgumentType])
+            t, a, A = (np.array(column) for column in [t, *corrections(self._frame, *poses)])
             if self._rows:  # its last second may go on
                 last = self._rows.pop()
                 t, a, A = (np.concatenate([[kept], new]) for kept, new in zip(last, (t, a, A), strict=True))

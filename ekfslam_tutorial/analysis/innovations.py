@@ -68,16 +68,16 @@ class Innovations:
         n : int
             Numbers that it was found from; chance makes it 1 / sqrt(n).
         """
-        products: list = [np.zeros(0)]
-        squares: list = [np.zeros(0)]
+        pairs: list = [np.zeros(0)]
+        lengths: list = [np.zeros(0)]
         for lmk, used, w, _ in self.whitened():
             lmk, w = lmk[used], w[used]
             order = np.argsort(lmk, kind="stable")
             lmk, w = lmk[order], w[order]
             same = lmk[1:] == lmk[:-1]
-            products.append((w[1:] * w[:-1])[same].ravel())
-            squares.append(w.ravel())
-        products, squares = np.concatenate(products), np.concatenate(squares) ** 2
+            pairs.append((w[1:] * w[:-1])[same].ravel())
+            lengths.append(w.ravel())
+        products, squares = np.concatenate(pairs), np.concatenate(lengths) ** 2
         if not products.size:
             return float("nan"), 0
         return float(products.mean() / squares.mean()), products.size

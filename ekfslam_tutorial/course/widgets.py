@@ -244,7 +244,8 @@ class Panel:
             return widget
         play = w.Play(min=control.low, max=control.high, step=control.step, value=control.value, interval=control.play)
         w.jslink((play, "value"), (widget, "value"))
-        return w.HBox([widget, play], layout=w.Layout(flex=room(getattr(widget, "description"), 130), max_width="700px"))
+        width = room(widget.description, 130)  # pyright: ignore[reportAttributeAccessIssue]
+        return w.HBox([widget, play], layout=w.Layout(flex=width, max_width="700px"))
 
 
 class Picture(w.Image):

@@ -104,6 +104,7 @@ def moved_in_time(t, u, U, offset, motion):
     long = 1.0 + abs(offset)  # s; before the log and after it, the speed is that of its end
 
     def moved(a):
+        """The sums of a control, taken at other instants."""
         flat = a[1:].reshape(len(dt), -1)
         speed = flat / np.where(dt > 0, dt, 1.0)[:, None] if steps else flat
         knots = np.concatenate([[t[0] - long], t, [t[-1] + long]])

@@ -30,7 +30,9 @@ def main(target):
     """Import, compile, and write the wheel."""
     for name in WANTED:
         importlib.import_module(name)
-    files = {Path(m.__file__) for m in list(sys.modules.values()) if getattr(m, "__file__", None) is not None and m.__file__}
+    files = {
+        Path(m.__file__) for m in list(sys.modules.values()) if getattr(m, "__file__", None) is not None and m.__file__
+    }
     files |= {path for name in WHOLE for path in (SITE / name).rglob("*.py")}
     content = {}
     for path in sorted(files):

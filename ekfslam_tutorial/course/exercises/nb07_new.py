@@ -59,6 +59,7 @@ def at_the_limit(rng):
     others = [[40.0, 1.0], [60.0, -0.5], [80.0, 0.0]]
 
     def near(n, confidence):
+        """Measurements just inside and outside of gates, with n landmarks."""
         sigmas = np.sqrt(chi2.ppf(confidence, [2, 2, 1, 3, 6, 12])) * [1.03, -0.97, -0.97, 0.97, 0.97, 0.97]
         ys = np.column_stack([5 + 0.2 * sigmas, [0.3] * 6])
         return at(ys, [[5.0, 0.3], *others[: n - 1]], confidence, np.diag([0.03, 0.001]))

@@ -142,9 +142,6 @@ class Honest(Project):
         """The seed of the scenario, and others."""
         return [run.data.seed, *(s for s in self.seeds if s != run.data.seed)][:RUNS]
 
-    def kept_reference(self, run):
-        """None: the package's own NEES of the student's runs is what the measure is compared with."""
-
     def measured(self, trials, reference=None):
         """What some runs show: is the student's measure right, and is the scenario honest?"""
         return _Shown(trials)

@@ -91,7 +91,8 @@ def loop(world):
     x, P, lmks = world.x, world.P, {}
     at = {rob.id: rob.r for rob in world.robs}
 
-    def correct(x, P, a, b, y, R):  # b: a robot, or a landmark, which is a robot without a heading
+    def correct(x, P, a, b, y, R):
+        """Correct with what the robot at a saw of b: a robot, or a landmark, which is a robot without a heading."""
         e, E_a, E_b = meet(x[a], np.append(x[b], 0.0)[:3])
         E_b = E_b[:, : b.stop - b.start]
         z = y - e

@@ -154,6 +154,7 @@ class Park(Project):
         rows = []
 
         def keep(world, before, estimate):
+            """Note where the estimate is."""
             rows.append([world._t, *estimate.x[:2], len(estimate.lmks)])
             if watch is not None and (world.k % EVERY == 0 or world.k == len(world)):
                 watch(world, before, estimate)
@@ -169,9 +170,6 @@ class Park(Project):
         want_trees, want_gps = by_the_package(len(trial.path))
         truth = scores([trial]) if trial.errors else None
         return _Measured(trees, gps, want_trees, want_gps, truth, trial)
-
-    def kept_reference(self, run):
-        """None: the run of the package's own filter is kept by itself, the same for every scenario."""
 
     def summary(self, trials):
         """One line on a run."""
