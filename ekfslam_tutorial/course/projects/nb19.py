@@ -174,7 +174,7 @@ class Park(Project):
     def summary(self, trials):
         """One line on a run."""
         (trial,) = trials
-        if trial is None or trial.failed or not len(getattr(trial, "rows", ())):
+        if trial is None or trial.failed or not len(getattr(trial, "path", ())):
             return "no result"
         s = self.measured(trials)
         honest = f", mean NEES {s.nees:.1f} (honest 3, band {self.band[0]:g} to {self.band[1]:g})" if s.truth else ""
