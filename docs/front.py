@@ -42,7 +42,7 @@ SCENES = {
 }
 MARK = re.compile(r"<!-- scene: (\w+) -->")
 PICTURES = re.compile(r"<!-- pictures -->.*?<!-- end of pictures -->", re.DOTALL)
-NOTEBOOK = re.compile(r"^\| \[(\d\d) ([^\]]+)\]\((\S+)\) \| (.+) \| (\d+) \|$", re.MULTILINE)
+NOTEBOOK = re.compile(r"^\| \[(\d\d) ([^\]]+)\]\((\S+)\) \| (.+) \| (\d+) \| (.+) \|$", re.MULTILINE)
 LISTED = re.compile(
     r"^\| !\[(.*?)\]\((\S+)\) \| \*\*\[(.+?)\]\((\S+)\)\*\* <br> (.+?) <br> (.+?) \| (\d+) \| (.+) \|$", re.MULTILINE
 )
@@ -108,7 +108,7 @@ def page(name, text):
     text = MARK.sub(lambda match: frame(SCENES[match[1]], up), text)
     if name == "README":
         text = NOTEBOOK.sub(course_card, PICTURES.sub(lambda _: opening(), text))
-        text = text.replace("| notebook | question | minutes |\n|---|---|---|\n", "")
+        text = text.replace("| notebook | question | minutes | open in |\n|---|---|---|---|\n", "")
     if name == "docs/notebooks":
         text = LISTED.sub(listed_card, text).replace("| | notebook | minutes | you need |\n|---|---|---|---|\n", "")
     return grids(text)
@@ -140,8 +140,9 @@ def opening():
 
 def course_card(row):
     """Return a row of the README's table of notebooks as a card."""
-    number, title, address, question, minutes = row.groups()
-    return card(f"{number} {title}", address, f"docs/images/notebooks/{number}.png", question, f"{minutes} minutes")
+    number, title, address, question, minutes, ways = row.groups()
+    picture, foot = f"docs/images/notebooks/{number}.png", f"{minutes} minutes. Open in: {ways}"
+    return card(f"{number} {title}", address, picture, question, foot)
 
 
 def listed_card(row):

@@ -4,7 +4,7 @@ It prints
 
     frame   1: the camera's orientation is off by 2.41 deg
     frame  50: the camera's orientation is off by 0.56 deg
-    frame 200: the camera's orientation is off by 0.36 deg
+    frame 200: the camera's orientation is off by 0.42 deg
 """
 
 import numpy as np

@@ -3,7 +3,7 @@
 It prints
 
     honest          mean NEES  3.5, in the 95 % band 2.02 to 4.16
-    over-confident  mean NEES  8.1, outside the 95 % band 2.02 to 4.16
+    over-confident  mean NEES  8.2, outside the 95 % band 2.02 to 4.16
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 
 It prints
 
-     5.0 s: position RMSE 11.2 cm, expected 10.9 cm
-    15.0 s: position RMSE 19.2 cm, expected 17.4 cm
+     5.0 s: position RMSE 11.1 cm, expected 10.9 cm
+    15.0 s: position RMSE 18.9 cm, expected 18.1 cm
     25.0 s: position RMSE  6.3 cm, expected  6.5 cm
     the worst run has the seed 3917292508507395841
 """

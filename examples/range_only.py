@@ -2,8 +2,8 @@
 
 It prints
 
-    bias taken away 0.5 m: position 0.13 m rms, mean NIS 0.9 (1 is right)
-    bias taken away 0.0 m: position 0.60 m rms, mean NIS 1.8 (1 is right)
+    bias taken away 0.5 m: position 0.13 m rms, mean NIS 1.0 (1 is right)
+    bias taken away 0.0 m: position 0.60 m rms, mean NIS 2.8 (1 is right)
 """
 
 import numpy as np

@@ -2,9 +2,9 @@
 
 It prints
 
-    12.5 s: 13 landmarks, robot off by 0.52 m
+    12.5 s: 13 landmarks, robot off by 0.59 m
     25.0 s: 16 landmarks, robot off by 0.02 m
-    37.5 s: 16 landmarks, robot off by 0.37 m
+    37.5 s: 16 landmarks, robot off by 0.31 m
     50.0 s: 16 landmarks, robot off by 0.08 m
 """
 

@@ -5,7 +5,7 @@ It prints
     at  1.0 m a point is known to 0.02 m in depth
     at  4.0 m a point is known to 0.35 m in depth
     at 10.0 m a point is known to 2.21 m in depth
-    36 landmarks, robot off by 2.2 cm
+    36 landmarks, robot off by 1.8 cm
 """
 
 import numpy as np

@@ -2,9 +2,9 @@
 
 It prints
 
-    KnownIds         34 landmarks in the map, 35 in the world, robot off by 0.03 m
-    NearestNeighbour 33 landmarks in the map, 35 in the world, robot off by 0.04 m
-    Jcbb             33 landmarks in the map, 35 in the world, robot off by 0.03 m
+    KnownIds         34 landmarks in the map, 35 in the world, robot off by 0.04 m
+    NearestNeighbour 33 landmarks in the map, 35 in the world, robot off by 0.05 m
+    Jcbb             33 landmarks in the map, 35 in the world, robot off by 0.04 m
 """
 
 import numpy as np

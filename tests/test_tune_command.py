@@ -67,13 +67,15 @@ def test_one_sentence(words, says, walk, capsys, monkeypatch, tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one child process")
 def test_stopped_after_the_first_run_it_writes_what_it_has(tmp_path, ekfslam_process):
-    """The second run has begun when its name is on the terminal."""
+    """The second run has begun when its name is on the terminal. It is long: it cannot end before the signal comes."""
     out = tmp_path / "tuned.toml"
-    tune = ekfslam_process("tune", "range_bearing_2d", "--set", "time.last=300", "--out", out)
+    words = "tune", "range_bearing_2d", "--set", "time.last=2000", "--out", out
+    tune = ekfslam_process(*words, FORCE_COLOR="1")  # its bar is drawn into a pipe, too
     said = ""
     while "with the sensors' yaw" not in said:
-        said += tune.stderr.read(1)
-        assert tune.poll() is None or said
+        letter = tune.stderr.read(1)
+        assert letter, f"it has ended: {said}"
+        said += letter
     tune.send_signal(signal.SIGINT)
     text, _ = tune.communicate()
     assert tune.returncode == 130 and "stopped: what was found so far" in text

@@ -6,16 +6,37 @@ import numpy as np
 
 
 class Innovations:
-    """Collector of the innovations of a run, those that the gate refused, too."""
+    """Collector of the innovations of a run, those that the gate refused, too. A watcher, as `History` is."""
 
     def __init__(self):
-        self._rows = defaultdict(list)
+        self._rows, self._sensors = defaultdict(list), {}
 
     def add(self, snapshot):
         """Keep those of one frame. Call it for each snapshot before the next one is drawn."""
+        self._sensors = {rob.id: rob.sensors for rob in snapshot.robs}
         for o in snapshot.obs.values():
             if o.matched and o.z is not None:
                 self._rows[o.sen].append((o.lmk, o.updated, np.array(o.z), o.E + o.R))
+
+    def of(self, robot):
+        """Innovations of a robot that were used, whitened: one landmark after the other, NaN between two.
+
+        Only those of one landmark follow each other as independent numbers: the innovations of one frame are corrected
+        together. Where sensors measure different numbers, they are those of the first one, and of its like.
+
+        Returns
+        -------
+        ndarray, shape (K, m)
+            Each landmark of each sensor in the order of time.
+        """
+        parts = []
+        for rows in (self._rows[id] for id in self._sensors.get(robot, ()) if id in self._rows):
+            lmk, used, w, _ = self._whiten(rows)
+            parts += [w[used & (lmk == id)] for id in dict.fromkeys(lmk[used].tolist())]
+        size = parts[0].shape[1] if parts else 0
+        gap = np.full((1, size), np.nan)
+        same = [part for one in parts if one.shape[1] == size for part in (one, gap)]
+        return np.concatenate(same) if same else np.zeros((0, size))
 
     def whitened(self):
         """Innovations in units of what the filter expects, by sensor.

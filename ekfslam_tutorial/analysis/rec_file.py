@@ -2,39 +2,12 @@
 
 import numpy as np
 
-from ..ekf import Innovation
 from ..geometry import Frame2, Frame3
 from ..toolbox.files import value_file
 from .errors import joint_map
 from .estimates import Estimate
 
 FORMAT = "ekfslam record 1"
-
-
-class Innovations:
-    """Collects the innovations of a run that were used, whitened. A watcher, as `History` is."""
-
-    def __init__(self):
-        self._rows = {}
-
-    def add(self, s):
-        """Keep those of one frame."""
-        carrier = {id: rob.id for rob in s.robs for id in rob.sensors}
-        for o in s.obs.values():
-            if o.updated:
-                w = Innovation(o.z, o.Z).iL @ o.z
-                self._rows.setdefault(carrier[o.sen], {}).setdefault((o.sen, o.lmk), []).append(w)
-
-    def of(self, robot):
-        """Those of a robot, shape (K, m): one landmark after the other, each in the order of time, NaN between two.
-
-        Only these follow each other as independent numbers: the innovations of one frame are corrected together.
-        """
-        series = list(self._rows.get(robot, {}).values())
-        size = len(series[0][0]) if series else 0
-        same = [np.array(rows) for rows in series if len(rows[0]) == size]
-        gap = np.full((1, size), np.nan)
-        return np.concatenate([part for rows in same for part in (rows, gap)]) if same else np.zeros((0, size))
 
 
 def write_rec(path, history, innovations=None):

@@ -15,9 +15,9 @@ from pathlib import Path
 from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
+from ..analysis.innovations import Innovations
 from ..analysis.notes import notes
 from ..analysis.progress import bar
-from ..analysis.rec_file import Innovations
 from ..analysis.series import unfinished
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from ..toolbox.adjusted import is_adjusted

@@ -92,9 +92,8 @@ def explore(draw: Callable, *given, run: bool | None = None, **controls: Control
     **controls
         One `Float`, `Int`, `Choice` or `Toggle` per parameter; without any, those of `explorable`.
     """
-    marked = draw.func if isinstance(draw, partial) else draw  # a drawing with some things handed over already
-    controls = controls or getattr(marked, "controls", {})
-    run = getattr(marked, "run", False) if run is None else run
+    controls = controls or getattr(draw, "controls", {})
+    run = getattr(draw, "run", False) if run is None else run
     draw = handed(draw, controls, given)
     start = {name: control.value for name, control in controls.items()}
     began = time.process_time()

@@ -28,7 +28,7 @@ def real(name, a):
     except ValueError as error:
         raise ValueError(f"{name} must be real numbers, got rows of different lengths") from error
     if array.dtype.kind not in "iuf":
-        raise ValueError(f"{name} must be real numbers, got {array.dtype}")
+        raise ValueError(f"{name} must be real numbers, got {'None' if a is None else array.dtype}")
     return array.astype(float, copy=False)
 
 

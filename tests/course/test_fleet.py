@@ -35,7 +35,7 @@ SHORT = fleet.round_trip(loops=0.25)
 def run_of_the_package(s, runs, which, seed):
     """One of the runs of the fleet again, by the steps of `slam`, from the same random numbers."""
     rng, truth = np.random.default_rng(seed), s.start
-    map, lmks, opt = Map(), {}, Options(lmk_type=EucPnt(2))
+    map, lmks, opt = Map(), {}, Options(lmk_type=EucPnt(2), error="additive")
     rob, sen = Rob(1, Odometry2()), Sen(1, 1, s.sensor, Frame2, x=np.zeros(3))
     place(map, rob, s.start, np.zeros((3, 3)))
     for _ in range(s.frames):

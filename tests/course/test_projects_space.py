@@ -129,8 +129,8 @@ WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of
         "18",
         (),
         [("                    x, P = correct(x, P, a, lmks[id], y, R)\n", "                    pass\n")],
-        "the error",
-        "all known landmarks",
+        "all is used",
+        "are all landmarks in view corrected",
     ),
     "18 too sure of the sensor": (
         "18",

@@ -43,7 +43,7 @@ def test_what_a_decorator_wraps_is_shown_with_its_decorator():
         return parts.robot(*args)
 
     assert source(checked).code == source(parts.robot).code
-    assert source(nb05.simulate).place == "ekfslam_tutorial/course/draws/rounds.py"  # imported there
+    assert source(nb05.true_path).place == "ekfslam_tutorial/course/draws/rounds.py"  # imported there
 
 
 def test_a_name_of_the_module_that_is_a_local_here_is_not_a_helper(tmp_path, monkeypatch):

@@ -7,7 +7,6 @@ import io
 import json
 import re
 import time
-from functools import partial
 
 import ipywidgets
 import matplotlib.pyplot as plt
@@ -434,14 +433,14 @@ def test_a_control_must_make_sense(wrong):
 
 
 def test_a_drawing_takes_a_function_of_the_notebook(displayed):
-    """`explore(partial(...))`: the controls are those of the drawing, the run is the student's."""
+    """`explore(draw, *given)`: the controls are those of the drawing, the run is the student's."""
 
     @explorable(n=Int(3, 1, 8))
-    def picture(n, count=len):
+    def picture(count, n):
         fig, _ = plt.subplots(figsize=(3, 2))
         return fig, {"caption": f"The run says {count('x' * n)} for a number of {n}."}
 
-    explore(partial(picture, count=lambda text: 10 * len(text)))
+    explore(picture, lambda text: 10 * len(text))
     assert displayed[1][0]["text/plain"] == "The run says 30 for a number of 3."
     _, knobs, *_ = displayed[2][0].children
     assert len(knobs.children) == 1

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ekfslam_tutorial.geometry import q2R, q_prod, v2q
+from ekfslam_tutorial.models import turning
 from ekfslam_tutorial.models.motion import Imu
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -81,6 +82,17 @@ def test_the_noise_of_a_data_sheet_does_not_depend_on_the_rate():
 def test_a_turn_is_the_gyrometers():
     x2, *_ = Imu().move(at_rest(), control(w=(0, 0, 1.0)), 0.5)
     assert np.allclose(x2[3:7], v2q(np.array([0, 0, 0.5]))[0])
+
+
+def test_it_says_of_its_states_what_its_motion_shows(rng):
+    """A model that does not say how its states turn is asked by moving a turned state."""
+
+    class Silent:
+        frame, size, control_fields, state_fields = Imu.frame, Imu.size, Imu.control_fields, Imu.state_fields
+        move = staticmethod(Imu().move)
+
+    x = np.concatenate([[1.0, 2, 3, 1, 0, 0, 0], rng.normal(size=9)])
+    assert np.allclose(Imu().turning(x), turning(Silent(), x))
 
 
 @pytest.mark.parametrize(

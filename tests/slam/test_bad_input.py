@@ -66,7 +66,7 @@ def test_bad_noise(R, said):
     [
         ([0.1, 0.0], r"robot 1: the control must be 3 finite numbers \[dx, da\], got"),
         ([0.1, 0.0, np.nan], "robot 1: the control must be 3 finite numbers"),
-        (None, "robot 1: the control must be 3 finite numbers"),
+        (None, "robot 1: the control must be real numbers, got None"),
     ],
 )
 def test_bad_controls(u, said):

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...geometry import Frame3, q2R, q_prod, v2q
+from ...geometry import Frame3, hat, q2R, q_prod, v2q
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,17 @@ class Imu:
             X_u[..., rows, :3], X_u[..., rows, 3:6] = weight * G_w, weight * R
         X_x[..., :10, 10:] = -X_u[..., :10, :6]  # a bias is subtracted from what is measured
         return x2, X_x, X_u
+
+    def turning(self, x):
+        """How v and the biases change if the world turns by a small angle about its axes: v turns, too, they do not.
+
+        Returns
+        -------
+        ndarray, shape (..., 9, 3)
+            -[v]x above zeros, per radian.
+        """
+        v = hat(x[..., 7:10])
+        return np.concatenate([-v, np.zeros_like(v), np.zeros_like(v)], -2)
 
 
 def _turned(q, w, dt):

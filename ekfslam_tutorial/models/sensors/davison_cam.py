@@ -1,13 +1,11 @@
 """A wide-angle camera with the lens of Davison's MonoSLAM: one coefficient, and an inverse in closed form."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
 from .imager import Imager
-from .parameters import finite_numbers
 from .pin_hole import depixellise, pixellise, project, retro
 
 
@@ -66,18 +64,9 @@ class DavisonCam(Imager):
 
     def __post_init__(self):
         self.check_image()
-        k = finite_numbers(self, "k", 4)
-        if k[2] == 0 or k[3] == 0:
-            raise ValueError(
-                f"DavisonCam: k = [u0, v0, au, av] is singular, au and av must not be zero, got {self.k!r}"
-            )
+        self.check_intrinsics()
         if not np.isfinite(self.k1):
             raise ValueError(f"DavisonCam: k1 must be a finite number, got {self.k1!r}")
-
-    @cached_property
-    def R(self):
-        """Measurement noise covariance, pixel_std^2 I."""
-        return self.pixel_std**2 * np.eye(2)
 
     def project(self, p):
         """Point or ray in the camera frame to pixel. Returns y, Y_p.

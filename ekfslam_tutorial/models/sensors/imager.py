@@ -1,5 +1,7 @@
 """What cameras with an image share."""
 
+from functools import cached_property
+
 import numpy as np
 
 from .parameters import check_positive, finite_numbers
@@ -13,9 +15,15 @@ class Imager:
     PinHole, OmniCam : Cameras with one.
     """
 
+    k: tuple
     image_size: tuple
     pixel_std: float
     margin: float
+
+    @cached_property
+    def R(self):
+        """Measurement noise covariance of a pixel [u, v], pixel_std^2 I."""
+        return self.pixel_std**2 * np.eye(2)
 
     def check_image(self):
         """Refuse an image without pixels, noise that is not positive, and a margin that leaves nothing."""
@@ -26,6 +34,14 @@ class Imager:
             half = min(self.image_size) / 2
             raise ValueError(
                 f"{type(self).__name__}: margin must be from 0 to {half:g}, half of the image, got {self.margin!r}"
+            )
+
+    def check_intrinsics(self):
+        """Refuse intrinsic parameters [u0, v0, au, av] that have no inverse."""
+        k = finite_numbers(self, "k", 4)
+        if k[2] == 0 or k[3] == 0:
+            raise ValueError(
+                f"{type(self).__name__}: k = [u0, v0, au, av] is singular, au and av must not be zero, got {self.k!r}"
             )
 
     def inside(self, u):

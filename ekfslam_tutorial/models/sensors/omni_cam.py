@@ -5,7 +5,6 @@ Axes as for the pin-hole camera: x right, y down, z along the optical axis.
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -182,11 +181,6 @@ class OmniCam(Imager):
             raise ValueError("OmniCam: d must hold at least one coefficient of the forward polynomial, got none")
         if self.c is not None:
             finite_numbers(self, "c")
-
-    @cached_property
-    def R(self):
-        """Measurement noise covariance, pixel_std^2 I."""
-        return self.pixel_std**2 * np.eye(2)
 
     def project(self, p):
         """Point or ray in the camera frame to pixel. Returns y, Y_p.

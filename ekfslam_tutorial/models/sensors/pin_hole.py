@@ -169,19 +169,10 @@ class PinHole(Imager):
 
     def __post_init__(self):
         self.check_image()
-        k = finite_numbers(self, "k", 4)
-        if k[2] == 0 or k[3] == 0:
-            raise ValueError(
-                f"{type(self).__name__}: k = [u0, v0, au, av] is singular, au and av must not be zero, got {self.k!r}"
-            )
+        self.check_intrinsics()
         finite_numbers(self, "d")
         if self.c is not None:
             finite_numbers(self, "c")
-
-    @cached_property
-    def R(self):
-        """Measurement noise covariance, pixel_std^2 I."""
-        return self.pixel_std**2 * np.eye(2)
 
     def project(self, p):
         """Point or ray in the camera frame to pixel. Returns y, Y_p.
