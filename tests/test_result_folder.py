@@ -88,7 +88,7 @@ def test_sigterm_keeps_what_ctrl_c_keeps(tmp_path, ekfslam_process):
 @unix
 def test_sigterm_keeps_the_runs_of_a_series(tmp_path, ekfslam_process):
     """Sent to the parent and to its workers."""
-    words = "monte-carlo", "lecture_mapping", "--runs", 10**6, "--workers", 2, "--out", tmp_path, "--set", "time.last=3"
+    words = "monte-carlo", "lecture_mapping", "--runs", 10**4, "--workers", 2, "--out", tmp_path, "--set", "time.last=3"
     series = ekfslam_process(*words)
     wait_for(tmp_path / "runs.npz", series)
     for worker in psutil.Process(series.pid).children(recursive=True):

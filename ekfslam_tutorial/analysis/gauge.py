@@ -95,9 +95,17 @@ def distance_weights(points, P):
     between = own[:, None] + own[others] - cross - np.swapaxes(cross, -1, -2)
     variances = np.einsum("ija,ijab,ijb->ij", u, between, u).clip(0)
     variances[others, np.arange(len(others))] = np.nan  # a landmark and itself
-    spread = np.nanquantile(variances, 0.25, axis=1) if n > 1 else np.zeros(n)
+    spread = _lower_quartile(variances) if n > 1 else np.zeros(n)
     spread = spread.clip(1e-12 * spread.max())
     return spread.min() / spread if spread.max() > 0 else np.ones(n)
+
+
+def _lower_quartile(a):
+    """Return that of the numbers in each row; NaN is none. Much quicker than `np.nanquantile`, row by row."""
+    a = np.sort(a, axis=1)  # NaN comes last
+    at = 0.25 * ((~np.isnan(a)).sum(1) - 1)
+    below, above = (np.take_along_axis(a, k(at).astype(int)[:, None], 1)[:, 0] for k in (np.floor, np.ceil))
+    return below + (at % 1) * (above - below)
 
 
 class MapGauge:
