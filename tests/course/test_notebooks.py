@@ -10,14 +10,13 @@ import json
 import re
 import subprocess
 import sys
-import types
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.course import build, fleet, guard, logbook, registry
+from ekfslam_tutorial.course import build, figures, fleet, guard, registry, widgets
 from ekfslam_tutorial.course.exercise import Exercise
 from ekfslam_tutorial.course.figures import stored
 from ekfslam_tutorial.course.project import Project
@@ -134,67 +133,37 @@ def test_a_notebook_with_a_lost_check_is_refused():
 # --- running it, with answers of all kinds ---
 
 
-class Book:
-    """A notebook that is being run in this process, in one namespace, as by a student who answers again and again.
+@every
+def test_the_notebook_goes_on_with_right_answers(path, own_progress, monkeypatch):
+    """All its cells, with each exercise answered by its solution's text and then in other words: so it goes on.
 
-    At first every code cell is run; with other answers those cells only that they can make a difference to, and a fleet
-    has five runs: that the cells go on is asked, not what they find.
+    A fleet has five runs: that the cells go on is asked, not what they find.
     """
+    hide = lambda *objects, **options: None
+    for module in figures, widgets:
+        monkeypatch.setattr(module, "display", hide)
+    monkeypatch.setattr(fleet, "run", five_runs(fleet.run))
+    monkeypatch.setenv("EKFSLAM_MY_SLAM", str(own_progress.parent / "my_slam.py"))
+    space, told = {"__name__": "__main__", "display": hide}, []
+    for cell in code_cells(read(path)):
+        source = build.source(cell)
+        code = compile(source, f"cell {cell['id']}", "exec")
+        if "check" in tags(cell):
+            id, name = build.CHECK.search(source).groups()
+            for answer in right_answers(registry.get(id), space):
+                space[name] = answer
+                told.append(printed(code, space))
+        elif "exercise" not in tags(cell):
+            printed(code, space)
+        plt.close("all")
+    assert told and all(re.match(r"\[\d\d\.\w+\] passed\n", text) for text in told), told
 
-    def __init__(self, path):
-        self.cells, self.all_run, self.given = code_cells(read(path)), False, {}
-        self.space = {"__name__": "__main__", "__builtins__": __builtins__, "display": self.display}
 
-    @staticmethod
-    def display(*objects, **options):
-        """Show nothing."""
-
-    def run(self, answer_of, progress):
-        """Answer the exercises by `answer_of(exercise, space)`; return what each check prints."""
-        told = []
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("ekfslam_tutorial.course.figures.display", self.display)
-            patch.setattr("ekfslam_tutorial.course.widgets.display", self.display)
-            patch.setenv(logbook.VARIABLE, str(progress))
-            patch.setenv("EKFSLAM_MY_SLAM", str(progress.parent / "my_slam.py"))
-            patch.setenv("EKFSLAM_CHECK_SECONDS", "200")
-            if self.all_run:
-                patch.setattr(fleet, "run", five_runs(fleet.run))
-            for cell in self.cells if not self.all_run else self.depending_on_answers():
-                source = build.source(cell)
-                if "exercise" in tags(cell):
-                    continue
-                if "check" in tags(cell):
-                    id, name = build.CHECK.search(source).groups()
-                    self.space[name] = answer_of(registry.get(id), self.space)
-                with contextlib.redirect_stdout(io.StringIO()) as printed:
-                    exec(compile(source, f"cell {cell.get('id')}", "exec"), self.space)
-                if "check" in tags(cell):
-                    told.append(printed.getvalue())
-                if not self.all_run:
-                    self.given[cell["id"]] = {n: self.space[n] for n in bound(ast.parse(source)) if n in self.space}
-                plt.close("all")
-        self.all_run = True
-        return told
-
-    def depending_on_answers(self):
-        """The cells with checks, and those that read what an answer, or a cell like this, has bound or changed.
-
-        The names that a cell between them has bound get what it gave them at first.
-        """
-        touched = set()
-        for cell in self.cells:
-            tree = ast.parse(build.source(cell))
-            if "check" in tags(cell) or touched & {n.id for n in ast.walk(tree) if isinstance(n, ast.Name)}:
-                yield cell
-                touched |= bound(tree) | {n for n in changed(tree) if self.can_change(n)}
-            elif "exercise" not in tags(cell):
-                self.space.update(self.given[cell["id"]])
-                touched -= bound(tree)
-
-    def can_change(self, name):
-        """Return True if a name of the notebook stands for something that a cell can change: not for a module."""
-        return name in self.space and not isinstance(self.space[name], types.ModuleType)
+def printed(code, space):
+    """Run a cell; return what it prints."""
+    with contextlib.redirect_stdout(io.StringIO()) as text:
+        exec(code, space)
+    return text.getvalue()
 
 
 def five_runs(run):
@@ -202,71 +171,14 @@ def five_runs(run):
     return lambda scenario, formulas, runs=20, *args, **more: run(scenario, formulas, min(runs, 5), *args, **more)
 
 
-def bound(tree):
-    """Names that a cell gives to something."""
-    nodes = list(ast.walk(tree))
-    names = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-    return names | {n.name for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef)}
-
-
-def changed(tree):
-    """Names at whose objects a cell writes or calls a method: x in x.a = 1, x[0] = 1, x.append(1)."""
-    nodes = list(ast.walk(tree))
-    targets = [n for n in nodes if isinstance(n, ast.Attribute | ast.Subscript) and isinstance(n.ctx, ast.Store)]
-    targets += [n.func for n in nodes if isinstance(n, ast.Call) and isinstance(n.func, ast.Attribute)]
-    for target in targets:
-        while isinstance(target, ast.Attribute | ast.Subscript):
-            target = target.value
-        if isinstance(target, ast.Name) and target.id not in local(tree):
-            yield target.id
-
-
-def local(tree):
-    """Names of arguments of functions, and of what functions and comprehensions bind."""
-    inner = (ast.FunctionDef, ast.Lambda, ast.comprehension)
-    found = [n for outer in ast.walk(tree) if isinstance(outer, inner) for n in ast.walk(outer)]
-    return {n.arg for n in found if isinstance(n, ast.arg)} | {
-        n.id for n in found if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
-    }
-
-
-@pytest.fixture(scope="module", params=PATHS, ids=lambda p: p.name)
-def book(request, tmp_path_factory):
-    """A notebook that has been run once, solved: the texts of the solutions are in its exercise cells."""
-
-    def solution(exercise, space):
-        exec(compile(exercise.source(), f"the solution of {exercise.id}", "exec"), space)
-        return space[exercise.name]
-
-    book = Book(request.param)
-    book.solved = book.run(solution, tmp_path_factory.mktemp("solved") / "progress.json")
-    return book
-
-
-def own_run(project):
-    """A run of a student who has written what the reference is."""
-    return project.run(project.scenario, project.loop)
-
-
-def assert_all_passed(told):
-    assert told and all(re.match(r"\[\d\d\.\w+\] passed\n", text) for text in told), told
-
-
-def test_the_solved_notebook_runs(book):
-    assert_all_passed(book.solved)
-
-
-def test_the_notebook_goes_on_with_right_answers_in_other_words(book, own_progress):
-    assert_all_passed(book.run(in_other_words, own_progress))
-
-
-def in_other_words(exercise, _):
-    """A right answer that is not the solution's text; most give lists and tuples for arrays."""
-    if isinstance(exercise, Project):
-        return own_run(exercise)
-    if not isinstance(exercise, Exercise):
-        return exercise.variants[0].answer
-    return collector.RIGHT[exercise.id][0]
+def right_answers(exercise, space):
+    """The solution as its text gives it in the notebook, and one that is not its text; most give lists for arrays."""
+    exec(compile(exercise.source(), f"the solution of {exercise.id}", "exec"), space)
+    yield space[exercise.name]
+    if isinstance(exercise, Exercise):
+        yield collector.RIGHT[exercise.id][0]
+    elif not isinstance(exercise, Project):  # whose answer is a run: one is enough
+        yield exercise.variants[0].answer
 
 
 @pytest.mark.parametrize("exercise", [e for e in registry.everything() if isinstance(e, Exercise)], ids=lambda e: e.id)
