@@ -46,6 +46,7 @@ from .figures import DPI, SCREEN, Places, one_line, picture, png, publish, show,
 QUICK = 0.1  # seconds of the processor: a picture that takes longer does not follow a control that is dragged
 REST = 0.3  # seconds without a change: then the picture is drawn with all its dots
 SHARP = max(2 * SCREEN, DPI)  # dots of an inch, for a screen with two dots to each CSS pixel
+COARSE = 40  # dots of an inch: enough to see that a picture can be drawn
 LIVE = "ekfslam-live"
 SAID = '<div aria-live="polite" style="line-height: 1.4">{}</div>'
 HIDE = """<style>
@@ -346,7 +347,7 @@ def _try(draw, setting, given=()):
         for ax in fig.axes:
             limits = [*ax.get_xlim(), *ax.get_ylim()]
             assert np.isfinite(limits).all(), f"{at}: an axis has the limits {limits}"
-        assert len(png(fig)) > 1000, f"{at}: the picture is empty"
+        assert len(png(fig, COARSE, quick=True)) > 1000, f"{at}: the picture is empty"
     finally:
         plt.close("all")
     assert len(one_line(facts.get("caption", ""))) > 20, f"{at}: facts has no caption"

@@ -143,6 +143,7 @@ def test_the_notebook_goes_on_with_right_answers(path, own_progress, monkeypatch
     hide = lambda *objects, **options: None
     for module in figures, widgets:
         monkeypatch.setattr(module, "display", hide)
+        monkeypatch.setattr(module, "picture", lambda fig, dpi=0: figures.png(fig, 40, quick=True))
     monkeypatch.setattr(fleet, "run", five_runs(fleet.run))
     monkeypatch.setenv("EKFSLAM_MY_SLAM", str(own_progress.parent / "my_slam.py"))
     space, told = {"__name__": "__main__", "display": hide}, []
