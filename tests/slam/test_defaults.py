@@ -28,7 +28,7 @@ DEFAULTS = {
         "lmk_type": None, "n": (0.01,), "N": ((0.25,),), "n_updates": None, "md2_threshold": INF, "reopen_after": None,
         "reopen_std": (0.3, 0.5), "reproject": True, "reparametrize": False, "lin_test": 0.1, "n_inits": None,
         "init_margin": 0.0, "max_lmks": None, "min_search": 10, "min_match_ratio": 0.0, "min_inlier_ratio": 0.0,
-        "min_rho": 1e-3, "joint": False, "first_estimates": False,
+        "min_rho": 1e-3, "joint": False, "error": None, "first_estimates": False,
     },
 }  # fmt: skip
 
