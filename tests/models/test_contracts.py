@@ -12,6 +12,7 @@ from ekfslam_tutorial.models import check_landmark, check_motion, check_pair, ch
 from ekfslam_tutorial.models.landmarks import EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import RangeBearing, RangeBearingElevation
+from ekfslam_tutorial.models.trials import check_stack
 
 from .examples import LANDMARKS, MOTIONS, PAIRS, SENSORS, Beacon, of, ready
 
@@ -194,6 +195,14 @@ def test_a_broken_pair_is_found():
 
     with pytest.raises(AssertionError, match="observe"):
         check_pair(RangeBearing(0.1, 0.02), Elsewhere(2))
+
+
+def test_what_is_no_number_alone_is_none_in_a_stack_either():
+    """A point that cannot be seen has no expectation; that is no reason to refuse a model."""
+    root = lambda p: (np.where(p > 0, p, np.nan),)
+    assert np.isnan(check_stack(root, "root", np.array([[-1.0, 1.0], [2.0, 3.0]]))[0][0, 0])
+    with pytest.raises(AssertionError, match="root: a stack of inputs does not give the stack of outputs"):
+        check_stack(lambda p: (root(p)[0] * (1 + p.ndim),), "root", np.array([[-1.0, 1.0], [2.0, 3.0]]))
 
 
 # --- mistakes of those who write their first model -------------------------------------------------------------------

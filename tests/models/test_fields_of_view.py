@@ -6,7 +6,7 @@ import pytest
 from ekfslam_tutorial.models import contracts
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt
 from ekfslam_tutorial.models.motion import Odometry2
-from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing
+from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing, RangeBearingElevation
 from ekfslam_tutorial.slam.upkeep import well_inside
 
 SENSORS = {
@@ -58,6 +58,10 @@ def test_the_edges_belong_to_the_view(name):
         (lambda fov: BearingOnly2(0.02, fov=fov), 2 * np.pi),
         (lambda std: RangeBearing(0.1, std), np.pi),
         (lambda std: BearingOnly2(std), np.pi),
+        (lambda fov: RangeBearingElevation(fov=fov), 2 * np.pi),
+        (lambda fov: RangeBearingElevation(fov_up=fov), np.pi),
+        (lambda std: RangeBearingElevation(bearing_std=std), np.pi),
+        (lambda std: RangeBearingElevation(elevation_std=std), np.pi),
     ],
 )
 def test_angles_that_are_meant_in_degrees(make, limit):

@@ -19,6 +19,8 @@ DEFAULTS = {
     sensors.OmniCam: {"c": None, "image_size": (1280.0, 960.0), "pixel_std": 1.0, "fov": np.pi},
     sensors.RangeBearing: VIEW,
     sensors.BearingOnly2: VIEW,
+    sensors.RangeBearingElevation: VIEW
+    | {"range_std": 0.05, "bearing_std": 0.01, "elevation_std": 0.01, "fov_up": np.pi},
     motion.Vehicle: {"wheelbase": 2.83, "ahead": 3.78, "left": 0.5, "track": 0.76},
     NearestNeighbour: {"confidence": 0.99, "new_confidence": 1 - 1e-6},
     Jcbb: {"confidence": 0.99, "new_confidence": 1 - 1e-6, "max_nodes": 20_000},
