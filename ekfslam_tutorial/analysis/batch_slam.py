@@ -283,7 +283,7 @@ class _Slam:
             md2 = (z * np.linalg.solve(np.moveaxis(Z, -1, 0), z[..., None])[..., 0]).sum(-1)
             refused = ~(md2 < self.opt.md2_threshold)
             PHt[..., refused], z[refused] = 0.0, 0.0
-        carried = self.opt.error == "invariant" and self.first is None
+        carried = self.opt.error == "invariant"
         B = self._gauge() if carried else None
         self.batch.update(PHt, Z, z)
         if carried:

@@ -37,6 +37,8 @@ CHANCE = 1e-4
 """Probability that an honest filter is above `CorrectionRatio.limit`."""
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
 """A quarter turn: a small turn theta of the world moves a point p by theta QUARTER p."""
+SURE = 0.975
+"""A factor is one if 1 is below its band of 95 %: the probability up to the band's other end."""
 GROSS = 1.5
 """A ratio up to here is nothing to warn of: an honest filter that is not linear has it, too."""
 
@@ -66,6 +68,12 @@ class CorrectionRatio:
     def too_large(self):
         """True if chance does not explain it: the filter is over-confident."""
         return bool(self.value > max(self.limit, GROSS))
+
+    @property
+    def sure(self):
+        """True if chance alone would seldom make it so large: 1 is below the 95 % band of `value`."""
+        _, dof = self.by_length.get(self.seconds, (0.0, 0))
+        return bool(dof and self.value * dof > chi_square.quantile(SURE, dof))
 
     @property
     def factor(self):
@@ -106,6 +114,24 @@ def corrections(frame, x0, P0, x1, P1, turned: Any = False):
     turned = np.broadcast_to(turned, len(x0))[:, None, None]
     E1 = np.where(turned, turned_back(F0, F1) @ E1, E0)
     return a, E0 @ P0 @ np.swapaxes(E0, -1, -2) - E1 @ P1 @ np.swapaxes(E1, -1, -2)
+
+
+def along_the_robot(F0, a, A):
+    """Return corrections and their covariances with positions along the axes of the robot, not of the map.
+
+    What is wrong with the robot turns with it: a camera that is turned, a range that is too long, a wheel that is too
+    large. On a round trip such corrections point in all directions of the map, and sums along its axes do not show it.
+
+    Parameters
+    ----------
+    F0 : Frame2 or Frame3
+        The poses before.
+    a, A
+        As `corrections` gives them.
+    """
+    R = np.tile(np.eye(F0.dof), (len(a), 1, 1))
+    R[:, : F0.dim, : F0.dim] = np.swapaxes(F0.R, -1, -2)  # angles are the robot's own, in space, too
+    return (R @ a[..., None])[..., 0], R @ A @ np.swapaxes(R, -1, -2)
 
 
 def turned_back(F0, F1):
@@ -202,12 +228,14 @@ class SecondSums:
         Frame2 or Frame3.
     rows : list of tuple
         What `rows` gave of another one.
+    along_robot : bool
+        Sum along the axes of the robot, not of the map.
     """
 
     AT_ONCE = 256
 
-    def __init__(self, frame, rows=()):
-        self._frame, self._rows, self._new = frame, list(rows), []
+    def __init__(self, frame, rows=(), along_robot=False):
+        self._frame, self._rows, self._new, self._along_robot = frame, list(rows), [], along_robot
 
     def add(self, t, x0, P0, x1, P1, turned=False):
         """Take one correction: time, s; the rest as for `corrections`."""
@@ -218,7 +246,9 @@ class SecondSums:
     def _sum(self):
         if self._new:
             t, *poses = (np.array(column) for column in zip(*self._new, strict=True))
-            t, a, A = (np.array(column) for column in [t, *corrections(self._frame, *poses)])
+            a, A = corrections(self._frame, *poses)
+            if self._along_robot:
+                a, A = along_the_robot(self._frame(poses[0]), a, A)
             if self._rows:  # its last second may go on
                 last = self._rows.pop()
                 t, a, A = (np.concatenate([[kept], new]) for kept, new in zip(last, (t, a, A), strict=True))

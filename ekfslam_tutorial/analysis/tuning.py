@@ -6,7 +6,7 @@ In this order, because each makes the next one easier:
 2. the yaw of each sensor, as a state of the filter (`frame_in_map`);
 3. by how much ranges are too long, by likelihood;
 4. one factor on R and U: by the likelihood where the innovations are white, else by the sums of corrections
-   (`analysis.corrections`).
+   (`analysis.corrections`), along the axes of the map or of the robot, whichever are too large by more.
 
 What was found is kept only if it is three standard deviations from nothing; these are widened by the root of the
 correction ratio, for errors that last make a log look longer than it is.
@@ -33,6 +33,8 @@ MOST_RUNS, NEAR = 8, 0.25
 """Of one parabola; it is found if its vertex is so near to the lowest run, in steps."""
 FLAT = 1e-9
 """Runs that differ by less in their surprise do not differ."""
+AXES = "map", "robot"
+"""Corrections are summed along the axes of the one and of the other."""
 WHITE = 0.1
 """Innovations with less correlation than this, and chance, from one to the next of a landmark are white."""
 OUTLIER = 25.0
@@ -114,6 +116,7 @@ class Trial:
     """A run with some changes, as far as the search needs it."""
 
     ratio: Any
+    axes: str
     innovations: Innovations
     yaws: dict
     cap: float
@@ -171,14 +174,17 @@ class _Search:
         data = changed(self.data, self.found.sensor | (sensor or {}), self.found.robot | (robot or {}))
         run = universal_slam(data, self.recording)
         after_frame = self.progress(name, len(run))
-        sums, innovations, s = {r.id: SecondSums(r.frame) for r in data.robots}, Innovations(), None
+        sums = {axes: {r.id: SecondSums(r.frame, along_robot=axes == "robot") for r in data.robots} for axes in AXES}
+        innovations, s = Innovations(), None
         for s in run:
             for id, *poses in s.corrected:
-                sums[id].add(s.t, *poses)
+                for each in sums.values():
+                    each[id].add(s.t, *poses)
             innovations.add(s)
             after_frame()
-        ratio = correction_ratio([each.arrays for each in sums.values()])
-        return Trial(ratio, innovations, _yaws(s), min(data.options.md2_threshold, OUTLIER))
+        ratios = {axes: correction_ratio([one.arrays for one in each.values()]) for axes, each in sums.items()}
+        axes = max(AXES, key=lambda axes: np.nan_to_num(ratios[axes].value))
+        return Trial(ratios[axes], axes, innovations, _yaws(s), min(data.options.md2_threshold, OUTLIER))
 
     # --- mounting ---
 
@@ -282,9 +288,10 @@ class _Search:
     # --- noise ---
 
     def settle_factor(self):
-        """The factor by the sums of corrections, of the run so far."""
+        """The factor by the sums of corrections, of the run so far; 1 if it may be so large by chance."""
         ratio = self.now.ratio
-        self.set_factor(ratio.factor, "sums of corrections", ratio.by_length.get(ratio.seconds, (0, 0))[1])
+        factor = ratio.factor if ratio.sure else 1.0
+        self.set_factor(factor, "sums of corrections", ratio.by_length.get(ratio.seconds, (0, 0))[1])
         if not np.isfinite(ratio.value):
             self.found.factor, self.found.by = float("nan"), "nothing: the log is too short"
 
@@ -303,7 +310,10 @@ class _Search:
             self.now = as_it_is
             self.settle_factor()
         if np.isfinite(self.found.factor) and self.now is as_it_is:
-            self.found.by += f" over {self.now.ratio.seconds} s; innovations correlate by {r:.2f}"
+            ratio = self.now.ratio
+            self.found.by += f" over {ratio.seconds} s along the axes of the {self.now.axes}"
+            self.found.by += f" ({ratio.value:.2f} may be chance)" * (ratio.value > 1 and not ratio.sure)
+            self.found.by += f"; innovations correlate by {r:.2f}"
             self.now = self.with_factor(self.found.factor)
         self.found.after = self.now.ratio
 

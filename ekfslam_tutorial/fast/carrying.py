@@ -24,7 +24,7 @@ PLANE, SPACE = EUCLIDEAN[2], EUCLIDEAN[3]
 
 def before(map, rob, opt):
     """Return the estimate that the covariance of the map refers to, shape (n,); None if it is not to be carried."""
-    if opt.error == "additive" or opt.first_estimates or rob.r is None:
+    if opt.error == "additive" or rob.r is None:
         return None
     return map.referred()
 

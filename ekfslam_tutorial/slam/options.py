@@ -58,12 +58,13 @@ class Options:
         They are, if found in less than this share of the searches, or used in less than this share of the matches.
     min_rho : float
         An inverse distance that a correction turned negative is set to this (1/m).
-    error : str
+    error : str or None
         "invariant": after each correction the covariance is carried along with the estimate, so that the filter does
         not become certain of its heading by mistake (see `correct_invariant`). "additive": the textbook's filter.
+        None becomes "invariant"; or "additive" with `first_estimates`.
     first_estimates : bool
-        Take all Jacobians at first estimates, another cure of the same illness (see `slam.first_estimates`); the error
-        is additive then. For robots in the plane and Euclidean landmarks.
+        Take all Jacobians at first estimates, another cure of the same illness (see `slam.first_estimates`), for the
+        additive error. For robots in the plane and Euclidean landmarks.
     """
 
     lmk_type: Any = None
@@ -86,14 +87,20 @@ class Options:
     min_inlier_ratio: float = 0.0
     min_rho: float = 1e-3
     joint: bool = False
-    error: str = "invariant"
+    error: str | None = None
     first_estimates: bool = False
 
     def __post_init__(self):
         object.__setattr__(self, "n", np.atleast_1d(real("the mean n of the prior", self.n)).copy())
         object.__setattr__(self, "N", np.atleast_2d(real("the covariance N of the prior", self.N)).copy())
         check_covariance(self.N, len(self.n), "the covariance N of the prior")
+        self._settle_error()
         self._check()
+
+    def _settle_error(self):
+        """Say which error there is, where the user has not."""
+        if self.error is None:
+            object.__setattr__(self, "error", "additive" if self.first_estimates else "invariant")
 
     def _check(self):
         """Refuse what no run can begin with, or what would stop one on the way."""
@@ -113,6 +120,7 @@ class Options:
         made = callable(self.association) and not isinstance(self.association, type)
         self._need("association", made, "an object to call, such as KnownIds()")
         self._need("error", self.error in ERRORS, " or ".join(map(repr, ERRORS)))
+        self._need("error", not self.first_estimates or self.error == "additive", "'additive' with first_estimates")
 
     def _need(self, name, ok, what):
         if not ok:

@@ -75,9 +75,9 @@ def correct_invariant(map, rob, lmks, PHt, inn, opt):
     PHt, inn
         As in `ekf.correct`.
     opt : Options
-        `error`; with `first_estimates` it is additive.
+        `error`.
     """
-    if opt.error == "additive" or opt.first_estimates or rob.r is None:
+    if opt.error == "additive" or rob.r is None:
         return correct(map, PHt, inn)
     B = gauge(map, rob, lmks)
     correct(map, PHt, inn)

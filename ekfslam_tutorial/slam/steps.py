@@ -262,7 +262,7 @@ def check_control(rob, dt):
     if u.shape != (m,) or not np.isfinite(u).all():
         fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
-    if not 0 <= dt < np.inf:
+    if real(f"robot {rob.id}: the duration of a step", dt).shape or not 0 <= dt < np.inf:
         raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds, got {dt}")
     if rob.r is not None:
         check_covariance(rob.U, m, f"robot {rob.id}: the control covariance")
@@ -305,4 +305,5 @@ def _refuse_ids(ids, sen):
         raise ValueError(f"sensor {sen.id}: ids must not have masked entries: -1 stands for an id that is not known")
     if np.ndim(ids) != 1:
         raise ValueError(f"sensor {sen.id}: ids must be a list of integers, got shape {np.shape(ids)}")
-    raise ValueError(f"sensor {sen.id}: ids must be integers, got {np.asarray(ids).tolist()}")
+    ids = np.asarray(ids)
+    raise ValueError(f"sensor {sen.id}: ids must be integers, got {ids.tolist()} ({ids.dtype})")

@@ -24,7 +24,7 @@ class Watch:
 
     def __init__(self, map, robs, opt):
         self._map, self.seen = map, []
-        self._turned = getattr(opt, "error", "additive") == "invariant" and not opt.first_estimates
+        self._turned = getattr(opt, "error", "additive") == "invariant"
         self._ranges = {rob.id: pose_range(rob) for rob in robs if rob.r is not None}
 
     def __enter__(self):

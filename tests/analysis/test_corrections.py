@@ -7,6 +7,7 @@ from ekfslam_tutorial.analysis import History, md2
 from ekfslam_tutorial.analysis.corrections import (
     LENGTHS,
     SecondSums,
+    along_the_robot,
     block_sums,
     correction_ratio,
     corrections,
@@ -110,6 +111,45 @@ def test_blocks_without_a_direction_count_fewer_degrees_of_freedom():
     total, dof = squared_sums(g, V)
     assert dof == 3  # two of the first block, one of the second, whose numbers go together, none of the third
     assert total == pytest.approx(1 / 4 + 1.5**2)
+
+
+@pytest.mark.parametrize("frame", [Frame2, Frame3])
+def test_along_the_robot_nothing_changes_for_a_single_correction(frame):
+    """It is the same correction, seen from another side: its size is the same, and its angles are."""
+    rng = np.random.default_rng(6)
+    F = frame(frame(rng.standard_normal((4, frame.size))).normalized()[0].x)
+    a, B = rng.standard_normal((4, frame.dof)), rng.standard_normal((4, frame.dof, frame.dof))
+    A = B @ np.swapaxes(B, 1, 2)
+    seen, V = along_the_robot(F, a, A)
+    np.testing.assert_allclose(seen[:, F.dim :], a[:, F.dim :])
+    np.testing.assert_allclose(seen[:, : F.dim], [one.T @ p for one, p in zip(F.R, a[:, : F.dim], strict=True)])
+    np.testing.assert_allclose(md2(seen, V), md2(a, A))
+
+
+def test_what_turns_with_the_robot_is_seen_along_its_axes_only():
+    """A robot drives rounds of 20 s, and each correction draws it ahead: along the map they cancel each other."""
+    rng = np.random.default_rng(7)
+    ratio = {}
+    for along_robot in (False, True):
+        sums = SecondSums(Frame2, along_robot=along_robot)
+        for k in range(600):
+            heading = 2 * np.pi * k / 20
+            ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
+            x0 = np.array([0.0, 0.0, heading])
+            error = 0.1 * rng.standard_normal(3)
+            sums.add(k + 0.5, x0, 0.02 * np.eye(3), x0 + error + 0.05 * ahead, 0.01 * np.eye(3))
+        ratio[along_robot] = correction_ratio([sums.arrays])
+    assert all(ratio[False].by_length[T][0] < 1.6 for T in (60, 120))
+    assert ratio[True].too_large and ratio[True].value > 3 and all(ratio[True].by_length[T][0] > 2.5 for T in (60, 120))
+
+
+def test_a_ratio_is_sure_if_one_is_outside_of_its_band():
+    """Of 95 %, that of its own length: 60 honest runs, the largest of six lengths; and 60 whose noise is too small."""
+    for factor, fewest, most in ((1.0, 0, 20), (3.0, 60, 60)):
+        t, a, A, _ = filters(factor)
+        found = [correction_ratio([(t, each, A)]) for each in a]
+        assert fewest <= sum(f.sure for f in found) <= most
+    assert not correction_ratio([]).sure
 
 
 def test_sums_over_blocks():

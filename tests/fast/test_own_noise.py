@@ -96,6 +96,21 @@ def test_each_has_its_own_noise_in_a_joint_correction(order, association, refuse
         assert sorted(id for (_, id), o in s.obs.items() if o.updated) == used
 
 
+@pytest.mark.parametrize("large", [[0, 3], [1, 2, 4], [2]], ids=str)
+def test_each_is_gated_by_its_own_noise(large):
+    """All are 3 m wrong: those that are told to be a metre uncertain pass, the others do not, whoever is the first."""
+    scenes = start(joint=True)
+    stds = np.where(np.isin(range(5), large), 1.0, 0.01)
+    seen = measured(range(5), stds[:, None, None] ** 2 * np.eye(2), np.tile([3.0, 0.0], (5, 1)))
+    wanted, used = jointly(scenes.plain, seen)
+    assert used == [i + 1 for i in large]
+    for s in scenes.all:
+        find(s, seen)
+        assert sorted(id for (_, id), o in s.obs.items() if o.updated) == used
+        after = s.map.x if s is scenes.plain else np.concatenate([s.map.state(r) for r in s.map.ranges])
+        np.testing.assert_allclose(after[: len(wanted)], wanted, rtol=1e-9, atol=1e-10)
+
+
 @pytest.mark.parametrize("order", ORDERS, ids=str)
 @pytest.mark.parametrize("reproject", [False, True])
 def test_each_has_its_own_noise_one_by_one(order, reproject, rng):

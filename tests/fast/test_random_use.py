@@ -79,7 +79,7 @@ class Machine(RuleBasedStateMachine):
     def start(self, options, kind, by, active, first_estimates, many):
         sensor, lmk_type = kind
         if first_estimates:
-            sensor, lmk_type, options = FAR, EUC, options | {"first_estimates": True}
+            sensor, lmk_type, options = FAR, EUC, options | {"first_estimates": True, "error": "additive"}
         if by != "name":
             options = options | {"association": NearestNeighbour() if by == "nearest" else Jcbb()}
         self.patch = pytest.MonkeyPatch()

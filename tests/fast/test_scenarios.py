@@ -74,7 +74,7 @@ OPTIONS = [
     dict(reproject=False),
     dict(min_match_ratio=0.9, min_inlier_ratio=0.9, md2_threshold=2.0, min_search=3),
     dict(reopen_after=2, md2_threshold=0.5),
-    dict(first_estimates=True),
+    dict(first_estimates=True, error="additive"),
 ]
 
 

@@ -11,7 +11,8 @@ from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.models import check_landmark, check_motion, check_pair, check_sensor, retro_project
 from ekfslam_tutorial.models.landmarks import EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import Odometry2
-from ekfslam_tutorial.models.sensors import RangeBearing
+from ekfslam_tutorial.models.sensors import RangeBearing, RangeBearingElevation
+from ekfslam_tutorial.models.trials import check_stack
 
 from .examples import LANDMARKS, MOTIONS, PAIRS, SENSORS, Beacon, of, ready
 
@@ -165,8 +166,20 @@ class Unborn:
     size: int = 2
 
 
+@dataclass(frozen=True)
+class NoStackOfRays(EucPnt):
+    def ray(self, l):
+        return (l, np.eye(self.dim)) if np.ndim(l) == 1 else (l[::-1], super().ray(l)[1])
+
+
 @pytest.mark.parametrize(
-    "lmk, said", [(Backwards(2), "does not point at"), (NotInverse(2), "is not l"), (Unborn(), "nothing can start it")]
+    "lmk, said",
+    [
+        (Backwards(2), "does not point at"),
+        (NotInverse(2), "is not l"),
+        (Unborn(), "nothing can start it"),
+        (NoStackOfRays(2), "ray: a stack"),
+    ],
 )
 def test_a_broken_landmark_is_found(lmk, said):
     with pytest.raises(AssertionError, match=said):
@@ -182,6 +195,14 @@ def test_a_broken_pair_is_found():
 
     with pytest.raises(AssertionError, match="observe"):
         check_pair(RangeBearing(0.1, 0.02), Elsewhere(2))
+
+
+def test_what_is_no_number_alone_is_none_in_a_stack_either():
+    """A point that cannot be seen has no expectation; that is no reason to refuse a model."""
+    root = lambda p: (np.where(p > 0, p, np.nan),)
+    assert np.isnan(check_stack(root, "root", np.array([[-1.0, 1.0], [2.0, 3.0]]))[0][0, 0])
+    with pytest.raises(AssertionError, match="root: a stack of inputs does not give the stack of outputs"):
+        check_stack(lambda p: (root(p)[0] * (1 + p.ndim),), "root", np.array([[-1.0, 1.0], [2.0, 3.0]]))
 
 
 # --- mistakes of those who write their first model -------------------------------------------------------------------
@@ -366,6 +387,16 @@ def test_a_missing_dim_is_named_where_a_shape_is_wrong():
     with pytest.raises(AssertionError, match=said):
         check_landmark(without_dim(Plain()))
     check_landmark(without_dim(Plain()), dim=2)
+
+
+def test_a_missing_dim_is_not_named_where_something_else_is_wrong():
+    class Behind(RangeBearingElevation):
+        def visible(self, y, p):
+            return y[..., 0] < 0
+
+    with pytest.raises(AssertionError, match="is its sign right") as caught:
+        check_sensor(without_dim(Behind(0.1, 0.02, 0.02)))
+    assert "dim" not in str(caught.value)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import pytest
 from ekfslam_tutorial.models import contracts
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt
 from ekfslam_tutorial.models.motion import Odometry2
-from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing
+from ekfslam_tutorial.models.sensors import BearingOnly2, RangeBearing, RangeBearingElevation
 from ekfslam_tutorial.slam.upkeep import well_inside
 
 SENSORS = {
@@ -30,6 +30,15 @@ def test_a_bearing_beyond_pi(name, turns):
 
 
 @pytest.mark.parametrize("name", SENSORS)
+def test_a_view_of_more_than_half_a_turn(name):
+    """270 degrees: what is behind is not seen, what is at the back of each side is."""
+    sensor = SENSORS[name](1.5 * np.pi)
+    bearings = np.array([0.0, 2.0, -2.0, 2.3, -2.3, 2.4, -2.4, np.pi])
+    p = 2 * np.stack([np.cos(bearings), np.sin(bearings)], -1)
+    assert sensor.visible(sensor.project(p)[0], p).tolist() == [True] * 5 + [False] * 3
+
+
+@pytest.mark.parametrize("name", SENSORS)
 def test_the_edges_belong_to_the_view(name):
     sensor = SENSORS[name](np.pi / 2)
     edge = np.array([np.pi / 4, -np.pi / 4])
@@ -49,6 +58,10 @@ def test_the_edges_belong_to_the_view(name):
         (lambda fov: BearingOnly2(0.02, fov=fov), 2 * np.pi),
         (lambda std: RangeBearing(0.1, std), np.pi),
         (lambda std: BearingOnly2(std), np.pi),
+        (lambda fov: RangeBearingElevation(fov=fov), 2 * np.pi),
+        (lambda fov: RangeBearingElevation(fov_up=fov), np.pi),
+        (lambda std: RangeBearingElevation(bearing_std=std), np.pi),
+        (lambda std: RangeBearingElevation(elevation_std=std), np.pi),
     ],
 )
 def test_angles_that_are_meant_in_degrees(make, limit):

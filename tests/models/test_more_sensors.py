@@ -5,9 +5,13 @@ import pytest
 
 from ekfslam_tutorial.models.motion import Ackermann, DifferentialDrive, Unicycle, Vehicle
 from ekfslam_tutorial.models.sensors import (
+    BearingOnly2,
     DavisonCam,
+    OmniCam,
     PinHole,
+    PinHoleDepth,
     PointXY,
+    PointXYZ,
     Range,
     RangeBearing,
     RangeBearingElevation,
@@ -32,6 +36,26 @@ def test_the_noise_of_stereo_is_that_of_four_pixels(rng):
     n = rng.normal(0, 1.5, (20_000, 4))  # u_l, v_l, u_r, v_r
     y = np.stack([n[:, 0], (n[:, 1] + n[:, 3]) / 2, n[:, 0] - n[:, 2]], -1)
     assert np.abs(np.cov(y.T) - sensor.R).max() < 5 * 2 / np.sqrt(20_000) * sensor.R.max()
+
+
+@pytest.mark.parametrize(
+    "sensor, stds",
+    [
+        (RangeBearing(0.3, 0.05), [0.3, 0.05]),
+        (RangeBearingElevation(0.3, 0.05, 0.07), [0.3, 0.05, 0.07]),
+        (BearingOnly2(0.05), [0.05]),
+        (Range(0.3), [0.3]),
+        (PointXY(0.3), [0.3, 0.3]),
+        (PointXYZ(0.3), [0.3, 0.3, 0.3]),
+        (PinHole(K, pixel_std=3.0), [3.0, 3.0]),
+        (DavisonCam(pixel_std=3.0), [3.0, 3.0]),
+        (OmniCam((668.0, 438.0, 1.01, 0.002, -0.003), (644.7, -341.0), pixel_std=3.0), [3.0, 3.0]),
+        (PinHoleDepth(K, pixel_std=3.0, depth_std=0.3), [3.0, 3.0, 0.3]),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_noise_is_told_as_standard_deviations(sensor, stds):
+    assert np.allclose(sensor.R, np.diag(np.square(stds)), rtol=1e-15, atol=0)
 
 
 def test_stereo_sees_what_is_in_both_images():

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from ekfslam_tutorial import fast, slam
 from ekfslam_tutorial.models.landmarks import EucPnt, IdpPnt
+from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.slam import Options, correct_known_lmks, init_new_lmks, move, place
 
 from .scenes import Scene, raw
@@ -43,7 +45,7 @@ def test_ids_that_are_no_numbers():
     scene = Scene(P=P3)
     measurements = raw([1], [[3.0, 0.1]])
     measurements.ids = np.array([1.5])
-    with pytest.raises(ValueError, match="ids must be integers, got"):
+    with pytest.raises(ValueError, match=r"ids must be integers, got \[1.5\] \(float64\)"):
         correct_known_lmks(*scene.all, scene.obs, measurements, scene.opt)
 
 
@@ -99,6 +101,18 @@ def test_bad_durations(dt):
     scene.rob.u = np.zeros(3)
     with pytest.raises(ValueError, match="the duration of a step must be a number of seconds, got"):
         move(scene.map, scene.rob, dt)
+
+
+@pytest.mark.parametrize("dt", ["0.1", 0.1 + 0j, None, np.array(0.1, object), [0.1]])
+def test_durations_that_are_no_numbers(dt):
+    """Neither engine counts with them, nor stops with a sentence of numpy."""
+    for steps, map in ((slam, slam.new_map()), (fast, fast.new_map())):
+        rob = slam.Rob(1, Odometry2(), u=np.zeros(3), U=np.eye(3))
+        slam.place(map, rob, np.zeros(3), np.eye(3))
+        for good in (0.1, np.float32(0.1), 1, np.array(0.1)):
+            steps.move(map, rob, good)
+        with pytest.raises(ValueError, match="robot 1: the duration of a step must be (real numbers|a number of sec)"):
+            steps.move(map, rob, dt)
 
 
 @pytest.mark.parametrize("P, said", [(np.eye(2), "must have shape"), (np.diag([1.0, 1.0, -0.1]), "semi-definite")])

@@ -8,7 +8,7 @@ import pytest
 from ekfslam_tutorial import slam
 from ekfslam_tutorial.ekf import Map, MapFull, augment
 from ekfslam_tutorial.models import motion, sensors
-from ekfslam_tutorial.slam import Jcbb, KnownIds, Lmk, NearestNeighbour, Options, Rob
+from ekfslam_tutorial.slam import Jcbb, KnownIds, Lmk, NearestNeighbour, Obs, Options, Rob
 
 INF, TURN = np.inf, 2 * np.pi
 CAMERA = {"k": (320.0, 240.0, 320.0, 320.0), "d": (), "c": None, "image_size": (640.0, 480.0), "pixel_std": 1.0}
@@ -19,16 +19,19 @@ DEFAULTS = {
     sensors.OmniCam: {"c": None, "image_size": (1280.0, 960.0), "pixel_std": 1.0, "fov": np.pi},
     sensors.RangeBearing: VIEW,
     sensors.BearingOnly2: VIEW,
+    sensors.RangeBearingElevation: VIEW
+    | {"range_std": 0.05, "bearing_std": 0.01, "elevation_std": 0.01, "fov_up": np.pi},
     motion.Vehicle: {"wheelbase": 2.83, "ahead": 3.78, "left": 0.5, "track": 0.76},
     NearestNeighbour: {"confidence": 0.99, "new_confidence": 1 - 1e-6},
     Jcbb: {"confidence": 0.99, "new_confidence": 1 - 1e-6, "max_nodes": 20_000},
     Lmk: {"slot": 0, "n_search": 1, "n_match": 1, "n_inlier": 1, "r": None, "first": None},
     Rob: {"n_refused": 0, "name": "", "r": None, "first": None},
+    Obs: {"visible": True, "y": None, "z": None, "index": None, "measured": False, "matched": False, "updated": False},
     Options: {
         "lmk_type": None, "n": (0.01,), "N": ((0.25,),), "n_updates": None, "md2_threshold": INF, "reopen_after": None,
         "reopen_std": (0.3, 0.5), "reproject": True, "reparametrize": False, "lin_test": 0.1, "n_inits": None,
         "init_margin": 0.0, "max_lmks": None, "min_search": 10, "min_match_ratio": 0.0, "min_inlier_ratio": 0.0,
-        "min_rho": 1e-3, "joint": False, "first_estimates": False,
+        "min_rho": 1e-3, "joint": False, "error": None, "first_estimates": False,
     },
 }  # fmt: skip
 

@@ -22,6 +22,8 @@ WRONG = [
     (dict(init_margin=-1000), "init_margin must be a number of 0 or more, got -1000"),
     (dict(min_inlier_ratio=None), "min_inlier_ratio must be between 0 and 1, got None"),
     (dict(association="known_ids"), r"association must be an object to call, such as KnownIds\(\), got 'known_ids'"),
+    (dict(error="right"), "error must be 'invariant' or 'additive', got 'right'"),
+    (dict(error="invariant", first_estimates=True), "error must be 'additive' with first_estimates, got 'invariant'"),
     (dict(association=KnownIds), r"association must be an object to call, such as KnownIds\(\), got <class"),
 ]
 
@@ -31,6 +33,12 @@ WRONG = [
 def test_wrong_options(kind, options, message):
     with pytest.raises(ValueError, match=message):
         kind(**options)
+
+
+@pytest.mark.parametrize("kind", [slam.Options, toolbox.Options], ids=["slam", "toolbox"])
+def test_which_error_there_is_where_nobody_says(kind):
+    assert kind().error == "invariant"
+    assert kind(first_estimates=True).error == kind(first_estimates=True, error="additive").error == "additive"
 
 
 @pytest.mark.parametrize("kind", [slam.Options, toolbox.Options], ids=["slam", "toolbox"])

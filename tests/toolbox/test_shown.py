@@ -41,6 +41,11 @@ def test_every_structure_has_a_line_that_fits_and_html_that_is_well_formed(snaps
         assert parsed(thing._repr_html_()).find("b").text == repr(thing)
 
 
+def test_a_range_is_shown_as_it_is_written(snapshot):
+    lmk = next(iter(snapshot.lmks.values()))
+    assert ["r", f"{lmk.r.start}:{lmk.r.stop}"] in cells(lmk._repr_html_())
+
+
 def test_a_robot_says_what_it_is_and_where(snapshot):
     rob = snapshot.robs[0]
     assert f"in the map at {rob.r.start}:{rob.r.stop}" in repr(rob) and type(rob.motion).__name__ in repr(rob)

@@ -124,6 +124,7 @@ class Options(SlamOptions):
     compiled: bool = False
 
     def __post_init__(self):
+        self._settle_error()
         self._check()
         whole = self.capacity is None or (is_whole(self.capacity) and self.capacity >= 0)
         self._need("capacity", whole, "a whole number of 0 or more, or None")
