@@ -45,7 +45,7 @@ import numpy as np
 
 from . import deadline, edits, guard
 from .expect import Failed
-from .recognise import few_values, recognise
+from .recognise import few_values, recognise, with_partner, wrong_part
 
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
@@ -240,16 +240,33 @@ class Exercise:
         return f"{outcome.hint} What is tested here: {link.help}"
 
     def _recognised(self, f, failed, limit):
-        """The listed mistakes in the answer. Where a call says little, the links behind make more calls."""
-        if few_values(self, f.calls, failed.part):
-            with contextlib.suppress(deadline.TookTooLong):
-                deadline.run(lambda: self._go_on(f, failed), max(limit, 0.1))
-        return recognise(self, f.calls, failed.part)
+        """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
+        part = wrong_part(self, f.calls, failed.part)
+        if few_values(self, f.calls, part):
+            self._call_more(lambda: self._go_on(f, failed), limit)
+        known = recognise(self, f.calls, failed.part)
+        if len(known) == 2 or not self.cases:
+            return known
+        more = guard.Guarded(f.function, self.may_change, self.parameters())
+        self._call_more(lambda: self._cases(more), limit)
+        calls = [*f.calls[-1:], *more.calls]  # the call that failed, and those in which no two right answers differ
+        return with_partner(self, calls, known[0]) if known else recognise(self, calls, failed.part)
+
+    @staticmethod
+    def _call_more(calls, limit):
+        with contextlib.suppress(deadline.TookTooLong):
+            deadline.run(calls, max(limit, 0.1))
 
     def _go_on(self, f, failed):
         for link in self.links[self.links.index(failed) + 1 :]:
             with contextlib.suppress(Exception):
                 link.test(f, self._rng(link))
+
+    def _cases(self, f):
+        for name, case in self.cases.items():
+            for args in case(np.random.default_rng(zlib.crc32(f"{self.id} {name}".encode()))):
+                with contextlib.suppress(Exception):
+                    f(*args)
 
     def _limit(self) -> float:
         """Seconds after which an answer is stopped."""

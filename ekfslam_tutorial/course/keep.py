@@ -151,6 +151,10 @@ def _kept(wanted, file: MyFile, told) -> list[str]:
         file.parts = empty.copied().parts
         keeper = _Keeper(file, wanted)
         kept = [id for id in wanted if keeper.put(id)]
+        if kept != wanted:  # once more: in those that use what cannot be kept, the reference stands for it
+            told += keeper.told
+            wanted = kept
+            continue
         module = _loaded(file)
         bad = [id for id in kept if not _passes(registry.get(id), module)]
         if not bad:

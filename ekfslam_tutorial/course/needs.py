@@ -158,13 +158,15 @@ OURS = re.compile(r"\.(exercises|projects)\b")  # solutions: what a student impo
 
 
 def constant(name: str, value: Any) -> str:
-    """Return a number, a text, a small array, or a tuple, list or dictionary of such, as Python writes it."""
+    """Return a number, a text, a slice, a small array, or a tuple, list or dictionary of such, as Python writes it."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, np.ndarray):
         if value.dtype.kind in "biuf" and value.size <= MOST and np.all(np.isfinite(value)):
             return f"np.array({value.tolist()!r})"
         raise CannotKeep(f"it uses `{name}` of the notebook, an array of shape {value.shape}; {INSTEAD}")
+    if isinstance(value, slice) and all(n is None or isinstance(n, int) for n in (value.start, value.stop, value.step)):
+        return repr(value)
     try:
         text = repr(value)
         if len(text) < 1000 and ast.literal_eval(text) == value:

@@ -39,7 +39,7 @@ def recognise(exercise, calls, part=None):
     truth = [exercise.result(exercise.solution, call.args) for call in calls]
     if all(exercise.alike(call.result, right) for call, right in zip(calls, truth, strict=True)):
         return []
-    wrong = part if any(not exercise.alike(c.result, t, part) for c, t in zip(calls, truth, strict=True)) else None
+    wrong = wrong_part(exercise, calls, part)
     if few_values(exercise, calls, wrong):
         return _unlike_chance(exercise, calls, truth, wrong) or _pair_unlike_chance(exercise, calls, truth)
     whole = _fitting(exercise, calls, truth, None)
@@ -53,6 +53,46 @@ def recognise(exercise, calls, part=None):
         if pairs:  # what they have in common is sure
             return [m for m in pairs[0] if all(m in pair for pair in pairs)][:1]
     return _fitting(exercise, calls, truth, part) if part is not None else []
+
+
+def wrong_part(exercise, calls, part):
+    """The part of the results that a link is about, if it is wrong in a call; else None: it is another one."""
+    right = (exercise.result(exercise.solution, call.args) for call in calls)
+    return part if any(not exercise.alike(c.result, r, part) for c, r in zip(calls, right, strict=True)) else None
+
+
+def with_partner(exercise, calls, known):
+    """The mistake that is known, and the one that explains with it what it does not explain alone, if there is one.
+
+    Parameters
+    ----------
+    exercise : Exercise
+    calls : sequence of Call
+        Calls in which all right answers give the same.
+    known : Misconception
+        What was recognised at the link that failed.
+
+    Returns
+    -------
+    list of Misconception
+        One or two, in the order in which to mend them.
+    """
+    unlike = lambda answer: [c for c in calls if not exercise.alike(c.result, exercise.result(answer, c.args))]
+    left = unlike(known.answer)
+    if not known.edits or all(isinstance(call.result, guard.Raised) for call in left):
+        return [known]
+    found = []
+    for other in exercise.misconceptions:
+        both = exercise.composed(known, other) if other.edits and other is not known else None
+        if both is not None and _answers(exercise, both, left) and not unlike(both):
+            found.append(other)
+    if len({other.hint for other in found}) != 1:
+        return [known]
+    if few_values(exercise, calls):
+        truth = [exercise.result(exercise.solution, call.args) for call in left]
+        if _bits(exercise, left, truth, None) < SURE_BITS + np.log2(len(exercise.misconceptions)):
+            return [known]
+    return sorted((known, found[0]), key=exercise.fails_at)
 
 
 def _fitting(exercise, calls, truth, part):

@@ -26,6 +26,7 @@ What does not fit into the table is added to it: ``@exercise.link(...)`` for a p
 
 from __future__ import annotations
 
+import functools
 import re
 
 import numpy as np
@@ -114,16 +115,17 @@ def table(
     made = Exercise(id, title, solution, hints, cases=cases, **options)
     params, lines = made.parameters(), rows(checks)
     said = shown or (lambda *args: at(params, args))
-    helps = {}
-    for _name, what, _case, help in lines:
+    helps, of_row = {}, {}
+    for _name, what, case, help in lines:
         helps.setdefault(_part(what, names), help)
+        of_row.setdefault((case, help), {})[_part(what, names)] = ""
 
-    def parts(args, result, part=None):
+    def parts(args, result, row=()):
         """The results of one call in the types and shapes of the solution's, else `Failed`.
 
-        With the help to the part that fails; for the part that a link is about it has its own.
+        With the help to the part that fails; for the parts that a row is about its links have their own.
         """
-        help_to = helps | {part: ""}
+        help_to = helps | of_row.get(row, {})
         right = solution(*args)
         if len(names) == 1:
             taken, right = [_taken(result, right, names[0], help_to.get(0, ""))], [right]
@@ -144,17 +146,18 @@ def table(
         part = _part(what, names)
         if case not in cases:
             raise ValueError(f"{id}, {name}: there is no case {case!r}; there are {', '.join(cases)}")
+        of_this = functools.partial(parts, row=(case, help))
         derivative, sphere = re.fullmatch(DERIVATIVE, what), (along or {}).get(names[part])
         if derivative:
             of = (jacobians or {})[names[part]]
             value = _one(solution, names.index(of)) if isinstance(of, str) else of
             labels = _labels(entries, of if isinstance(of, str) else names[part]), _labels(entries, derivative[3])
             row, place = int(derivative[2]) if derivative[2] else None, params.index(derivative[3])
-            test = _derivative(cases[case], parts, part, names[part], value, place, labels, row, sphere)
+            test = _derivative(cases[case], of_this, part, names[part], value, place, labels, row, sphere)
         else:
             right, rounding = _one(solution, part if len(names) > 1 else None), (rtol or {}).get(names[part], 1e-5)
             kind = f" ({kinds[names[part]]})" if kinds and names[part] in kinds else ""
-            test = _value(cases[case], parts, part, what, kind, right, said, angles, rounding, sphere)
+            test = _value(cases[case], of_this, part, what, kind, right, said, angles, rounding, sphere)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
     return made
@@ -211,7 +214,7 @@ def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere):
         for args in cases(rng):
             want, shown = right(*args), said(*args)
             try:
-                got = parts(args, f(*args), part)[part]
+                got = parts(args, f(*args))[part]
             except expect.Failed as failed:
                 if " has shape " not in str(failed):
                     raise
@@ -253,7 +256,7 @@ def _derivative(cases, parts, part, name, value, at, labels, row, sphere):
 
     def test(f, rng):
         for args in cases(rng):
-            got = parts(args, f(*args), part)[part]
+            got = parts(args, f(*args))[part]
             along = lambda x, args=args: np.asarray(value(*args[:at], x, *args[at + 1 :]))
             if sphere and same(got @ sphere(*args), numerical_jacobian(along, args[at]) @ sphere(*args)):
                 continue
@@ -290,6 +293,10 @@ def _shown(value) -> str:
             return str(value.astype(int).tolist())
         if value.size > 9:
             return f"an array {value.shape}"
+        most = np.abs(value).max(initial=0) if value.dtype.kind == "f" else 0
+        if 0 < most < 0.1:  # a covariance of small errors: three digits of each entry, and rounding is zero
+            small = {"float_kind": lambda v: f"{v:.3g}" if abs(v) > 1e-9 * most else "0"}
+            return np.array2string(value, formatter=small, separator=", ").replace("\n", "")
         return np.array2string(value, precision=3, suppress_small=True, separator=", ").replace("\n", "")
     if isinstance(value, (float, np.floating)):
         return f"{value:.4g}"

@@ -245,6 +245,25 @@ def test_the_reference_is_not_kept_and_both_say_so(notebook, file):
     assert said == "predict (05.1): the reference (not kept yet); slam_frame (05.5): yours, from my_slam.py\n"
 
 
+def test_what_cannot_be_kept_takes_nothing_else_along(notebook, file):
+    """The function that uses it is kept, with the reference for it."""
+    notebook.run("big = np.zeros((30, 30))")
+    notebook.solve("05.1", change=lambda text: text.replace("c, s =", "big\n    c, s ="))
+    notebook.solve(*FILTER[1:])
+    told = notebook.run("keep()").splitlines()
+    assert told[0] == "kept in my_slam.py: observe (05.2), correct (05.3), augment (05.4), slam_frame (05.5)"
+    assert told[1].startswith("[05.1] is not kept: it uses `big` of the notebook")
+    assert told[2] == "[05.5] uses predict (05.1): not kept, so the reference stands in the file" and len(told) == 3
+    assert notebook.run('own("05.5")') == "slam_frame (05.5): yours, from my_slam.py\n"
+
+
+def test_a_range_of_the_state_is_a_constant(notebook, file):
+    notebook.run("ROBOT = slice(0, 3)")
+    notebook.solve("05.1", change=lambda text: text.replace("c, s =", "ROBOT\n    c, s ="))
+    assert notebook.run("keep()") == "kept in my_slam.py: predict (05.1)\n"
+    assert "ROBOT = slice(0, 3, None)" in file.read_text()
+
+
 @pytest.mark.parametrize(
     "cell, why",
     [

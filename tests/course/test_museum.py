@@ -9,12 +9,12 @@ import pytest
 
 from ekfslam_tutorial.course import museum
 from ekfslam_tutorial.course.draws.nb20 import readings_table, zoo
-from ekfslam_tutorial.course.draws.nb20_runs import bench, caught, mutant_case, readings
 from ekfslam_tutorial.course.exercises.nb05_augment import augment
 from ekfslam_tutorial.course.exercises.nb05_correct import correct
 from ekfslam_tutorial.course.exercises.nb05_observe import observe
 from ekfslam_tutorial.course.exercises.nb05_predict import predict
 from ekfslam_tutorial.course.exercises.nb20_quiz import LETTERS, MOST, PANELS, READINGS, self_test
+from ekfslam_tutorial.course.museum_runs import bench, caught, mutant_case, readings
 
 R = np.array([[0.02, 0.001], [0.001, 0.003]])
 Y = np.array([4.0, -2.9])

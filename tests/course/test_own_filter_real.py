@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis import anees_band
-from ekfslam_tutorial.course import build, figures, logbook, registry, widgets
-from ekfslam_tutorial.course.draws import nb20_runs
+from ekfslam_tutorial.course import build, figures, logbook, museum_runs, registry, widgets
 from ekfslam_tutorial.course.keep import VARIABLE
 from ekfslam_tutorial.course.my_file import MyFile
 
@@ -338,7 +337,7 @@ def test_20_plants_bugs_into_the_students_filter(nb20):
 
 
 def test_20_the_world_is_that_of_the_museum(nb20):
-    world = nb20_runs.world()
+    world = museum_runs.world()
     np.testing.assert_array_equal(nb20.space["LANDMARKS"], world.points)
     np.testing.assert_allclose(nb20.space["STEP"], world.step)
     np.testing.assert_allclose(nb20.space["U"], world.U)
@@ -357,12 +356,29 @@ def test_20_the_world_is_that_of_the_museum(nb20):
 )
 def test_20_the_planted_bugs_are_the_exhibits(nb20, mine, key, part):
     """Called alone, the student's mutant and the museum's give the same."""
-    x, P, u, U = nb20_runs.mutant_case()
+    x, P, u, U = museum_runs.mutant_case()
     args = {"predict": (x, P, u, U), "augment": (x, P, np.array([4.0, -2.9]), np.diag([0.02, 0.003])),
             "observe": (x, slice(5, 7))}[part]  # fmt: skip
-    theirs = getattr(nb20_runs.museum.mutant(key), part)(*args)
+    theirs = getattr(museum_runs.museum.mutant(key), part)(*args)
     for a, b in zip(nb20.space[mine](*args), theirs, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-9)
+
+
+def test_20_the_parts_are_judged_alone(nb20):
+    space = nb20.space
+    said = next(build.source(c) for c in nb20.cells if "Each bug of an initialisation" in build.source(c))
+    found = {
+        name: [space["first_sight"](space[name], *poses) for poses in (space["known"], space["lost"])]
+        for name in ("augment", "pose_known", "used_twice")
+    }
+    (low, high), (least, most) = anees_band(2, 400, 0.999), anees_band(1, 400, 0.999)
+    assert f"between {low:.1f} and {high:.1f} (heading: {least:.1f} to {most:.1f})" in said
+    honest = lambda nees: low < nees < high
+    assert [list(map(honest, pair)) for pair in found.values()] == [[True, True], [True, False], [False, True]]
+    assert f"({found['pose_known'][1]:.1f})" in said and f"({found['used_twice'][0]:.1f})" in said
+    for f in space["predict"], space["late"]:
+        position, heading = space["sensor_covered"](*space["half_a_round"](f))
+        assert honest(position) and least < heading < most
 
 
 def test_20_what_the_texts_say(nb20):

@@ -11,6 +11,7 @@ import pytest
 
 from ekfslam_tutorial.course import registry
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.exercises import nb05_frame
 
 from .test_mutants import inputs
 
@@ -98,3 +99,61 @@ def test_pairs_are_named_where_an_answer_has_few_values_too(id, names):
     exercise = registry.get(id)
     one, other = ([m for m in exercise.misconceptions if m.name == name][0] for name in names)
     assert set(exercise.judge(exercise.composed(one, other)).misconception.split(" + ")) == set(names)
+
+
+# --- held back: pairs in a filter that is written otherwise than the reference, new landmarks as they come ---
+
+ONE_LOOP = """
+def slam_frame(x, P, ids, u, U, seen, ys, R):
+    x, P = predict(x, P, u, U)
+    ids = list(ids)
+    for id, y in zip(seen, ys):
+        if id in ids:
+            k = 3 + 2 * ids.index(id)
+            e, H = observe(x, slice(k, k + 2))
+            x, P = correct(x, P, y, R, e, H)
+        else:
+            x, P = augment(x, P, y, R)
+            ids = ids + [id]
+    return x, P, ids
+"""
+SLIPS = {
+    "double counting": ("x, P = augment(x, P, y, R)", "x, P = augment(x, P, y, R); x, P = correct(x, P, y, R, "
+                        "*observe(x, slice(len(x) - 2, len(x))))"),
+    "prediction forgotten": ("x, P = predict(x, P, u, U)", "pass"),
+    "mean moved, covariance not": ("x, P = predict(", "x, _ = predict("),
+    "mean corrected, covariance not": ("x, P = correct(", "x, _ = correct("),
+    "id not remembered": ("ids = ids + [id]", "pass"),
+    "id put in front": ("ids + [id]", "[id] + ids"),
+    "robot forgotten in the range": ("3 + 2 * ids.index(id)", "2 * ids.index(id)"),
+    "one number for a landmark": ("3 + 2 * ids.index(id)", "3 + ids.index(id)"),
+    "R squared": ("ids = list(ids)", "ids, R = list(ids), R**2"),
+}  # fmt: skip
+
+
+def written(*names):
+    """The filter in one loop with some slips; None if they are in the same place."""
+    text = ONE_LOOP
+    for old, new in map(SLIPS.get, names):
+        if old not in text:
+            return None
+        text = text.replace(old, new)
+    space = dict(vars(nb05_frame))
+    exec(text, space)
+    return space["slam_frame"]
+
+
+def test_a_filter_in_one_loop_passes_and_each_slip_in_it_is_named():
+    exercise = registry.get("05.5")
+    assert exercise.judge(written()).passed
+    assert [exercise.judge(written(name)).misconception for name in SLIPS] == list(SLIPS)
+
+
+def test_pairs_in_a_filter_in_one_loop():
+    """Both slips are named, though they show at different links, and though the order of the corrections is another."""
+    exercise, told = registry.get("05.5"), []
+    for pair in itertools.islice(itertools.combinations(SLIPS, 2), 0, None, 3):
+        if (answer := written(*pair)) is not None:
+            told.append((set(pair), set(exercise.judge(answer).misconception.split(" + "))))
+    assert len(told) > 9 and all(names <= pair for pair, names in told)
+    assert np.mean([names == pair for pair, names in told]) >= WANTED

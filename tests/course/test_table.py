@@ -3,7 +3,7 @@
 import numpy as np
 
 from ekfslam_tutorial.course import edits
-from ekfslam_tutorial.course.table import table
+from ekfslam_tutorial.course.table import at, table
 
 HINTS = ("a first hint that is long enough", "a second one that is long enough", "a third one that is long enough")
 
@@ -117,3 +117,10 @@ def test_truth_values_of_one_number_may_have_any_type():
 def test_a_name_with_a_colon_ends_in_two():
     (found,) = edits.blocks("U_p: not divided :: d(x/z)/dx is 1/z.\n    / z -> * 1")
     assert found == ("U_p: not divided", "d(x/z)/dx is 1/z.", [("/ z", "* 1")])
+
+
+def test_small_numbers_are_shown_and_rounding_is_not():
+    U = np.diag([4e-4, 1e-4, 1.234e-4])
+    U[0, 1] = 1e-19
+    assert at(["U"], [U]) == "U = [[0.0004, 0, 0], [0, 0.0001, 0], [0, 0, 0.000123]]"
+    assert at(["x"], [np.array([1.0, 0.5, 1e-9])]) == "x = [1. , 0.5, 0. ]"

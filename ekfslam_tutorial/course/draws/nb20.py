@@ -13,10 +13,8 @@ from ...graphics.style import BLACK, BLUE, GREEN, GREY, LIGHT_GREY, ORANGE, PURP
 from .. import museum
 from ..controls import Choice, Int
 from ..exercises.nb20_quiz import LETTERS, PANELS
+from ..museum_runs import RUNS, TESTS, bench, caught, mutant_case, readings, world
 from ..widgets import explorable
-from .nb20_runs import RUNS, TESTS, bench, caught, mutant_case, readings, run, world
-
-__all__ = ["RUNS", "bench", "caught", "mutant_case", "readings", "run", "world"]
 
 HIDDEN = ("late", "twice", "not_wrapped", "right", "over_q", "mapping", "identity", "pose_only", "transposed",
           "not_squared", "no_heading", "swapped", "elementwise")  # fmt: skip

@@ -23,17 +23,14 @@ from ...graphics import (
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, LIGHT_GREY, ORANGE, SKY_BLUE, VERMILLION
 from .. import museum
 from ..controls import Choice, Int
-from ..exercises.nb21_marginalise import marginalise
+from ..smoothers import METHODS
 from ..widgets import explorable
 from .nb21_cost import numbers_kept, price
-from .nb21_runs import ekf, logs
-from .nb21_smoothers import METHODS, Window, batch, estimate, information, smoothed
 
-__all__ = ["METHODS", "Window", "batch", "ekf", "estimate", "logs", "price", "smoothed"]
+__all__ = ["numbers_kept", "price"]
 
-RUNS = 40
 CARRIED = {"color": SKY_BLUE, "marker": "v", "linestyle": "-", "fillstyle": "full"}
-LOOKS = dict(zip(METHODS, (REJECTED, PREDICTED, UPDATED, CARRIED, ESTIMATE), strict=True))
+LOOKS = dict(zip(("EKF", *METHODS), (REJECTED, PREDICTED, UPDATED, CARRIED, ESTIMATE), strict=True))
 LAGS = {"1: a filter": 1, "2": 2, "5": 5, "10": 10, "20": 20, "all: batch": 94}
 
 
@@ -86,21 +83,27 @@ def correction_figure(results):
 # ---- five estimators -----------------------------------------------------------------------------------------------
 
 
-def map_figure(log, poses, l, run=0):
-    """One run: truth, the EKF, and another solution. Returns (fig, caption)."""
-    poses, l = np.asarray(poses, float), np.asarray(l, float).reshape(-1, 2)
+def map_figure(log, solutions):
+    """One run: truth, the EKF, and another solution. Returns (fig, caption).
+
+    Parameters
+    ----------
+    log : Log
+        Of the run alone.
+    solutions : dict of str to (poses, landmarks)
+        Path (K, 3) and map (N, 2), flat or not, of "EKF" and "batch".
+    """
     fig = plt.figure(figsize=(10.6, 5.8))
     ax = fig.add_axes((0.07, 0.11, 0.55, 0.86))
-    e = ekf(log)
-    _scene(ax, log, e.path[run], e.x[run, 3:].reshape(-1, 2), REJECTED, "EKF")
-    _scene(ax, None, poses, l, ESTIMATE, "batch")
+    rms = lambda d: float(np.sqrt((d**2).sum(1).mean()))
+    of_path, of_map = [], []
+    for name, (poses, l) in solutions.items():
+        poses, l = np.asarray(poses, float), np.asarray(l, float).reshape(-1, 2)
+        _scene(ax, log if not of_map else None, poses, l, LOOKS[name], name)
+        of_path.append(f"{name} {rms(poses[:, :2] - log.truth[:, :2]):.2f} m")
+        of_map.append(f"{name} {rms(l - log.points):.2f} m")
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)
-    rms = lambda p: float(np.sqrt(((p[:, :2] - log.truth[:, :2]) ** 2).sum(1).mean()))
-    of_map = lambda p: float(np.sqrt(((p - log.points) ** 2).sum(1).mean()))
-    return fig, (
-        f"RMSE of the path: EKF {rms(e.path[run]):.2f} m, batch {rms(poses):.2f} m. Of the map: EKF "
-        f"{of_map(e.x[run, 3:].reshape(-1, 2)):.2f} m, batch {of_map(l):.2f} m."
-    )
+    return fig, f"RMSE of the path: {', '.join(of_path)}. Of the map: {', '.join(of_map)}."
 
 
 def _scene(ax, log, path, l, style, name):
@@ -112,43 +115,40 @@ def _scene(ax, log, path, l, style, name):
     ax.plot(*l.T, **points(style), label=f"{name}, landmarks")
 
 
-def four_figure():
-    """NEES of the methods, run by run, and of their headings. Returns (fig, caption)."""
-    log = logs(RUNS)
+def methods_figure(log, results):
+    """NEES of pose and map, run by run, of estimates by the name of their method. Returns (fig, caption)."""
     dof = 3 + 2 * len(log.points)
     low, high = chi2_band(dof, 0.99)
     fig, ax = plt.subplots(figsize=(11, 4.8), layout="constrained")
     ax.axvspan(low, high, color=GREEN, alpha=0.3, linewidth=0, label="99 % of the runs of an honest filter")
     ax.axvline(dof, color=BLACK, linestyle="--", linewidth=1.2, label=f"number of states, {dof}")
     words = []
-    for row, (name, style) in enumerate(LOOKS.items()):
-        v = estimate(name, RUNS).nees(log)
-        ax.plot(np.clip(v, 8, 400), np.full(len(v), -row), **points(style, markersize=7))
+    for row, (name, e) in enumerate(results.items()):
+        v = e.nees(log)
+        ax.plot(np.clip(v, 8, 400), np.full(len(v), -row), **points(LOOKS[name], markersize=7))
         words.append(f"{name} {np.sum((v >= low) & (v <= high))}")
     ax.set(xscale="log", xlim=(7.5, 430), ylim=(-4.6, 0.6), xlabel=f"NEES of pose and map, {dof} states (400: or more)")
-    ax.set_yticks([-row for row in range(len(LOOKS))], list(LOOKS))
+    ax.set_yticks([-row for row in range(len(results))], list(results))
     ax.set_xticks([10, 20, 50, 100, 200, 400], ["10", "20", "50", "100", "200", "400"])
     ax.minorticks_off()
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False)
-    return fig, f"Runs of {RUNS} inside the band {low:.0f} to {high:.0f}: {', '.join(words)}."
+    return fig, f"Runs of {log.runs} inside the band {low:.0f} to {high:.0f}: {', '.join(words)}."
 
 
-def four_table():
-    """The methods as numbers, as text."""
-    log = logs(RUNS)
+def methods_table(log, results):
+    """The same estimates as numbers, as text."""
     dof = 3 + 2 * len(log.points)
     rows = ["                 NEES of pose   NEES of    sigma of    RMSE of", ""]
     rows[1] = "method                and map  heading  heading [deg]  map [m]"
-    for name in METHODS:
-        e = estimate(name, RUNS)
+    for name, e in results.items():
         sigma = np.degrees(np.sqrt(np.median(e.P[:, 2, 2])))
         rows.append(
             f"{name:<16} {_of(e.nees(log).mean()):>13} {e.nees_heading(log).mean():>8.1f} {sigma:>14.1f} "
             f"{np.median(e.map_rmse(log)):>8.2f}"
         )
-    (a, b), (c, d) = anees_band(dof, RUNS, 0.999), anees_band(1, RUNS, 0.999)
+    (a, b), (c, d) = anees_band(dof, log.runs, 0.999), anees_band(1, log.runs, 0.999)
     rows.append(f"{'honest (99.9 %)':<16} {f'{a:.1f} to {b:.1f}':>13} {f'{c:.1f}-{d:.1f}':>8}")
-    return "\n".join([*rows, f"NEES: mean of the {RUNS} runs. Sigma and RMSE: their median."])
+    return "\n".join([*rows, f"NEES: mean of the {log.runs} runs. Sigma and RMSE: their median."])
 
 
 def _of(value):
@@ -159,12 +159,11 @@ def _of(value):
 # ---- sparsity ------------------------------------------------------------------------------------------------------
 
 
-def sparsity_figure():
+def sparsity_figure(A, poses):
     """Information of all poses and landmarks; of last pose and map; and its inverse. Returns (fig, caption)."""
-    A, K = information()
-    keep = list(range(3 * K - 3, len(A)))
-    B = marginalise(A, np.zeros(len(A)), keep)[0]
-    P = np.linalg.inv(B)
+    K = poses
+    P = np.linalg.inv(A)[3 * K - 3 :, 3 * K - 3 :]
+    B = np.linalg.inv(P)  # what is left when all other poses are marginalised: section 5
     fig, axes = plt.subplots(1, 3, figsize=(12.4, 4.9), layout="constrained")
     titles = (f"A: {K} poses, {(len(A) - 3 * K) // 2} landmarks", "A: last pose, landmarks", "P: last pose, landmarks")
     words = []
@@ -194,9 +193,10 @@ def _filled(M):
     first=Choice("oldest", {"the oldest first": "oldest", "every second one": "second"}, label="which ones"),
     ranges={"filled": (0, 100), "links": (0, 45)},
 )
-def fill_in(gone, first):
-    """Marginalise poses one after another: which entries of A are filled."""
-    A, K = information()
+def fill_in(A, lmks, marginalise, gone, first):
+    """Marginalise poses one after another, the landmarks stay: which entries of A are filled."""
+    n = len(lmks)
+    K = (len(A) - 2 * n) // 3
     order = list(range(K - 1)) if first == "oldest" else [*range(0, K - 1, 2), *range(1, K - 1, 2)]
     out = {j for k in order[:gone] for j in range(3 * k, 3 * k + 3)}
     keep = [j for j in range(len(A)) if j not in out]
@@ -222,14 +222,12 @@ def fill_in(gone, first):
     for colour, name in ((BLUE, "was there"), (ORANGE, "filled in"), ("0.87", "marginalised")):
         ax.plot([], [], "s", color=colour, markersize=12, label=name)
     ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1), frameon=False)
-    n = (len(A) - 3 * K) // 2
     L = new[-2 * n :, -2 * n :].reshape(n, 2, n, 2).any((1, 3))
     links = int((L.sum() - n) // 2)
     web = fig.add_axes((0.66, 0.06, 0.32, 0.6))
-    p = logs(1, 1.0).points
     for i, j in np.argwhere(np.triu(L, 1)):
-        web.plot(*p[[i, j]].T, color=ORANGE, linewidth=1.2)
-    web.plot(*p.T, **points(ESTIMATE, markersize=9))
+        web.plot(*lmks[[i, j]].T, color=ORANGE, linewidth=1.2)
+    web.plot(*lmks.T, **points(ESTIMATE, markersize=9))
     web.set(aspect="equal", title=f"landmarks linked: {links} of {n * (n - 1) // 2} pairs", xticks=[], yticks=[])
     web.grid(False)
     web.spines[:].set_visible(False)
@@ -251,15 +249,15 @@ def fill_in(gone, first):
     run=True,
     ranges={"nees": (5, 1e4), "path_m": (0.01, 20)},
 )
-def smoother(lag, shown):
-    """A smoother that keeps the last poses, against the EKF and the batch."""
-    log, e = logs(20), smoothed(lag)
+def smoother(log, ekf, smoothed, lag, shown):
+    """A smoother that keeps the last poses, against the EKF and the batch: smoothed(lag) and the EKF are estimates."""
+    e = smoothed(lag)
     dof = 3 + 2 * len(log.points)
     fig = plt.figure(figsize=(11.6, 5.4))
     ax = fig.add_axes((0.06, 0.12, 0.42, 0.84))
     _scene(ax, log, e.path[shown - 1], e.x[shown - 1, 3:].reshape(-1, 2), ESTIMATE, f"lag {lag}")
     ax.legend(loc="center", bbox_to_anchor=(0.56, 0.48), fontsize=11, frameon=False, handlelength=1.3)
-    rows = {"EKF": ekf(log), f"lag {lag}": e, "batch": smoothed(94)}
+    rows = {"EKF": ekf, f"lag {lag}": e, "batch": smoothed(log.frames)}
     bands = [fig.add_axes((0.6, y, 0.37, 0.3)) for y in (0.62, 0.14)]
     nees = [float(np.median(r.nees(log))) for r in rows.values()]
     path = [float(np.median(r.path_rmse(log))) for r in rows.values()]
@@ -287,10 +285,9 @@ def smoother(lag, shown):
 # ---- cost ----------------------------------------------------------------------------------------------------------
 
 
-def cost_figure():
-    """Numbers kept over the number of landmarks. Returns (fig, caption)."""
-    N = [10, 20, 50, 100, 200, 400]
-    kept = [numbers_kept(n) for n in N]
+def cost_figure(logs):
+    """Numbers kept for logs past more and more landmarks. Returns (fig, caption)."""
+    N, kept = [len(log.points) for log in logs], [numbers_kept(log) for log in logs]
     fig, ax = plt.subplots(figsize=(9.6, 5.0), layout="constrained")
     looks = (REJECTED, DEAD_RECKONING, PREDICTED, ESTIMATE)
     for name, style in zip(kept[0], looks, strict=True):

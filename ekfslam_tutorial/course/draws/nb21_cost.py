@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, eye_array
 from scipy.sparse.linalg import splu
 
 from ...analysis.fast_filter import CompressedMap, FastMap, update
 from ...toolbox.clock import computing_time
-from .nb21_runs import logs
 
 
 def pattern(log) -> csc_matrix:
@@ -19,7 +16,7 @@ def pattern(log) -> csc_matrix:
     for k, seen in enumerate(log.seen):
         pose = np.arange(3 * k, 3 * k + 3)
         groups = [np.arange(3 * max(k - 1, 0), 3 * k + 3)]
-        groups += [np.r_[pose, 3 * K + 2 * i, 3 * K + 2 * i + 1] for i in seen.tolist()]
+        groups += [np.r_[pose, 3 * K + 2 * i, 3 * K + 2 * i + 1] for i in seen]
         pairs += [np.stack(np.meshgrid(g, g), -1).reshape(-1, 2) for g in groups]
     rows, cols = np.concatenate(pairs).T
     n = 3 * K + 2 * len(log.points)
@@ -28,10 +25,9 @@ def pattern(log) -> csc_matrix:
     return A + n * eye_array(n, format="csc")
 
 
-@cache
-def numbers_kept(n):
-    """How many numbers each method keeps for two rounds past n landmarks: a dictionary by name."""
-    log = logs(1, 2.0, n=n, radius=0.6 * n)
+def numbers_kept(log):
+    """How many numbers each method keeps for a log: a dictionary by name."""
+    n = len(log.points)
     A, states, n_all = pattern(log), 3 + 2 * n, 3 * log.frames + 2 * n
     factor = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     return {

@@ -1,21 +1,19 @@
-"""The logs of notebook 21, and filters for them: EKF, invariant EKF, iterated EKF, first estimates.
+"""Filters for the logs of notebook 21: EKF, invariant EKF, iterated EKF, first estimates.
 
-All runs of a log see the same landmarks in the same frames, so every array carries the run as leading axis.
+All runs of a log see the same landmarks in the same frames, so every array carries the run as leading axis. The robot,
+its noise and its way are in the notebook.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
-from ...analysis.consistency import md2
-from ...geometry import Frame2, wrap
-from ...models.motion import Odometry2
-from ...models.sensors.range_bearing import polar
-from ...simulation import draw
-from ..museum import T, augment, correct, enlarge, innovation, join, observe, predict, start
+from ..analysis.consistency import md2
+from ..geometry import wrap
+from ..models.motion import Odometry2
+from .museum import T, augment, correct, enlarge, innovation, join, observe, predict, start
 
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # derivative of a rotation by its angle, at zero
 
@@ -33,9 +31,9 @@ class Log:
         First pose: known, it is the origin of the map.
     u : ndarray, shape (R, K, 3)
         Odometry; `U` (3, 3) is its covariance.
-    seen : tuple of K arrays of int
+    seen : list of K lists of int
         Landmarks in view after each step, by their number in the order of first sight.
-    y : tuple of K arrays, shape (R, m, 2)
+    y : list of K arrays, shape (R, m, 2)
         Range and bearing of each; `S` (2, 2) is the covariance of one.
     truth : ndarray, shape (K, 3)
     points : ndarray, shape (N, 2)
@@ -45,8 +43,8 @@ class Log:
     first: np.ndarray
     u: np.ndarray
     U: np.ndarray
-    seen: tuple
-    y: tuple
+    seen: list
+    y: list
     S: np.ndarray
     truth: np.ndarray
     points: np.ndarray
@@ -63,32 +61,7 @@ class Log:
 
     def one(self, run) -> Log:
         """One run alone, without the axis of runs: u (K, 3), y[k] (m, 2)."""
-        return replace(self, u=self.u[run], y=tuple(y[run] for y in self.y))
-
-
-@cache
-def logs(runs=20, loops=2.0, seed=21, heading=3.0, bearing=3.0, n=10, step=0.8, radius=6.0, max_range=4.5) -> Log:
-    """Some rounds among a few landmarks, by a robot with a poor compass and a poor sensor (degrees, metres)."""
-    angle = 2 * np.pi * np.arange(n) / n
-    away = radius + np.random.default_rng(7).uniform(-2.5, 2.5, n)
-    points = away[:, None] * np.stack([np.cos(angle), np.sin(angle)], -1)
-    u, K = np.array([step, 0.0, step / radius]), round(loops * 2 * np.pi * radius / step)
-    U = np.diag(np.square([0.05, 0.02, np.radians(heading)]))
-    S = np.diag(np.square([0.15, np.radians(bearing)]))
-    motion, sensing = (np.random.default_rng(q) for q in np.random.SeedSequence(seed).spawn(2))
-    first = x = np.array([radius, 0.0, np.pi / 2])
-    truth, order, seen, y = [], [], [], []
-    for _ in range(K):
-        x = Odometry2().move(x, u, 1.0)[0]
-        exact = polar(Frame2(x).to_frame(points)[0])[0]
-        near = np.flatnonzero(exact[:, 0] < max_range)
-        order += [i for i in near.tolist() if i not in order]
-        noisy = exact[near] + draw(sensing, S, (runs, len(near)))
-        noisy[..., 1] = wrap(noisy[..., 1])
-        truth.append(x)
-        seen.append(np.array([order.index(i) for i in near.tolist()], int))
-        y.append(noisy)
-    return Log(first, u + draw(motion, U, (runs, K)), U, tuple(seen), tuple(y), S, np.array(truth), points[order])
+        return replace(self, u=self.u[run], y=[y[run] for y in self.y])
 
 
 @dataclass(frozen=True)
@@ -139,10 +112,10 @@ def _filter(log, step, sights, born):
     for k in range(log.frames):
         x, P = step(x, P, log.u[:, k])
         n = (x.shape[-1] - 3) // 2
-        old = [(i, log.y[k][:, j]) for j, i in enumerate(log.seen[k].tolist()) if i < n]
+        old = [(i, log.y[k][:, j]) for j, i in enumerate(log.seen[k]) if i < n]
         if old:
             x, P = sights(x, P, old)
-        for j, i in enumerate(log.seen[k].tolist()):
+        for j, i in enumerate(log.seen[k]):
             if i >= n:
                 x, P = born(x, P, log.y[k][:, j])
         x[:, 2] = wrap(x[:, 2])

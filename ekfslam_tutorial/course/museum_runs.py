@@ -1,4 +1,7 @@
-"""The runs of notebook 20: each exhibit of the museum on the same world with the same noise, and its instruments."""
+"""The museum of notebook 20 at work: each exhibit on the world of the notebook, with the same noise; the instruments.
+
+All runs are computed at once; the notebook has the same world, loop and instruments for one filter, the student's.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +10,20 @@ from functools import cache
 
 import numpy as np
 
-from ...analysis.consistency import Honesty, anees_band, honesty, md2
-from ...geometry import Frame2, numerical_jacobian, wrap
-from ...models.motion import Odometry2
-from ...models.sensors import RangeBearing
-from ...simulation import draw
-from .. import museum
-from ..exercises.nb20_guard import guard
-from ..fleet import Scenario
+from ..analysis.consistency import Honesty, anees_band, honesty, md2
+from ..geometry import Frame2, numerical_jacobian, wrap
+from ..models.motion import Odometry2
+from ..models.sensors import RangeBearing
+from ..simulation import draw
+from . import museum
+from .exercises.nb20_guard import guard
+from .fleet import Scenario
 
 RUNS = 20
 
 
 def world(loops=2.0, n=12, radius=6.0, max_range=4.0):
-    """Two rounds of 6 m radius, 12 landmarks; noisy enough for a bug to show within a minute."""
+    """Two rounds of 6 m radius, 12 landmarks; noisy enough for a bug to show within a minute. It is the notebook's."""
     angle = 2 * np.pi * np.arange(n) / n
     away = radius + np.random.default_rng(7).uniform(-2.5, 2.5, n)
     step = np.array([0.3, 0.0, 0.3 / radius])

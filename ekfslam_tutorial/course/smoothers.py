@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
-from ...geometry import Frame2, wrap
-from ...models.motion import Odometry2
-from ...models.sensors.range_bearing import polar
-from ..museum import T, innovation, start
-from .nb21_runs import Estimate, ekf, first_estimates, invariant, iterated, logs
+from ..geometry import Frame2, wrap
+from ..models.motion import Odometry2
+from ..models.sensors.range_bearing import polar
+from .estimators import Estimate, ekf, first_estimates, invariant, iterated
+from .museum import T, innovation, start
 
 
 class Window:
@@ -58,7 +56,7 @@ class Window:
         last = self.poses[:, -1] if self.poses.shape[1] else np.tile(log.first, (log.runs, 1))
         pose = Odometry2().move(last, log.u[:, k], 1.0)[0]
         self.poses = np.concatenate([self.poses, pose[:, None]], 1)
-        for j, i in enumerate(log.seen[k].tolist()):
+        for j, i in enumerate(log.seen[k]):
             if i >= self.l.shape[1]:
                 self.l = np.concatenate([self.l, start(pose, log.y[k][:, j])[0][:, None]], 1)
 
@@ -113,7 +111,7 @@ class Window:
     def _sights(self, A, g, k):
         """Factors of all landmarks seen in frame k."""
         j, n = k - self.oldest, 3 * self.poses.shape[1]
-        for i, y in zip(self.log.seen[k].tolist(), np.moveaxis(self.log.y[k], 1, 0), strict=True):
+        for i, y in zip(self.log.seen[k], np.moveaxis(self.log.y[k], 1, 0), strict=True):
             p, P_f, P_l = Frame2(self.poses[:, j]).to_frame(self.l[:, i])
             e, E_p = polar(p)
             blocks = [(slice(3 * j, 3 * j + 3), E_p @ P_f), (slice(n + 2 * i, n + 2 * i + 2), E_p @ P_l)]
@@ -150,29 +148,5 @@ def batch(log, iterations=12):
     return w.estimate()
 
 
-METHODS = {"EKF": ekf, "iterated EKF": iterated, "first estimates": first_estimates, "invariant EKF": invariant}
-METHODS["batch"] = batch
-
-
-@cache
-def estimate(method, runs=40) -> Estimate:
-    """One of the methods on the logs of the notebook."""
-    return METHODS[method](logs(runs))
-
-
-@cache
-def smoothed(lag, runs=20) -> Estimate:
-    """The smoother with this lag on the logs of the notebook; the whole log is the batch."""
-    log = logs(runs)
-    return batch(log) if lag >= log.frames else Window(log, lag, 2).run()
-
-
-@cache
-def information(loops=1.0):
-    """Information matrix of all poses and landmarks of one run, at the batch solution, and the number of poses."""
-    log = logs(1, loops)
-    w, best = Window(log, log.frames), batch(log)
-    for k in range(log.frames):
-        w.grow(k)
-    w.poses, w.l = best.path, best.x[:, 3:].reshape(1, -1, 2)
-    return w.normal_equations(range(log.frames))[0][0], log.frames
+METHODS = {"iterated EKF": iterated, "first estimates": first_estimates, "invariant EKF": invariant, "batch": batch}
+"""What notebook 21 compares with the EKF of notebook 05, by name."""
