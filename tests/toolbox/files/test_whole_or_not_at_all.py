@@ -1,10 +1,12 @@
 """A disk that is full, a program that is killed, two programs at once: a file is the old one or the new one, whole."""
 
 import os
+import runpy
 import signal
 import subprocess
 import sys
 import time
+import types
 
 import numpy as np
 import pytest
@@ -190,9 +192,11 @@ def test_two_that_change_a_file_lose_nothing(tmp_path):
     assert path.read_text() == "100" and [p.name for p in tmp_path.iterdir()] == ["count"]
 
 
-def test_where_nothing_can_be_locked_nobody_waits(tmp_path, monkeypatch):
+@pytest.mark.parametrize("module_fcntl", [None, types.ModuleType("fcntl")], ids=["is not there", "is empty"])
+def test_where_nothing_can_be_locked_nobody_waits(tmp_path, monkeypatch, module_fcntl):
     """As in a browser: no locks, and no files that go with a program."""
-    monkeypatch.setattr(locks, "fcntl", None)
+    monkeypatch.setitem(sys.modules, "fcntl", module_fcntl)
+    monkeypatch.setattr(locks, "flock", runpy.run_path(locks.__file__)["flock"])
     monkeypatch.delattr(os, "O_TEMPORARY", raising=False)
     start = time.monotonic()
     with one_at_a_time(tmp_path / "a"), only_here(tmp_path), written(tmp_path / "a") as file:
