@@ -204,6 +204,27 @@ def test_where_nothing_can_be_locked_nobody_waits(tmp_path, monkeypatch, module_
     assert (tmp_path / "a").read_bytes() == b"1" and time.monotonic() - start < locks.PATIENCE
 
 
+def test_in_a_browser_the_storage_sees_whole_files_only(tmp_path, monkeypatch):
+    """It stops the kernel when a file of JSON is opened to be written anew, or is closed half written."""
+    monkeypatch.setattr(sys, "platform", "emscripten")
+    path, whole = tmp_path / "a.json", []
+    write = type(path).write_bytes
+
+    def write_bytes(self, data):
+        whole.append((self, self.exists(), data))
+        return write(self, data)
+
+    monkeypatch.setattr(type(path), "write_bytes", write_bytes)
+    for text in ("{}", "[1]"):
+        with replacing(path) as part:
+            part.write_text(text)
+            assert part.suffix == ".json" and part.parent != tmp_path
+    assert whole == [(path, False, b"{}"), (path, False, b"[1]")] and path.read_text() == "[1]"
+    with pytest.raises(ZeroDivisionError), replacing(path) as part:
+        part.write_text(str(1 / 0))
+    assert path.read_text() == "[1]" and list(tmp_path.iterdir()) == [path]
+
+
 def test_a_lock_alone_leaves_no_file(tmp_path):
     with one_at_a_time(tmp_path / "a"):
         pass
