@@ -14,7 +14,8 @@ python.FS.mount(python.FS.filesystems.NODEFS, { root: path.parse(pyodide).root }
 python.globals.set("words", python.toPy(["/host" + path.resolve(script), ...words]));
 try {
   python.runPython(`
-import runpy, sys
+import runpy, site, sys
+runpy.run_path(site.getsitepackages()[0] + "/pyodide_kernel/mocks.py")["apply_mocks"]()  # as in a notebook
 sys.argv = list(words)
 runpy.run_path(sys.argv[0], run_name="__main__")
 `);
@@ -29,7 +30,7 @@ function packages() {
   const known = read("pyodide/pyodide-lock.json").packages;
   const { litePluginSettings } = read("jupyter-lite.json")["jupyter-config-data"];
   const { loadPyodideOptions } = litePluginSettings["@jupyterlite/pyodide-kernel-extension:kernel"];
-  return loadPyodideOptions.packages.filter(name => name in known);
+  return loadPyodideOptions.packages.filter(name => name.replaceAll("_", "-") in known);
 }
 
 function settings() {

@@ -9,9 +9,9 @@ import time
 from pathlib import Path
 
 try:
-    import fcntl
-except ImportError:  # Windows, and a browser
-    fcntl = None
+    from fcntl import LOCK_EX, LOCK_NB, flock
+except ImportError:  # Windows; a browser, whose kernel may have an empty module of this name
+    flock, LOCK_EX, LOCK_NB = None, 0, 0
 
 PATIENCE = 10.0
 """Seconds to wait for a program that changes the same small file."""
@@ -33,10 +33,10 @@ def lock_file(handle):
     Taken
         If another program holds it.
     """
-    if fcntl is None:
+    if flock is None:
         return
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        flock(handle, LOCK_EX | LOCK_NB)
     except BlockingIOError as error:
         raise Taken("another program is at work there") from error
     except OSError:  # a disk that knows no locks
@@ -54,7 +54,7 @@ def only_here(folder):
     """
     folder = Path(folder)
     try:
-        if fcntl is None:
+        if flock is None:
             handle = _alone(folder / "in_use.lock")
         else:
             handle = os.open(folder, os.O_RDONLY)  # the folder itself is locked: there is no file to be left behind
@@ -82,7 +82,7 @@ def one_at_a_time(path):
     path, handle, until = Path(path), None, time.monotonic() + PATIENCE
     while time.monotonic() < until:
         try:
-            handle = _alone(path.with_name(path.name + ".lock")) if fcntl is None else _locked(path)
+            handle = _alone(path.with_name(path.name + ".lock")) if flock is None else _locked(path)
             break
         except Taken:
             time.sleep(0.02)

@@ -7,6 +7,7 @@ import contextlib
 import errno
 import os
 import shutil
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -31,12 +32,16 @@ def replacing(path):
     ...     n_letters = part.write_text("{}")
     """
     path, part, handle = Path(path), None, None
+    if sys.platform == "emscripten":
+        with _in_a_browser(path) as part:
+            yield part
+        return
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f"{PREFIX}{path.stem}-", suffix=path.suffix)
         part = Path(name)
         lock_file(handle)  # for `sweep`: it is still being written
         yield part
-        part.chmod(0o666 & ~_umask() | 0o600)  # Python in a browser has a umask that leaves the owner nothing
+        part.chmod(0o666 & ~_umask() | 0o600)
         to_disk(part)
         os.close(handle)
         handle = None
@@ -129,6 +134,20 @@ def sweep(folder):
             finally:
                 os.close(handle)
             shutil.rmtree(part) if part.is_dir() else part.unlink()
+
+
+@contextlib.contextmanager
+def _in_a_browser(path):
+    """Give a path outside of the page's storage; what is written there comes into the storage as a new file.
+
+    The storage stops the kernel for ever when it is handed a file of JSON that is empty or half written; it is so
+    already when one that is there is opened to be written anew.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        part = Path(folder) / path.name
+        yield part
+        path.unlink(missing_ok=True)
+        path.write_bytes(part.read_bytes())
 
 
 def _opened(file, text) -> Any:

@@ -1,10 +1,12 @@
 """A disk that is full, a program that is killed, two programs at once: a file is the old one or the new one, whole."""
 
 import os
+import runpy
 import signal
 import subprocess
 import sys
 import time
+import types
 
 import numpy as np
 import pytest
@@ -190,14 +192,37 @@ def test_two_that_change_a_file_lose_nothing(tmp_path):
     assert path.read_text() == "100" and [p.name for p in tmp_path.iterdir()] == ["count"]
 
 
-def test_where_nothing_can_be_locked_nobody_waits(tmp_path, monkeypatch):
+@pytest.mark.parametrize("module_fcntl", [None, types.ModuleType("fcntl")], ids=["is not there", "is empty"])
+def test_where_nothing_can_be_locked_nobody_waits(tmp_path, monkeypatch, module_fcntl):
     """As in a browser: no locks, and no files that go with a program."""
-    monkeypatch.setattr(locks, "fcntl", None)
+    monkeypatch.setitem(sys.modules, "fcntl", module_fcntl)
+    monkeypatch.setattr(locks, "flock", runpy.run_path(locks.__file__)["flock"])
     monkeypatch.delattr(os, "O_TEMPORARY", raising=False)
     start = time.monotonic()
     with one_at_a_time(tmp_path / "a"), only_here(tmp_path), written(tmp_path / "a") as file:
         file.write(b"1")
     assert (tmp_path / "a").read_bytes() == b"1" and time.monotonic() - start < locks.PATIENCE
+
+
+def test_in_a_browser_the_storage_sees_whole_files_only(tmp_path, monkeypatch):
+    """It stops the kernel when a file of JSON is opened to be written anew, or is closed half written."""
+    monkeypatch.setattr(sys, "platform", "emscripten")
+    path, whole = tmp_path / "a.json", []
+    write = type(path).write_bytes
+
+    def write_bytes(self, data):
+        whole.append((self, self.exists(), data))
+        return write(self, data)
+
+    monkeypatch.setattr(type(path), "write_bytes", write_bytes)
+    for text in ("{}", "[1]"):
+        with replacing(path) as part:
+            part.write_text(text)
+            assert part.suffix == ".json" and part.parent != tmp_path
+    assert whole == [(path, False, b"{}"), (path, False, b"[1]")] and path.read_text() == "[1]"
+    with pytest.raises(ZeroDivisionError), replacing(path) as part:
+        part.write_text(str(1 / 0))
+    assert path.read_text() == "[1]" and list(tmp_path.iterdir()) == [path]
 
 
 def test_a_lock_alone_leaves_no_file(tmp_path):

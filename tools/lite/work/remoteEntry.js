@@ -7,7 +7,7 @@
 // This file is an extension of JupyterLab as webpack would write one: a container with `init` and `get`.
 "use strict";
 (() => {
-  const NAME = "ekfslam-work", ZIP = "my_work.zip";
+  const NAME = "ekfslam-work", ZIP = "my_work.zip", TWIN = "progress.backup.json"; // the same records once more
   let scope;
 
   async function shared(name) {
@@ -38,7 +38,7 @@
     const files = {};
     for (const path of await paths(app.serviceManager.contents, "")) {
       const text = asText(await app.serviceManager.contents.get(path, { content: true }));
-      if (text !== (await delivered(app, path))) files[path] = new TextEncoder().encode(text);
+      if (path !== TWIN && text !== (await delivered(app, path))) files[path] = new TextEncoder().encode(text);
     }
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([zip(files)], { type: "application/zip" }));
