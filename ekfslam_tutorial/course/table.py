@@ -295,8 +295,8 @@ def _shown(value) -> str:
             return f"an array {value.shape}"
         most = np.abs(value).max(initial=0) if value.dtype.kind == "f" else 0
         if 0 < most < 0.1:  # a covariance of small errors: three digits of each entry, and rounding is zero
-            small = {"float_kind": lambda v: f"{v:.3g}" if abs(v) > 1e-9 * most else "0"}
-            return np.array2string(value, formatter=small, separator=", ").replace("\n", "")
+            small = lambda v: f"{v:.3g}" if abs(v) > 1e-9 * most else "0"
+            return np.array2string(value, formatter={"float_kind": small}, separator=", ").replace("\n", "")
         return np.array2string(value, precision=3, suppress_small=True, separator=", ").replace("\n", "")
     if isinstance(value, (float, np.floating)):
         return f"{value:.4g}"

@@ -11,7 +11,7 @@ from pathlib import Path
 try:
     from fcntl import LOCK_EX, LOCK_NB, flock
 except ImportError:  # Windows; a browser, whose kernel may have an empty module of this name
-    flock, LOCK_EX, LOCK_NB = None, 0, 0
+    flock, LOCK_EX, LOCK_NB = None, 0, 0  # pyright: ignore[reportConstantRedefinition, reportGeneralTypeIssues]
 
 PATIENCE = 10.0
 """Seconds to wait for a program that changes the same small file."""
