@@ -32,8 +32,8 @@ lab: env  ## open JupyterLab on a copy of the notebooks, my_notebooks/ (LAB_ARGS
 test: env  ## run every test, then every notebook, unsolved and solved (TEST_ARGS is passed to pytest on tests/)
 	@$(VENV) tools/run_tests.py $(TEST_ARGS)
 
-test-browser: env  ## only the tests in a real browser, a part of make test (EKFSLAM_BROWSER=all: every notebook)
-	@$(VENV) -m pytest tests/browser $(TEST_ARGS)
+test-browser: env  ## the tests in a real browser, three notebooks of make lite among them (EKFSLAM_BROWSER=all: every one)
+	@EKFSLAM_BROWSER="$${EKFSLAM_BROWSER:-lite}" $(VENV) -m pytest tests/browser $(TEST_ARGS)
 
 mutants: env  ## change the core in one place at a time and see whether its tests find out: 30 minutes, goes on where it was stopped
 	@$(VENV) tools/mutants.py $(MUTANTS_ARGS)
