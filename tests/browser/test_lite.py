@@ -101,8 +101,7 @@ def test_work_is_kept_taken_home_and_taken_up_again(page, chromium, lite, tmp_pa
     assert "% (2 * np.pi) - np.pi" in notebook(other).cells[exercise].source
     text = "async () => (await window.jupyterapp.serviceManager.contents.get('my_slam.py', {content: true})).content"
     assert "def wrap_00(angle)" in other.evaluate(text)
-    other.reload()
-    other.wait_for_selector(".jp-Notebook .jp-Cell")
+    opened(other, lite, "00_start_here.ipynb")  # it is in the storage, not only on the page
     assert "% (2 * np.pi) - np.pi" in notebook(other).cells[exercise].source
     assert other.strangers == []
     other.context.close()
