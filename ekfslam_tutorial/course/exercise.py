@@ -45,7 +45,7 @@ import numpy as np
 
 from . import deadline, edits, guard
 from .expect import Failed
-from .recognise import few_values, recognise, with_partner, wrong_part
+from .recognise import few_values, recognise, right_results, with_partner, wrong_part
 
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
@@ -241,7 +241,7 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
-        part = wrong_part(self, f.calls, failed.part)
+        part = wrong_part(self, f.calls, right_results(self, f.calls), failed.part)
         if few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)
         known = recognise(self, f.calls, failed.part)

@@ -36,10 +36,10 @@ def recognise(exercise, calls, part=None):
     """
     half = MOST // 2
     calls = [*calls[:half], *calls[half:][-half:]]
-    truth = [exercise.result(exercise.solution, call.args) for call in calls]
+    truth = right_results(exercise, calls)
     if all(exercise.alike(call.result, right) for call, right in zip(calls, truth, strict=True)):
         return []
-    wrong = wrong_part(exercise, calls, part)
+    wrong = wrong_part(exercise, calls, truth, part)
     if few_values(exercise, calls, wrong):
         return _unlike_chance(exercise, calls, truth, wrong) or _pair_unlike_chance(exercise, calls, truth)
     whole = _fitting(exercise, calls, truth, None)
@@ -55,10 +55,14 @@ def recognise(exercise, calls, part=None):
     return _fitting(exercise, calls, truth, part) if part is not None else []
 
 
-def wrong_part(exercise, calls, part):
+def right_results(exercise, calls):
+    """Return what the solution answers to each call."""
+    return [exercise.result(exercise.solution, call.args) for call in calls]
+
+
+def wrong_part(exercise, calls, truth, part):
     """The part of the results that a link is about, if it is wrong in a call; else None: it is another one."""
-    right = (exercise.result(exercise.solution, call.args) for call in calls)
-    return part if any(not exercise.alike(c.result, r, part) for c, r in zip(calls, right, strict=True)) else None
+    return part if any(not exercise.alike(c.result, t, part) for c, t in zip(calls, truth, strict=True)) else None
 
 
 def with_partner(exercise, calls, known):
@@ -89,7 +93,7 @@ def with_partner(exercise, calls, known):
     if len({other.hint for other in found}) != 1:
         return [known]
     if few_values(exercise, calls):
-        truth = [exercise.result(exercise.solution, call.args) for call in left]
+        truth = right_results(exercise, left)
         if _bits(exercise, left, truth, None) < SURE_BITS + np.log2(len(exercise.misconceptions)):
             return [known]
     return sorted((known, found[0]), key=exercise.fails_at)

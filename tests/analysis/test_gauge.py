@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis import History, anees_band, batch_slam, md2
-from ekfslam_tutorial.analysis.gauge import MapGauge, distance_weights, point_generator, pose_generator, start_gauge
+from ekfslam_tutorial.analysis.gauge import (
+    MapGauge,
+    _lower_quartile,
+    distance_weights,
+    point_generator,
+    pose_generator,
+    start_gauge,
+)
 from ekfslam_tutorial.cli.files import find_scenario
 from ekfslam_tutorial.geometry import Frame2, Frame3, v2q
 from ekfslam_tutorial.models.landmarks import EucPnt
@@ -95,6 +102,15 @@ def test_a_landmark_far_away_and_ill_known_weighs_nothing(rng):
     truth = points.copy()
     truth[8] += [0.0, 90.0]
     assert np.abs(MapGauge(points, truth, P).F.x).max() < 1e-3
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 9])
+def test_the_lower_quartile_is_that_of_numpy(rng, n):
+    a = rng.random((7, n))
+    a[np.arange(7), np.arange(7) % n] = np.nan
+    a[0, : n - 1] = np.nan
+    a[0, -1] = 0.5
+    np.testing.assert_allclose(_lower_quartile(a), np.nanquantile(a, 0.25, axis=1), rtol=1e-14)
 
 
 def test_weights_do_not_depend_on_the_gauge(rng):
