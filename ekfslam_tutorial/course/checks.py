@@ -108,7 +108,7 @@ def progress(notebook: str | None = None):
         The summary is printed.
     """
     records = logbook.read()
-    chosen = [e for e in registry.everything() if notebook is None or e.id.split(".")[0] == notebook]
+    chosen = registry.everything() if notebook is None else registry.of_notebook(notebook)
     if not chosen:
         raise ValueError(f"there are no exercises of a notebook {notebook!r}")
     done = sum(bool(records.get(e.id, logbook.EMPTY)["passed"]) for e in chosen)

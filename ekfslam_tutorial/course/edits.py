@@ -22,7 +22,7 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
-from functools import cached_property
+from functools import cache, cached_property
 
 
 def blocks(text: str) -> list[tuple[str, str, list[tuple[str, str]]]]:
@@ -109,6 +109,7 @@ def applied(body: str, places, name: str) -> str:
     return body
 
 
+@cache
 def parts(solution) -> tuple[str, str]:
     """Return the source of a function: the head with the docstring, and the body."""
     source = textwrap.dedent(inspect.getsource(solution))

@@ -175,28 +175,27 @@ def with_palette(picture: bytes, colours=(32, 64, 128, 256)) -> bytes:
     """
     image = Image.open(io.BytesIO(picture))
     dpi, image = image.info["dpi"], image.convert("RGB")
-    marks = [c for c in MARKS if (np.asarray(image) == c).all(-1).sum() >= 4]
+    pixels = np.asarray(image, np.int64) @ [1 << 16, 1 << 8, 1]
+    found, index, times = np.unique(pixels, return_inverse=True, return_counts=True)
+    rgb = np.stack([found >> 16, found >> 8 & 255, found & 255], -1)
+    marks = [c for c in MARKS if times[(rgb == c).all(-1)].sum() >= 4]
     some = image.resize([1 + n // 3 for n in image.size], Image.Resampling.NEAREST)  # enough to choose the colours
     for n in colours:
         palette = some.quantize(n - len(marks), kmeans=4, dither=Image.Dither.NONE)
         if changed(some, palette) < 0.0015:
             break
-    few = nearest(image, np.array([*np.reshape(palette.getpalette() or [], (-1, 3)), *marks]))
+    chosen = np.array([*np.reshape(palette.getpalette() or [], (-1, 3)), *marks])
+    chosen[chosen.sum(1).argmax()] = 255  # the lightest is the paper: pure white
+    few = Image.fromarray(nearest(rgb, chosen)[index].reshape(pixels.shape), "P")
+    few.putpalette(chosen.ravel().tolist())
     buffer = io.BytesIO()
     few.save(buffer, format="png", optimize=True, dpi=dpi)
     return buffer.getvalue()
 
 
-def nearest(image, colours):
-    """Return the picture in these colours, of which the lightest, the paper, becomes pure white."""
-    colours[colours.sum(1).argmax()] = 255
-    pixels = np.asarray(image, np.int64) @ [1 << 16, 1 << 8, 1]
-    found, index = np.unique(pixels, return_inverse=True)
-    rgb = np.stack([found >> 16, found >> 8 & 255, found & 255], -1)
-    best = ((rgb[:, None] - colours) ** 2).sum(-1).argmin(1).astype(np.uint8)
-    few = Image.fromarray(best[index].reshape(pixels.shape), "P")
-    few.putpalette(colours.ravel().tolist())
-    return few
+def nearest(rgb, colours):
+    """Return for each of the colours `rgb` the index of the one that is nearest to it."""
+    return ((rgb[:, None] - colours) ** 2).sum(-1).argmin(1).astype(np.uint8)
 
 
 def changed(image, few) -> float:

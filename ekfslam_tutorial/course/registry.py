@@ -46,6 +46,12 @@ def everything() -> list[Exercise | Quiz | Project]:
     return [_found[id] for id in sorted(_found)]
 
 
+def of_notebook(number: str) -> list[Exercise | Quiz | Project]:
+    """Return the exercises of one notebook, in the order of their ids; those of the others are not read."""
+    _read_notebook(number)
+    return [_found[id] for id in sorted(_found) if id.split(".")[0] == number]
+
+
 def forget():
     """Forget what was read: for tests, and after a change of the private folder."""
     _found.clear()
