@@ -1,9 +1,10 @@
 """Run every test, among them every notebook with its exercises solved, then every notebook as a student gets it.
 
-``make test`` runs this file: three pytest runs, one after the other, each on two processor cores where there are two.
-A file stays with one of them, above all a notebook: its cells share one kernel. What takes longest begins first, so
-that no core waits at the end (tests/conftest.py knows what that is). A failure does not stop the later runs; the last
-lines say what passed where.
+``make test`` runs this file: three runs of pytest. The tests and the notebooks, one run after the other, take two
+processor cores where there are two. The tests in a browser, which often wait for a page, run beside the others; what
+they print comes at their end. A file stays with one process, above all a notebook: its cells share one kernel. What
+takes longest begins first, so that no core waits at the end (tests/conftest.py knows what that is). A failure does not
+stop the later runs; the last lines say what passed where.
 Arguments are passed to pytest for the first run: ``make test TEST_ARGS="-k jacobian -x"``.
 Where EKFSLAM_TEST_LIMIT_S is set, a run that takes more seconds has failed and is stopped, as CI needs it.
 """
@@ -34,11 +35,12 @@ LONG = ("03", "04", "09", "10", "16", "18", "19")  # notebooks that take 6 s or 
 def main(arguments):
     os.chdir(ROOT)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    runs = [
-        run("tests", "tests", *(f"--ignore={folder}" for folder in IN_BROWSER), *arguments),
-        run("tests in a browser", *IN_BROWSER),
-        run("notebooks", "--nbval", *NBVAL, "--nbval-sanitize-with", "tests/nbval.cfg", *notebooks()),
-    ]
+    with tempfile.TemporaryFile("w+") as text, Run("tests in a browser", *IN_BROWSER, text=text) as in_browser:
+        runs = [
+            run("tests", *TOGETHER, "tests", *(f"--ignore={folder}" for folder in IN_BROWSER), *arguments),
+            run("notebooks", *TOGETHER, "--nbval", *NBVAL, "--nbval-sanitize-with", "tests/nbval.cfg", *notebooks()),
+            in_browser.end(),
+        ]
     return summary(runs)
 
 
@@ -50,23 +52,54 @@ def notebooks():
 
 def run(name, *arguments):
     """Run pytest once and return what it counted."""
-    print(f"\n== {name} ==", flush=True)
-    started = time.monotonic()
-    environment = dict(os.environ)
-    if "nbval" in arguments[0]:
-        environment.pop("MPLBACKEND", None)  # the kernel chooses its own: inline
-        environment["EKFSLAM_CHECK_SECONDS"] = "200"
-    with tempfile.TemporaryDirectory() as folder:
-        environment["EKFSLAM_PROGRESS"] = str(Path(folder, "progress.json"))  # the user's own stays as it is
-        environment["EKFSLAM_MY_SLAM"] = str(Path(folder, "my_slam.py"))  # so does what is kept
-        report = Path(folder, "report.xml")
-        command = [sys.executable, "-m", "pytest", "-q", *TOGETHER, f"--junitxml={report}", *arguments]
-        with subprocess.Popen(command, env=environment) as process:  # at Ctrl-C it comes to its own end first
-            code = wait(process)
+    with Run(name, *arguments) as started:
+        return started.end()
+
+
+class Run:
+    """A run of pytest: it begins at once, what it prints is kept in the file `text` if there is one, until its end."""
+
+    def __init__(self, name, *arguments, text=None):
+        self.name, self.text, self.began = name, text, time.monotonic()
+        self.folder = tempfile.TemporaryDirectory()
+        environment = dict(os.environ)
+        if "--nbval" in arguments:
+            environment.pop("MPLBACKEND", None)  # the kernel chooses its own: inline
+            environment["EKFSLAM_CHECK_SECONDS"] = "200"
+        environment["EKFSLAM_PROGRESS"] = str(self.file("progress.json"))  # the user's own stays as it is
+        environment["EKFSLAM_MY_SLAM"] = str(self.file("my_slam.py"))  # so does what is kept
+        self.report = self.file("report.xml")
+        if text is None:
+            self.head()
+        command = [sys.executable, "-m", "pytest", "-q", f"--junitxml={self.report}", *arguments]
+        self.process = subprocess.Popen(command, env=environment, stdout=text, stderr=text)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        """Let what still runs come to its own end, as after Ctrl-C, which it has got, too."""
+        with self.folder:
+            self.process.wait()
+
+    def file(self, name):
+        """Return the path of a file that lives as long as the run."""
+        return Path(self.folder.name, name)
+
+    def head(self):
+        """Print the line that the run begins with."""
+        print(f"\n== {self.name} ==", flush=True)
+
+    def end(self):
+        """Wait for the end and return what was counted."""
+        code = wait(self.process)
+        if self.text is not None:
+            self.head()
+            self.text.seek(0)
+            print(self.text.read(), end="", flush=True)
         if code == 2:
             sys.exit("Stopped.")
-        counts = count(report)
-    return {"name": name, "ok": code == 0, "s": time.monotonic() - started, **counts}
+        return {"name": self.name, "ok": code == 0, "s": time.monotonic() - self.began, **count(self.report)}
 
 
 def wait(process):

@@ -37,15 +37,22 @@ def test_one_bad_run_fails_the_whole(capsys, bad):
 
 
 def test_a_run_of_pytest_is_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr(run_tests, "TOGETHER", [])
     (tmp_path / "test_trial.py").write_text("def test_good(): pass\ndef test_bad(): assert False\n")
     monkeypatch.chdir(tmp_path)
     result = run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")
     assert (result["ok"], result["passed"], result["failed"]) == (False, 1, 1)
 
 
+def test_a_run_beside_others_prints_at_its_end(tmp_path, monkeypatch, capsys):
+    (tmp_path / "test_trial.py").write_text("def test_good(): pass\n")
+    monkeypatch.chdir(tmp_path)
+    with open(tmp_path / "text", "w+") as text, run_tests.Run("beside", "-p", "no:cacheprovider", text=text) as beside:
+        assert capsys.readouterr().out == ""
+        assert beside.end()["passed"] == 1
+    assert "== beside ==" in (said := capsys.readouterr().out) and "1 passed" in said
+
+
 def test_a_run_that_finds_no_test_is_bad(tmp_path, monkeypatch):
-    monkeypatch.setattr(run_tests, "TOGETHER", [])
     monkeypatch.chdir(tmp_path)
     assert not run_tests.run("trial", str(tmp_path), "-p", "no:cacheprovider")["ok"]
 
