@@ -38,9 +38,12 @@ def _folder(variable, what):
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_dir(tmp_path_factory):
-    """Tests leave the user's cache alone and do not live on what is in it."""
+    """Tests leave the user's cache alone and do not live on what is in it.
+
+    Processes that test side by side share one, made by tools/run_tests.py: a program is compiled once for all of them.
+    """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("EKFSLAM_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("EKFSLAM_CACHE", os.environ.get("EKFSLAM_TEST_CACHE") or str(tmp_path_factory.mktemp("cache")))
         patch.setenv("EKFSLAM_MY_SLAM", str(tmp_path_factory.mktemp("kept") / "my_slam.py"))
         yield
 

@@ -35,13 +35,20 @@ LONG = ("03", "04", "09", "10", "16", "18", "19")  # notebooks that take 6 s or 
 def main(arguments):
     os.chdir(ROOT)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    with tempfile.TemporaryFile("w+") as text, Run("tests in a browser", *IN_BROWSER, text=text) as in_browser:
-        runs = [
+    with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryFile("w+") as text:
+        # one for all runs: what is compiled and what is read from logs is made once, and the user's own stays as it is
+        os.environ["EKFSLAM_TEST_CACHE"] = os.environ["EKFSLAM_CACHE"] = cache
+        return summary(every_run(text, arguments))
+
+
+def every_run(text, arguments):
+    """Run all there is and return what was counted; `text` is a file for what the run beside the others prints."""
+    with Run("tests in a browser", *IN_BROWSER, text=text) as in_browser:
+        return [
             run("tests", *TOGETHER, "tests", *(f"--ignore={folder}" for folder in IN_BROWSER), *arguments),
             run("notebooks", *TOGETHER, "--nbval", *NBVAL, "--nbval-sanitize-with", "tests/nbval.cfg", *notebooks()),
             in_browser.end(),
         ]
-    return summary(runs)
 
 
 def notebooks():
