@@ -328,15 +328,15 @@ def sweep(draw: Callable, corners: int = 20, seed: int = 0, together: int = 16, 
     settings += [
         dict(zip(controls, values, strict=True)) for values in itertools.islice(itertools.product(*extremes), together)
     ]
-    tried = []
+    tried, places = [], Places()
     for setting in settings:
         if setting not in tried:
-            _try(draw, setting, given)
+            _try(draw, setting, given, places)
             tried.append(setting)
     return len(tried)
 
 
-def _try(draw, setting, given=()):
+def _try(draw, setting, given, places):
     at = f"{draw.__name__}({', '.join(f'{k}={v!r}' for k, v in setting.items())})"
     try:
         fig, facts = draw(*given, **setting)
@@ -347,7 +347,7 @@ def _try(draw, setting, given=()):
         for ax in fig.axes:
             limits = [*ax.get_xlim(), *ax.get_ylim()]
             assert np.isfinite(limits).all(), f"{at}: an axis has the limits {limits}"
-        assert len(png(fig, COARSE, quick=True)) > 1000, f"{at}: the picture is empty"
+        assert len(png(fig, COARSE, places, quick=True)) > 1000, f"{at}: the picture is empty"
     finally:
         plt.close("all")
     assert len(one_line(facts.get("caption", ""))) > 20, f"{at}: facts has no caption"
