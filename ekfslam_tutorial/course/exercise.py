@@ -199,7 +199,11 @@ class Exercise:
 
     def parameters(self) -> list[str]:
         """Return the names of the parameters, as in the stub."""
-        return list(inspect.signature(self.solution).parameters)
+        return list(self._signature)
+
+    @cached_property
+    def _signature(self) -> tuple:
+        return tuple(inspect.signature(self.solution).parameters)
 
     def judge(self, answer) -> Verdict:
         """Test an answer. Never raises for what the student has written."""
@@ -297,7 +301,7 @@ class Exercise:
 
     def result(self, function, args):
         """Return what a function answers: its result, or `Raised`."""
-        f = guard.Guarded(function, self.parameters())
+        f = guard.Guarded(function, self._signature, self._signature)
         try:
             with np.errstate(all="ignore"):
                 return f(*args)

@@ -146,7 +146,7 @@ def equal(a, b, rtol=0.0, atol=0.0):
     """
     A, B = numbers(a), numbers(b)
     if A is not None and B is not None:
-        return A.shape == B.shape and bool(np.all(np.isclose(A, B, rtol=rtol, atol=atol, equal_nan=True)))
+        return A.shape == B.shape and _near(A, B + 0.0, rtol, atol)
     if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
         return len(a) == len(b) and all(equal(x, y, rtol, atol) for x, y in zip(a, b, strict=True))
     if isinstance(a, dict) and isinstance(b, dict):
@@ -159,6 +159,16 @@ def equal(a, b, rtol=0.0, atol=0.0):
         return bool(a == b)
     except Exception:
         return False
+
+
+def _near(A, B, rtol, atol) -> bool:
+    """As `numpy.allclose`, where NaN equals NaN: it is asked a thousand times for one wrong answer, so in few steps."""
+    with np.errstate(all="ignore"):
+        far = ~((np.abs(A - B) <= atol + rtol * np.abs(B)) & np.isfinite(B))
+    if not far.any():
+        return True
+    A, B = A[far], B[far]
+    return bool(((A == B) | np.isnan(A) & np.isnan(B)).all())  # what is left may still be infinite, or no number
 
 
 def numbers(value):
