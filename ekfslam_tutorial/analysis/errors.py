@@ -50,6 +50,7 @@ class History:
         self.n_landmarks = []
         self.n_refused = self.n_recoveries = 0
         self.last: Any = None
+        self._laid: Any = None  # the landmarks of the last frame, their covariance, and the gauge by them
 
     # --- collecting ---
 
@@ -58,11 +59,11 @@ class History:
         if not self.n_landmarks:
             self._starts = self._same_frame(s)
         self.last = s
-        gauge = self._gauge_of(s) if self.gauge == "free" else None
         for rob in s.robs:
             self._add_robot(s, rob)
-            if self.gauge == "free":
-                self._in_map_gauge.setdefault(rob.id, []).append(_in_map_gauge(s, rob, gauge))
+        if self.gauge == "free":
+            for id, error in _in_map_gauge(s, self._gauge_of(s)).items():
+                self._in_map_gauge.setdefault(id, []).append(error)
         carrier = {id: rob.id for rob in s.robs for id in rob.sensors}
         for o in s.obs.values():
             if o.updated:
@@ -78,7 +79,7 @@ class History:
 
     def state(self):
         """All that has been kept, as plain values, for a file."""
-        kept = {name: value for name, value in vars(self).items() if name not in ("last", "_frames")}
+        kept = {name: value for name, value in vars(self).items() if name not in ("last", "_frames", "_laid")}
         return kept | {"_sums": {id: sums.rows for id, sums in self._sums.items()}}
 
     def restore(self, state, frames):
@@ -106,17 +107,19 @@ class History:
         truth = np.array(s.truth.get(rob.id, np.full(n, np.nan)), float)
         self._rows[rob.id].append((s.t, np.array(state[:n]), P, truth, self._states[rob.id][:n]))
 
-    @staticmethod
-    def _gauge_of(s):
+    def _gauge_of(self, s):
         """The gauge of the map of this frame, the landmarks by the states, and P; None where they do not fix it."""
         ids, points, truth = _surveyed(s)
         if len(ids) < points.shape[1]:
             return None
         B, P = _points_by_states(s, ids), _covariance(s.map)
-        try:
-            return MapGauge(points, truth, B @ P @ B.T), B, P
-        except ValueError:  # they are on a line, or on top of each other
-            return None
+        laid = points, truth, B @ P @ B.T
+        if self._laid is None or not all(map(np.array_equal, laid, self._laid[0])):
+            try:
+                self._laid = laid, MapGauge(*laid)
+            except ValueError:  # they are on a line, or on top of each other
+                return None
+        return self._laid[1], B, P
 
     @staticmethod
     def _same_frame(s):
@@ -359,17 +362,21 @@ def _points_by_states(s, ids):
     return B.reshape(-1, s.map.n)
 
 
-def _in_map_gauge(s, rob, gauge):
-    """Error of a robot in the gauge of the map of its frame, and its covariance; NaN where there is none."""
-    frame = rob.motion.frame
-    truth = np.array(s.truth.get(rob.id, np.full(frame.size, np.nan)), float)
-    if gauge is None or rob.r is None or not np.isfinite(truth).all():
-        return np.full(frame.dof, np.nan), np.full((frame.dof, frame.dof), np.nan)
-    landmarks, B, P = gauge
-    e, E_x, E_l = landmarks.error(rob.frame(s.map), frame(truth))
-    E = E_l @ B
-    E[:, rob.r.start : rob.r.start + frame.size] += E_x
-    return e, E @ P @ E.T
+def _in_map_gauge(s, gauge):
+    """Errors of the robots in the gauge of the map of their frame, and covariances, by id; NaN where there are none."""
+    frame = s.robs[0].motion.frame
+    truth = {rob.id: np.array(s.truth.get(rob.id, np.full(frame.size, np.nan)), float) for rob in s.robs}
+    found = {rob.id: (np.full(frame.dof, np.nan), np.full((frame.dof, frame.dof), np.nan)) for rob in s.robs}
+    told = [rob for rob in s.robs if gauge is not None and rob.r is not None and np.isfinite(truth[rob.id]).all()]
+    if told:
+        landmarks, B, P = gauge
+        poses = frame(np.stack([rob.frame(s.map).x for rob in told]))
+        e, E_x, E_l = landmarks.error(poses, frame(np.stack([truth[rob.id] for rob in told])))
+        E = E_l @ B
+        for E_i, E_xi, rob in zip(E, E_x, told, strict=True):
+            E_i[:, rob.r.start : rob.r.start + frame.size] += E_xi
+        found.update(zip([rob.id for rob in told], zip(e, E @ P @ np.swapaxes(E, -1, -2), strict=True), strict=True))
+    return found
 
 
 def _pooled(tracks):
