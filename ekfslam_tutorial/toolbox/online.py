@@ -79,7 +79,7 @@ class OnlineSlam:
         self._loop = Loop(data, engines.engine(data.options), *structures)
         self._times, self._frames, self._looks = [], [], {}  # of all messages, of measurements; these by their time
         self._ids = [robot.id for robot in data.robots]
-        self._at, self._now = dict.fromkeys(self._ids, self.t0), -np.inf  # robots, and the last messages done
+        self._at, self._now = dict.fromkeys(self._ids, -np.inf), -np.inf  # how far the robots are, and the messages
         self._snapshot = self._loop.snapshot(data.time.first - 1, Frame(self.t0, 0.0, {}, {}, {}), [], [], self._world)
         self._past = {rob.id: [(self.t0, *self._state(rob))] for rob in self._loop.robs}
         self._kept = [self._keep()]
@@ -114,6 +114,8 @@ class OnlineSlam:
                 merged([other for other in [*looks, m] if other.sensor == m.sensor])  # or it says why not
                 self._looks[m.t] = [*looks, m]
                 _insert(self._frames, m.t)
+                if len(self._ids) == 1 and not looks and m.t == self._now:
+                    self._stay()
                 self._go_back(lambda kept: kept["t"] < m.t)
             _insert(self._times, m.t)
             self.t = max(self.t, m.t)
@@ -225,9 +227,9 @@ class OnlineSlam:
     def _do(self, t):
         """All messages of one time: controls that end then, and what the sensors saw."""
         loop, looks = self._loop, self._looks.get(t, [])
-        ends = [id for id in self._ids if self._line.find(id, t) is not None]
-        moving = [id for id in self._ids if self._at[id] < t] if looks else ends
-        controls = {id: self._line.step(id, self._at[id], t) for id in dict.fromkeys([*moving, *ends])}
+        moving = self._ids if looks else [id for id in self._ids if self._line.find(id, t) is not None]
+        moving = [id for id in moving if self._at[id] < t]
+        controls = {id: self._line.step(id, max(self._at[id], self.t0), t) for id in moving}
         raw, met = (self._seen(looks, of_robots) for of_robots in (False, True))
         idle = {sen.id for sen in loop.sens} - set(raw)
         now = Frame(t, t - self._snapshot.t, controls, raw, {}, met, idle)
@@ -265,6 +267,15 @@ class OnlineSlam:
         while not good(self._kept[-1]):
             del self._kept[-1]
         self._restore(self._kept[-1])
+
+    def _stay(self):
+        """A measurement of the time at which the only robot is already, by its control: nothing has to be done again.
+
+        (Of several, the first one looks before the second one moves.)
+        """
+        if self._kept[-1]["t"] == self._now:
+            del self._kept[-1]
+        self._now = np.nextafter(self._now, -np.inf)
 
     def _restore(self, kept):
         loop, state = self._loop, _own(kept["state"])
