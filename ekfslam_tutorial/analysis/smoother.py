@@ -6,9 +6,10 @@ frame.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import block_array, coo_array
 from scipy.sparse.linalg import splu
 
 from .factors import Birth, Graph, Motion, Prior
@@ -214,52 +215,54 @@ def _system(graph, keys, stiff, looks):
     """The system at the present values: ranges of the variables, their number, a solver and the right side."""
     ends = np.cumsum([0, *(len(graph.values[key]) for key in keys)]).tolist()
     start = {key: slice(a, b) for key, a, b in zip(keys, ends, ends[1:], strict=False)}
-    n, triplets, r = ends[-1], _Triplets(), []
+    n, A, Q, r = ends[-1], _Blocks(), _Blocks(), []
     row = 0
     for factor in stiff:
         e, blocks, G, C = factor.linear(graph)
-        triplets.add(row, row, -G @ C @ G.T)
-        for key, A in blocks.items():
-            triplets.both(row, ("x", start[key].start), A)
+        Q.add(row, row, G @ C @ G.T)
+        for key, block in blocks.items():
+            A.add(row, start[key].start, block)
         r.append(-e)
         row += len(e)
-    g = np.zeros(n)
+    J, z, rows = _Blocks(), [np.zeros(0)], 0
     for look in looks:
-        z, each = look.rows(graph)
-        for one, R, blocks in zip(z, look.R, each, strict=True):
-            W = np.linalg.inv(R)
-            for key, J in blocks.items():
-                g[start[key]] += J.T @ W @ one
-                for other, L in blocks.items():
-                    triplets.add(("x", start[key].start), ("x", start[other].start), J.T @ W @ L)
-    K = triplets.matrix(row, row + n)
+        innovations, each = look.rows(graph)
+        whiten = np.swapaxes(np.linalg.cholesky(np.linalg.inv(look.R)), 1, 2)
+        for one, W, blocks in zip(innovations, whiten, each, strict=True):
+            for key, block in blocks.items():
+                J.add(rows, start[key].start, W @ block)
+            z.append(W @ one)
+            rows += len(one)
+    A, Q, J = A.matrix(row, n), Q.matrix(row, row), J.matrix(rows, n)
     try:
-        solver = splu(K.tocsc())
+        solver = splu(block_array([[-Q, A], [A.T, J.T @ J]], format="csc"))
     except RuntimeError as error:
         raise ValueError("the factors do not fix all variables: their matrix is singular") from error
-    return start, n, solver.solve, np.concatenate([*r, g])
+    return start, n, solver.solve, np.concatenate([*r, J.T @ np.concatenate(z)])
 
 
-class _Triplets:
-    """Blocks of a sparse matrix; places of variables, ("x", i), are behind the rows of the factors."""
+class _Blocks:
+    """Blocks of a sparse matrix."""
 
     def __init__(self):
-        self.i, self.j, self.v = [], [], []
+        self._i, self._j, self._v = [], [], []
 
     def add(self, i, j, block):
-        r, c = np.indices(block.shape)
-        for places, at, inside in ((self.i, i, r), (self.j, j, c)):
-            behind = isinstance(at, tuple)
-            places.append((behind, (at[1] if behind else at) + inside.ravel()))
-        self.v.append(block.ravel())
+        """Add a block whose first number is in row i and column j."""
+        r, c = _indices(block.shape)
+        self._i.append(i + r)
+        self._j.append(j + c)
+        self._v.append(block.ravel())
 
-    def both(self, i, j, block):
-        self.add(i, j, block)
-        self.add(j, i, block.T)
+    def matrix(self, rows, columns):
+        """The sparse matrix; what is in one place is summed."""
+        i, j, v = (np.concatenate([np.zeros(0, int), *parts]) for parts in (self._i, self._j, self._v))
+        return coo_array((v, (i, j)), shape=(rows, columns)).tocsr()
 
-    def matrix(self, rows, size):
-        i, j = (np.concatenate([at + rows * behind for behind, at in places]) for places in (self.i, self.j))
-        return coo_array((np.concatenate(self.v), (i, j)), shape=(size, size))
+
+@cache
+def _indices(shape):
+    return tuple(a.ravel() for a in np.indices(shape))
 
 
 def _marginals(start, n, solve, size):

@@ -97,15 +97,21 @@ def test_it_converges_and_is_nearer_to_the_truth(table):
     assert error(found.graph, found.track(1)[0]) < error(found.graph, found.filtered(1)[0])
     for P in found.P.values():
         assert np.linalg.eigvalsh(P)[0] > -1e-9 * max(np.abs(P).max(), 1e-3)
-    lagged = smooth_lagged(graph_of(data), 5)
-    assert error(lagged.graph, lagged.track(1)[0]) < 1.1 * error(found.graph, found.filtered(1)[0])
+
+
+def test_with_a_lag_it_is_between_the_filter_and_all_at_once():
+    data = UserData.from_dict(PLANE | ROUND)
+    found, lagged = smooth(graph_of(data)), smooth_lagged(graph_of(data), 10, iterations=2)
+    ends = found.filtered(1)[0], lagged.track(1)[0], found.track(1)[0]
+    filtered, late, all_at_once = (error(found.graph, x) for x in ends)
+    assert all_at_once < late < filtered
 
 
 def test_over_many_seeds_the_path_is_better():
-    """Median over 5 seeds of the smoother's error by the filter's, of a round that closes: 0.4 to 0.95."""
+    """Median over 3 seeds of the smoother's error by the filter's, of a round that closes: 0.4 to 0.95."""
     data = UserData.from_dict(ODOMETRY | ROUND)
     ratios = []
-    for seed in range(5):
+    for seed in range(3):
         found = smooth(graph_of(data, seed=seed))
         ratios.append(error(found.graph, found.track(1)[0]) / error(found.graph, found.filtered(1)[0]))
     assert 0.4 < np.median(ratios) < 0.95
