@@ -239,9 +239,10 @@ class _Maker:
         self.graph, self.k = Graph(), 0
         map, robs, sens, _, _ = create_slam_structures(data, now.sim_lmk, starts)
         self.opt, self.sightings, self.births, self.types = data.slam_options(), [], {}, {}
+        self.graph.frames |= {("robot", rob.id): rob.motion.frame for rob in robs}
+        self.graph.frames |= {("sensor", sen.id): sen.frame_type for sen in sens}
         for kind, things in (("robot", robs), ("sensor", sens)):
             for thing in things:
-                self.graph.frames[kind, thing.id] = thing.motion.frame if kind == "robot" else thing.frame_type
                 if thing.r is not None:
                     key = (kind, thing.id, 0) if kind == "robot" else (kind, thing.id)
                     self._note(key, thing.state(map), map.block(thing.r))

@@ -233,21 +233,22 @@ class Timeline:
             return self._part(robot, mine[i], a, b)
         if i:
             return self._part(robot, mine[i - 1], a, b)
-        return Step(*_part(motion, nothing, self._robots[robot].U(), (b - a) / self._dt), b - a)
+        return _part(motion, nothing, self._robots[robot].U(), b - a, self._dt)
 
     def _part(self, robot, driven, a, b):
         c, T = driven.control, driven.control.t - driven.begin
         if a == driven.begin and b == c.t:
             return Step(c.u, c.U, T)
-        return Step(*_part(self._robots[robot].motion, c.u, c.U, (b - a) / (T or self._dt)), b - a)
+        return _part(self._robots[robot].motion, c.u, c.U, b - a, T or self._dt)
 
     def _index(self, robot, t):
         return bisect_left(self.driven[robot], t, key=lambda d: d.control.t)
 
 
-def _part(motion, u, U, f):
-    """The share f of a control; a velocity that the model says nothing about stays what it is."""
-    return motion.part(u, U, f) if hasattr(motion, "part") else (u, U / f)
+def _part(motion, u, U, dt, T):
+    """The part of a control of T seconds that acts for dt; a velocity that the model says nothing about stays."""
+    u, U = motion.part(u, U, dt / T) if hasattr(motion, "part") else (u, U * T / dt)
+    return Step(u, U, dt)
 
 
 def integrate(motion, x, P, steps):

@@ -4,6 +4,7 @@ from bisect import bisect_left, bisect_right
 from collections import Counter
 from dataclasses import fields
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -75,8 +76,8 @@ class OnlineSlam:
         landmarks = None if landmarks is None else checked_landmarks(landmarks.ids, landmarks.points)
         self._world = SimpleNamespace(sim_robs=(), sim_sens=(), sim_lmk=landmarks)
         self._reader, self._line = Reader(data), Timeline(data, self.t0)
-        *structures, _ = create_slam_structures(data, landmarks, starts)
-        self._loop = Loop(data, engines.engine(data.options), *structures)
+        map, robs, sens, lmks, _ = create_slam_structures(data, landmarks, starts)
+        self._loop = Loop(data, engines.engine(data.options), map, robs, sens, lmks)
         self._times, self._frames, self._looks = [], [], {}  # of all messages, of measurements; these by their time
         self._ids = [robot.id for robot in data.robots]
         self._at, self._now = dict.fromkeys(self._ids, -np.inf), -np.inf  # how far the robots are, and the messages
@@ -377,7 +378,7 @@ def _insert(times, t):
         times.insert(i, t)
 
 
-def _own(value):
+def _own(value) -> Any:
     """A copy of nested values, arrays included."""
     if isinstance(value, dict):
         return {key: _own(inner) for key, inner in value.items()}
