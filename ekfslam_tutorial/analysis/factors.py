@@ -71,7 +71,7 @@ class Motion:
         F, N[:n, :n] = self.motion.frame(x[:n]).normalized()
         G, C = N @ X_u, self.U
         if self.loosened is not None:
-            G, C = np.hstack([G, np.eye(len(x))]), block_diag(C, self.loosened)
+            G, C = np.hstack([G, N]), block_diag(C, self.loosened)  # a quaternion has no noise along itself
         r = graph.difference(self.after, graph.values[self.after], np.concatenate([F.x, x[n:]]))
         return r + N @ X_u @ w[:m], {self.after: np.eye(len(x)), self.before: -N @ X_x}, G, C
 

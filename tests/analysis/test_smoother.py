@@ -12,7 +12,7 @@ from ekfslam_tutorial.models import observe
 from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import PointXY
-from ekfslam_tutorial.toolbox import Options, Robot, Sensor, Time, UserData, World
+from ekfslam_tutorial.toolbox import Options, Robot, Sensor, Time, UserData, World, universal_slam
 
 from ..toolbox.scenarios import FLAT, SPACE
 
@@ -141,6 +141,23 @@ def test_robots_that_meet_and_mountings_that_are_estimated():
     found = smooth(graph_of(UserData.from_dict(two)))
     assert found.converged and found.graph.robots == [1, 2] and ("sensor", 1) in found.P
     assert found.P["sensor", 1][0, 0] < 0.05**2
+
+
+@pytest.mark.parametrize("table", [PLANE, SPACE | {"time": {"last": 12}}], ids=["plane", "space"])
+def test_a_recovery_of_the_filter_is_noise_of_the_next_step(table):
+    lost = {"md2_threshold": 3.0, "reopen_after": 2, "reopen_std": [0.3, 0.1]}
+    found = smooth(graph_of(UserData.from_dict(table | {"options": table.get("options", {}) | lost})))
+    assert any(isinstance(f, Motion) and f.loosened is not None for f in found.graph.stiff)
+    assert found.converged
+
+
+def test_landmarks_that_the_filter_has_deleted_are_not_in_the_graph():
+    options = {"association": "nearest_neighbour", "min_match_ratio": 0.8, "min_search": 3}
+    sensor = PLANE["sensor"][0] | {"p_detect": 0.7, "clutter": 0.5}
+    data = UserData.from_dict(PLANE | {"options": options, "sensor": [sensor]})
+    deleted = {e.lmk for now in universal_slam(data) for e in now.events if e.kind == "deletion"}
+    found = smooth(graph_of(data))
+    assert deleted and found.converged and set(found.landmarks()) == set(found.graph.types)
 
 
 def test_what_nothing_fixes_is_refused():
