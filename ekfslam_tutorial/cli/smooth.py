@@ -14,7 +14,7 @@ from .run import own_models, read, source, tell_notes, told_by_name
 from .terminal import say, table
 
 ELSEWHERE = 5.0
-"""So many times smaller is the error after alignment where the truth is in another frame than the map."""
+"""So many sigma is the error larger than believed where the truth is in another frame than the map."""
 
 
 def main(options):
@@ -113,9 +113,9 @@ def _picture(out, found, name):
     mean = np.array([p for p, _ in found.landmarks().values()]).reshape(-1, d)
     use_style(dpi=100)
     tracks = cut(found.filtered(id)), cut(found.track(id))
-    x, laid = tracks[1][0], aligned(truth, tracks[1][0])
-    if rmse(x, truth) > ELSEWHERE * rmse(x, laid):
-        truth, name = laid, f"{name}, the truth aligned with the smoother"
+    x, P = tracks[1]
+    if rmse(x, truth) > ELSEWHERE * np.sqrt(np.mean(np.trace(P, axis1=1, axis2=2))):
+        truth, name = aligned(truth, x), f"{name}, the truth aligned with the smoother"
     known = truth if np.isfinite(truth).any() else None
     return save_figure(smoother_picture(found.graph.t, *tracks, known, mean, title=name), out / "smooth.png")
 

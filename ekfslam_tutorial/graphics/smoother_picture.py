@@ -49,7 +49,7 @@ def smoother_picture(t, filtered, smoothed, truth=None, mean=None, true_points=N
         plane.plot(*mean[:, :2].T, **points(ESTIMATE))
     plane.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title="from above, ellipses of 3 sigma")
     error.set(xlabel="t (s)", ylabel="position (m)", ylim=(0, None), title="error and what each believes of it")
-    for ax in (plane, error):
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=4, frameon=False)
+    for ax, columns in ((plane, 3), (error, 2)):
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=columns, frameon=False)
     fig.suptitle(title)
     return fig
