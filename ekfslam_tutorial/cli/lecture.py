@@ -27,6 +27,8 @@ def main(options):
     from ..course import slides  # needs nbconvert
 
     target = Path(options.slides)
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"there is no folder {target.parent} to write {target.name} into")
     if options.run:
         notebook = run(notebook, path.parent)
     text = slides.page(notebook)

@@ -132,7 +132,20 @@ def parser():
     top.add_argument("--version", action="version", version=f"ekfslam {__version__}")
     commands = top.add_subparsers(title="commands", dest="command", metavar="COMMAND")
     course = _lab, _notebooks, _progress, _lecture, _nbgrader
-    for add in (_run, _tune, _monte_carlo, _data, *course, _new, _evaluate, _audit, _doctor, _completion):
+    for add in (
+        _run,
+        _tune,
+        _smooth,
+        _graph,
+        _monte_carlo,
+        _data,
+        *course,
+        _new,
+        _evaluate,
+        _audit,
+        _doctor,
+        _completion,
+    ):
         add(commands)
     return top
 
@@ -179,6 +192,29 @@ def _tune(commands):
     tune.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
     tune.add_argument("--out", metavar="FILE.toml", help="scenario to write; results/NAME-tuned.toml if not given")
     tune.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
+
+
+def _played(command):
+    """Arguments of a command that runs a scenario and does something with the run."""
+    _scenario(command)
+    command.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=CHANGE)
+    command.add_argument("--seed", type=int, metavar="N", help="of everything random, instead of the scenario's")
+    command.add_argument("--recording", metavar="PATH", help="play this recording (.npz or CSV folder)")
+    command.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
+
+
+def _smooth(commands):
+    smooth = _command(commands, "smooth", "Smooth a run: all poses by all measurements, beside what the filter knew.")
+    _played(smooth)
+    smooth.add_argument("--lag", type=int, metavar="N", help="each pose by the measurements of N more frames only")
+    smooth.add_argument("--out", metavar="DIR", help="folder for the results; results/NAME-smoothed if not given")
+
+
+def _graph(commands):
+    graph = _command(commands, "graph", "Write a run as a graph of poses and points, for g2o or GTSAM.")
+    _played(graph)
+    graph.add_argument("--to", choices=("g2o", "gtsam"), default="g2o", help="g2o if not given")
+    graph.add_argument("--out", metavar="FILE", help="results/NAME.g2o, or results/NAME_gtsam.py, if not given")
 
 
 def _monte_carlo(commands):

@@ -57,14 +57,22 @@ def read_cached(source, robots, calibrate):
     FileNotFoundError, ValueError
         As `mrclam_log.read_set`. A cache that cannot be read or written is no error: the files are read then.
     """
-    path = cache_folder() / f"mrclam-{_fingerprint(source, robots)}.npz"
+    of = f"mrclam-{_place(source, robots)}-"  # the same set, robots and place
+    path = cache_folder() / f"{of}{_fingerprint(source, robots)}.npz"
     with contextlib.suppress(Exception):  # whatever is wrong with it: it is only a copy
         return _from_arrays(read_npz(path))
     log = read_set(source, robots)
     fits = {r: calibrate(robot) for r, robot in log.robots.items()}
     with contextlib.suppress(OSError):
         _keep(path, _to_arrays(log, fits))
+        for older in set(path.parent.glob(f"{of}*.npz")) - {path}:
+            older.unlink()
     return log, fits
+
+
+def _place(source, robots):
+    """Where the set lies, and which robots of it are read: one copy of these is enough."""
+    return hashlib.sha256(f"{source.path.resolve()} {list(robots)}".encode()).hexdigest()[:8]
 
 
 def _fingerprint(source, robots):

@@ -245,6 +245,14 @@ def truth_at(log, times, tolerance=0.05, gap=1.0):
     return out
 
 
+def _truth_near(log, times, tolerance=0.05):
+    """Poses of a sparse truth at the times that are so near to one of its stamps, s; NaN elsewhere."""
+    t = log.truth[:, 0]
+    after = np.clip(np.searchsorted(t, times), 1, max(len(t) - 1, 1))
+    near = np.minimum(np.where(times - t[after - 1] < t[after % len(t)] - times, after - 1, after), len(t) - 1)
+    return np.where((abs(times - t[near]) <= tolerance)[:, None], log.truth[near, 1:], np.nan)
+
+
 def _check_survey(log):
     """Interchange surveyed landmarks that the robots saw in each other's places (set 1: subjects 11 and 17).
 
@@ -267,8 +275,8 @@ def _seen_places(log):
     """Landmark -> where the robots saw it, by their true poses: the median over at least 20 sightings."""
     ids, places = [], []
     for robot in log.robots.values():
-        if robot.dense:
-            x, y, theta = truth_at(robot, robot.landmarks.t).T
+        if len(robot.truth):
+            x, y, theta = (truth_at if robot.dense else _truth_near)(robot, robot.landmarks.t).T
             r, b = robot.landmarks.y.T
             ids.append(robot.landmarks.ids)
             places.append(np.stack([x + r * np.cos(theta + b), y + r * np.sin(theta + b)], 1))

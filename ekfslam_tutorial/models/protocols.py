@@ -33,6 +33,9 @@ def lacking(model, names):
 class MotionModel(Protocol):
     """Motion model, how a robot moves: see `models.motion`.
 
+    It may have a method `part(u, U, f)`: the share f of a control in time, and its covariance, as `Odometry2` has it. A
+    control without is a velocity: it stays, and its white noise U is divided by f.
+
     See Also
     --------
     check_motion : Tests one.

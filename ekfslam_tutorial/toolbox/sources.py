@@ -23,8 +23,8 @@ class Frame:
     ----------
     t, dt : float
         Seconds since the start, and since the frame before.
-    controls : dict of int to (ndarray, ndarray)
-        Control u and its covariance U, by robot id.
+    controls : dict of int to (ndarray, ndarray, float)
+        Control u, its covariance U, and for how many seconds it acts, by robot id. A robot without does not move.
     raw : dict of int to SimObs
         Measurements, by sensor id.
     truth : dict of int to ndarray
@@ -108,7 +108,8 @@ class Simulation:
             for id in rob.sensors:
                 rngs = self._rngs["sensing", id], self._rngs["clutter", id]
                 now.raw[id] = self._told.raw(sim_observation(rob, self._sen[id], self.sim_lmk, *rngs))
-            now.controls[rob.id] = rob.u + draw(self._rngs["motion", rob.id], U), self._told.U(rob.id, U)
+            told = rob.u + draw(self._rngs["motion", rob.id], U), self._told.U(rob.id, U)
+            now.controls[rob.id] = *told, now.dt
             now.truth[rob.id] = rob.frame.x
         return now
 
@@ -204,10 +205,11 @@ class Replay:
         return Frame(float(rec.t[i]), float(self._dt[i]), controls, raw, truth, met, idle)
 
     def _control(self, robot, i):
-        """Control and covariance. A robot that starts at the truth of the first frame is there already."""
+        """Control, covariance and duration. A robot that starts at the truth of the first frame is there already."""
         log = self._rec.robots[robot]
         U = self._U[robot] if log.U is None else log.U[i]
-        return (0 * log.u[i], 0 * U) if i == 0 and robot in self.starts else (log.u[i], U)
+        u, U = (0 * log.u[i], 0 * U) if i == 0 and robot in self.starts else (log.u[i], U)
+        return u, U, float(self._dt[i])
 
 
 def _check_has(kind, ids, there, name):

@@ -148,61 +148,112 @@ def universal_slam(data, recording=None, seed=None, resume=None, engine=None):
 
 def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
     """Run the loop: simulation, estimation, visualization."""
-    opt, obs, refused, first = data.slam_options(), {}, set(), 0
+    loop, first = Loop(data, engine, map, robs, sens, lmks), 0
     if resume is not None:
-        lmks, refused = restore(resume, data, map, robs, sens)
+        loop.restore(resume)
         first = resume["frames"]
         for i in range(first):
             source.frame(i)  # draws the same random numbers as then
-    sen_of = {sen.id: sen for sen in sens}
-    starts = {s.id: data.landmark.in_map and can_start(s.model, started_by(data, s)) for s in data.sensors}
 
     for i in range(first, n_frames):
         # 1. SIMULATION, or the next frame of a recording
         now = source.frame(i)
 
         # 2. ESTIMATION
+        events, corrected = loop.step(now, i)
+
+        # 3. VISUALIZATION, or whatever the caller does with a frame
+        yield loop.snapshot(tim.first + i, now, events, corrected, source)
+
+
+class Loop:
+    """Map and records of a run, and what a frame does to them: `universal_slam` and `OnlineSlam` are both made of it.
+
+    Parameters
+    ----------
+    data : UserData
+    engine : Engine
+    map, robs, sens, lmks
+        As `create_slam_structures` makes them.
+    """
+
+    def __init__(self, data, engine, map, robs, sens, lmks):
+        self.data, self.engine, self.opt = data, engine, data.slam_options()
+        self.map, self.robs, self.sens, self.lmks = map, robs, sens, lmks
+        self.obs, self.refused = {}, set()
+        self._sen_of = {sen.id: sen for sen in sens}
+        self._starts = {s.id: data.landmark.in_map and can_start(s.model, started_by(data, s)) for s in data.sensors}
+
+    def step(self, now, i):
+        """Estimate from the data of one frame.
+
+        Parameters
+        ----------
+        now : Frame
+        i : int
+            How many frames there were before.
+
+        Returns
+        -------
+        events : list of Event
+        corrected : list of tuple
+            As `Snapshot` has them.
+        """
+        engine, opt, sen_of = self.engine, self.opt, self._sen_of
+        map, robs, lmks, obs = self.map, self.robs, self.lmks, self.obs
         events, watch = [], Watch(map, robs, opt)
         for key in [key for key in obs if key[0] in now.idle]:
             del obs[key]
         for rob in robs:
-            rob.u, rob.U = now.controls[rob.id]
-            if rob.r is None:
-                rob.x[: rob.motion.frame.size] = now.truth[rob.id]
-            else:
-                engine.move(map, rob, now.dt)
+            if rob.id in now.controls:
+                self.move(rob, now)
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = now.raw[sen.id]
                 with watch:
                     done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 done += reopen_gate(map, rob, done, opt, lmks)
                 events += done + retry_lmks(map, rob, done, opt, lmks)
-                if starts[sen.id]:
+                if self._starts[sen.id]:
                     n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                     events += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
                 with watch:
                     events += engine.correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt, lmks)
+        self.refused = {*self.refused, *(e.lmk for e in events if e.kind == "refused")}.difference(lmks)
+        return events, watch.seen
 
-        # 3. VISUALIZATION, or whatever the caller does with a frame
-        refused = {*refused, *(e.lmk for e in events if e.kind == "refused")}.difference(lmks)
-        yield Snapshot(
-            k=tim.first + i,
+    def move(self, rob, now):
+        """Move a robot by its control in this frame; or put it where it is known to be."""
+        rob.u, rob.U, dt = now.controls[rob.id]
+        if rob.r is None:
+            rob.x[: rob.motion.frame.size] = now.truth[rob.id]
+        else:
+            self.engine.move(self.map, rob, dt)
+
+    def snapshot(self, k, now, events, corrected, source):
+        """Return the run after frame k, as a `Snapshot`; the source knows the true world, where there is one."""
+        return Snapshot(
+            k=k,
             t=now.t,
             dt=now.dt,
-            map=map,
-            robs=robs,
-            sens=sens,
-            lmks=lmks,
-            obs=obs,
+            map=self.map,
+            robs=self.robs,
+            sens=self.sens,
+            lmks=self.lmks,
+            obs=self.obs,
             raw=now.raw,
             met=now.met,
             events=events,
-            refused=refused,
+            refused=self.refused,
             truth=now.truth,
             sim_robs=source.sim_robs,
             sim_sens=source.sim_sens,
             sim_lmk=source.sim_lmk,
-            corrected=watch.seen,
+            corrected=corrected,
         )
+
+    def restore(self, state):
+        """Go back, or on, to what `run_state` has kept."""
+        self.lmks, self.refused = restore(state, self.data, self.map, self.robs, self.sens)
+        self.obs = {}

@@ -153,6 +153,12 @@ def test_the_command_writes_slides(tmp_path, capsys):
     assert ekfslam(["lecture", "77"]) == 2
 
 
+def test_slides_into_a_folder_that_is_not_there_blame_the_folder(tmp_path, capsys):
+    assert ekfslam(["lecture", "02", "--slides", str(tmp_path / "nowhere" / "y.html")]) == 2
+    said = f"ekfslam lecture: there is no folder {tmp_path / 'nowhere'} to write y.html into\n"
+    assert capsys.readouterr().err == said
+
+
 def test_slides_without_mathjax_name_the_cure(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(slides, "MATHJAX", ("no-such-package", "x.js"))
     assert ekfslam(["lecture", "02", "--slides", str(tmp_path / "talk.html")]) == 2

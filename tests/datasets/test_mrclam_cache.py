@@ -52,6 +52,7 @@ def test_a_file_that_has_changed_is_read_again(handmade, cache):
     path.write_text(path.read_text().replace("2.000", "2.500", 1))
     after = read_cached(source, (1,), mrclam.calibrate)[0]
     assert (before.robots[1].landmarks.y != after.robots[1].landmarks.y).any()
+    assert len(list(cache.iterdir())) == 1  # the older copy is gone
     assert set(read_cached(source, (2,), mrclam.calibrate)[0].robots) == {2}
 
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.datasets.mrclam_log import read_set, truth_at
+from ekfslam_tutorial.datasets.mrclam_log import RobotLog, SetLog, Sightings, _check_survey, read_set, truth_at
 from ekfslam_tutorial.datasets.sources import Source
 from ekfslam_tutorial.geometry import wrap
 
@@ -110,6 +110,19 @@ def test_without_a_dense_truth_nobody_can_tell(handmade):
     log = read_set(Source(handmade), (2,))
     assert not says(log, "interchanged")
     assert log.points.tolist() == [[-2, 0], [-1, -3], [-3, 1]]
+
+
+@pytest.mark.parametrize("offset, found", [(0.03, True), (0.3, False)])
+def test_interchanged_places_are_found_by_a_sparse_truth(offset, found):
+    """A robot in rest whose truth has a row each second; it sees 11 and 17 near these stamps, or far from them."""
+    t = np.arange(30.0)
+    seen = Sightings(np.repeat(t + offset, 2), np.tile([11, 17], 30), np.tile([[2.0, 0.0], [3.0, np.pi / 2]], (30, 1)))
+    nothing = Sightings(np.zeros(0), np.zeros(0, int), np.zeros((0, 2)))
+    truth = np.column_stack([t, np.zeros((30, 3))])
+    robot = RobotLog(1, np.zeros((0, 3)), seen, nothing, truth, False)
+    log = _check_survey(SetLog("x", {1: robot}, np.array([11, 17]), np.array([[0.0, 3.0], [2.0, 0.0]]), []))
+    assert says(log, "landmarks 11 and 17 are interchanged") == found
+    assert log.points.tolist() == ([[2, 0], [0, 3]] if found else [[0, 3], [2, 0]])
 
 
 def test_dense_truth_is_interpolated_with_its_heading_on_the_circle(log):

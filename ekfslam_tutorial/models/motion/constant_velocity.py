@@ -65,3 +65,7 @@ class ConstantVelocity:
         """
         v = hat(x[..., 7:10])
         return np.concatenate([-v, np.zeros_like(v)], -2)
+
+    def part(self, u, U, f):
+        """Split an impulse in time: the share f of it, with the covariance f U, as of a random walk."""
+        return f * np.asarray(u), f * np.asarray(U)

@@ -105,6 +105,16 @@ class Imu:
         v = hat(x[..., 7:10])
         return np.concatenate([-v, np.zeros_like(v), np.zeros_like(v)], -2)
 
+    def part(self, u, U, f):
+        """Split a control in time: the share f of it, or with f > 1 the same going on.
+
+        What the IMU measures stays, with white noise: its covariance is divided by f. Steps of the biases are a random
+        walk: they and their covariance are multiplied by f.
+        """
+        d = np.repeat([1.0, f], 6)
+        D = np.repeat([f**-0.5, f**0.5], 6)
+        return d * u, D[:, None] * U * D
+
 
 def _turned(q, w, dt):
     """The orientation after a turn with w for `dt` seconds. Returns q2, Q_q, Q_w."""

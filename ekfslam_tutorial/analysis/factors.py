@@ -1,0 +1,357 @@
+"""A run as a graph of factors: the states of all frames, and what the models say of them, to be smoothed.
+
+The models are those of the filter, with their Jacobians. The filter has decided which measurement belongs to which
+landmark, and which one is used; the graph takes its word. A factor says
+
+    r(x) + A dx = G w,  with noise w of covariance C.
+
+G C G' may be singular: a unicycle cannot slip sideways, and a start may be known. So the system that is solved is not
+that of the normal equations, but the one before them, which asks for no inverse. The noise that makes a factor fit is
+part of the estimate: a step is linearised at the control as it must have been, not as it was measured.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from ..geometry import ORIGIN, Frame2, Frame3, wrap
+from ..models.landmarks import EucPnt
+from ..models.observation import expect, retro_project
+from ..toolbox import create_slam_structures, universal_slam
+from ..toolbox.sources import Replay
+
+
+@dataclass
+class Prior:
+    """What is known of some variables: mean and covariance."""
+
+    keys: list
+    x: np.ndarray
+    P: np.ndarray
+    w: Any = 0.0
+
+    def linear(self, graph):
+        """Residual, Jacobians by key, G and C."""
+        parts = [graph.difference(key, graph.values[key], x) for key, x in self._parts(graph)]
+        n, blocks, row = len(self.x), {}, 0
+        for key, part in zip(self.keys, parts, strict=True):
+            blocks[key] = np.eye(n)[:, row : row + len(part)]
+            row += len(part)
+        return np.concatenate(parts), blocks, np.eye(n), self.P
+
+    def _parts(self, graph):
+        row = 0
+        for key in self.keys:
+            size = len(graph.values[key])
+            yield key, self.x[row : row + size]
+            row += size
+
+
+@dataclass
+class Motion:
+    """A step of a robot: x2 = move(x, u + w, dt)."""
+
+    motion: Any
+    before: tuple
+    after: tuple
+    u: np.ndarray
+    U: np.ndarray
+    dt: float
+    loosened: np.ndarray | None = None  # covariance that a recovery of the filter has added to the state after it
+    w: Any = 0.0  # noise, as estimated
+
+    def linear(self, graph):
+        """Residual, Jacobians by key, G and C."""
+        m = len(self.u)
+        w = np.broadcast_to(self.w, (m + (0 if self.loosened is None else self.motion.size),))
+        x, X_x, X_u = self.motion.move(graph.values[self.before], self.u + w[:m], self.dt)
+        n, N = self.motion.frame.size, np.eye(len(x))
+        F, N[:n, :n] = self.motion.frame(x[:n]).normalized()
+        G, C = N @ X_u, self.U
+        if self.loosened is not None:
+            G, C = np.hstack([G, N]), block_diag(C, self.loosened)  # a quaternion has no noise along itself
+        r = graph.difference(self.after, graph.values[self.after], np.concatenate([F.x, x[n:]]))
+        return r + N @ X_u @ w[:m], {self.after: np.eye(len(x)), self.before: -N @ X_x}, G, C
+
+
+@dataclass
+class Birth:
+    """The first measurement of a landmark by a sensor that sees directions, and the prior of its distance."""
+
+    k: int
+    pose: Any
+    mount: Any
+    sensor: Any
+    type: Any
+    lmk: tuple
+    y: np.ndarray
+    R: np.ndarray
+    n: np.ndarray
+    N: np.ndarray
+    frames: tuple
+    w: Any = 0.0
+
+    def linear(self, graph):
+        """Residual, Jacobians by key, G and C."""
+        Rf, Sf = graph.both(self)
+        m = len(self.y)
+        w = np.broadcast_to(self.w, (m + len(self.n),))
+        l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, self.sensor, self.type, self.y + w[:m], self.n + w[m:])
+        blocks = {self.lmk: np.eye(len(l))} | graph.padded((self.pose, -L_r), (self.mount, -L_s))
+        G = np.hstack([L_y, L_n])
+        return graph.values[self.lmk] - l + G @ w, blocks, G, block_diag(self.R, self.N)
+
+
+@dataclass
+class Look:
+    """What a sensor measured of landmarks of one type in frame k: y - h(x), each with its own R."""
+
+    k: int
+    pose: Any
+    mount: Any
+    sensor: Any
+    type: Any
+    lmks: list
+    y: np.ndarray
+    R: np.ndarray
+    frames: tuple
+
+    def rows(self, graph):
+        """Residuals (k, m), and the Jacobians of each measurement by key."""
+        Rf, Sf = graph.both(self)
+        L = np.array([graph.get(l)[: self.type.size] for l in self.lmks])
+        e, _, E_r, E_s, E_l = expect(Rf, Sf, self.sensor, self.type, L)
+        z = np.array([self.sensor.residual(y, one) for y, one in zip(self.y, e, strict=True)])
+        each = [graph.padded((self.pose, E_r[k]), (self.mount, E_s[k]), (l, E_l[k])) for k, l in enumerate(self.lmks)]
+        return z, each
+
+
+@dataclass
+class Graph:
+    """Variables and factors of a run.
+
+    Parameters
+    ----------
+    values : dict of tuple to ndarray
+        The estimate, by key: ("robot", id, k) after frame k, with k = 0 the start; ("sensor", id) where the filter
+        estimates its mounting; ("landmark", id).
+    frames : dict
+        Frame2 or Frame3 of a robot or of a sensor, by ("robot", id) and ("sensor", id).
+    stiff : list of Prior, Motion, Birth
+        Factors whose covariance may be singular.
+    looks : list of Look
+    t : list of float
+        s, of the start and after each frame.
+    types : dict
+        Landmark type by id.
+    filtered : dict
+        What the filter knew after each frame: (x, P) by ("robot", id, k), and at the end by ("landmark", id).
+    truth : dict
+        True poses by ("robot", id, k), where they are known.
+    """
+
+    values: dict = field(default_factory=dict)
+    frames: dict = field(default_factory=dict)
+    stiff: list = field(default_factory=list)
+    looks: list = field(default_factory=list)
+    t: list = field(default_factory=lambda: [0.0])
+    types: dict = field(default_factory=dict)
+    filtered: dict = field(default_factory=dict)
+    truth: dict = field(default_factory=dict)
+
+    def get(self, where):
+        """The value of a variable; or the one that is known and no variable."""
+        return self.values[where] if isinstance(where, tuple) else where
+
+    def both(self, factor):
+        """Frames of the robot and of the sensor of a factor."""
+        places = zip(factor.frames, (factor.pose, factor.mount), strict=True)
+        return (frame(self.get(x)[: frame.size]) for frame, x in places)
+
+    def padded(self, *blocks):
+        """Jacobians by key, with zeros for what of a state they do not depend on; what is known drops out."""
+        found = {}
+        for key, J in blocks:
+            if isinstance(key, tuple):
+                J = np.hstack([J, np.zeros((len(J), len(self.values[key]) - J.shape[1]))])
+                found[key] = found[key] + J if key in found else J
+        return found
+
+    def difference(self, key, x, y):
+        """x - y, a heading wrapped; of quaternions what is across y, as their length says nothing."""
+        d, frame = x - y, self.frames.get(key[:2])
+        if frame is Frame2:
+            d[2] = wrap(d[2])
+        if frame is Frame3:
+            q, p = y[3:7], x[3:7] if x[3:7] @ y[3:7] > 0 else -x[3:7]
+            d[3:7] = p - (p @ q) * q
+        return d
+
+    def move(self, d):
+        """Add steps to the values, by key; frames come back to their normal form."""
+        for key, step in d.items():
+            x = self.values[key] + step
+            frame = self.frames.get(key[:2])
+            if frame is not None:
+                x[: frame.size] = frame(x[: frame.size]).normalized()[0].x
+            self.values[key] = x
+
+    @property
+    def robots(self):
+        """Ids of the robots that are estimated."""
+        return sorted({key[1] for key in self.values if key[0] == "robot"})
+
+
+def graph_of(data, recording=None, seed=None):
+    """Run the filter and note what it has used: the graph of a run, at the filter's estimate.
+
+    Parameters
+    ----------
+    data : UserData
+    recording : Recording, optional
+    seed : int, optional
+        As of `universal_slam`.
+
+    Returns
+    -------
+    Graph
+
+    See Also
+    --------
+    smooth : Finds the best values of all variables.
+    """
+    maker = None
+    for now in universal_slam(data, recording, seed):
+        if maker is None:
+            maker = _Maker(data, now, {} if recording is None else Replay(data, recording).starts)
+        maker.add(now)
+    if maker is None:
+        raise ValueError("the run has no frames, so there is nothing to smooth")
+    return maker.finish()
+
+
+class _Maker:
+    """Makes the graph of a run while it goes on."""
+
+    def __init__(self, data, now, starts):
+        self.graph, self.k = Graph(), 0
+        map, robs, sens, _, _ = create_slam_structures(data, now.sim_lmk, starts)
+        self.opt, self.sightings, self.births, self.types = data.slam_options(), [], {}, {}
+        self.graph.frames |= {("robot", rob.id): rob.motion.frame for rob in robs}
+        self.graph.frames |= {("sensor", sen.id): sen.frame_type for sen in sens}
+        for kind, things in (("robot", robs), ("sensor", sens)):
+            for thing in things:
+                if thing.r is not None:
+                    key = (kind, thing.id, 0) if kind == "robot" else (kind, thing.id)
+                    self._note(key, thing.state(map), map.block(thing.r))
+                    self.graph.stiff.append(Prior([key], thing.state(map), map.block(thing.r)))
+        self.loosened = {}
+
+    def _note(self, key, x, P):
+        self.graph.values[key], self.graph.filtered[key] = x.copy(), (x, P)
+
+    def add(self, now):
+        """One frame."""
+        self.k += 1
+        self.graph.t.append(now.t)
+        raw_of = {id: raw for id, raw in now.raw.items()}
+        for rob in now.robs:
+            key = ("robot", rob.id, self.k)
+            if rob.id in now.truth and np.isfinite(now.truth[rob.id]).all():
+                self.graph.truth[key] = now.truth[rob.id].copy()
+            if rob.r is not None:
+                self._note(key, rob.state(now.map), now.map.block(rob.r))
+                before = ("robot", rob.id, self.k - 1)
+                step = Motion(rob.motion, before, key, np.array(rob.u, float), np.array(rob.U, float), now.dt)
+                step.loosened = self.loosened.pop(rob.id, None)
+                self.graph.stiff.append(step)
+        self.place = {rob.id: rob for rob in now.robs}
+        self.mount = {sen.id: sen for sen in now.sens}
+        for sen in now.sens:
+            for (id, lmk), o in now.obs.items():
+                if id == sen.id and o.updated:
+                    self._saw(sen, lmk, o.y, o.R)
+        for event in now.events:
+            sen = self.mount[event.sen]
+            if event.kind == "initialisation":
+                self._born(now, sen, event.lmk, raw_of[event.sen])
+            elif event.kind == "deletion":
+                self.sightings = [s for s in self.sightings if s[3] != event.lmk or s[4]]
+                self.births.pop(event.lmk, None)
+            elif event.kind == "recovery" and event.lmk == -1:
+                self._loosen(now.map, event.rob)
+            elif event.kind == "meeting" and event.flag:
+                for i in np.flatnonzero(np.asarray(now.met[sen.id].ids) == event.lmk):
+                    met = now.met[sen.id]
+                    R = sen.model.R if met.R is None else met.R[i]
+                    self.sightings.append((self.k, sen.robot, sen.id, event.lmk, True, np.array(met.y[i]), np.array(R)))
+        self.last = now
+
+    def _saw(self, sen, lmk, y, R):
+        self.sightings.append((self.k, sen.robot, sen.id, lmk, False, np.array(y, float), np.array(R, float)))
+
+    def _born(self, now, sen, id, raw):
+        """The measurement that has started a landmark: by its id, or the one that leads to where the landmark is."""
+        used = {o.index for (s, _), o in now.obs.items() if s == sen.id and o.updated}
+        rows = [i for i in range(len(raw.ids)) if i not in used]
+        if id in np.asarray(raw.ids)[rows]:
+            rows = [i for i in rows if raw.ids[i] == id]
+        lmk = now.lmks[id]
+        Rf, Sf, n = self.place[sen.robot].frame(now.map), sen.frame(now.map), lmk.n
+        ends = [retro_project(Rf, Sf, sen.model, lmk.type, np.asarray(raw.y[i], float), n)[0] for i in rows]
+        i = rows[int(np.argmin([np.linalg.norm(l - lmk.state(now.map)) for l in ends]))]
+        R = sen.model.R if raw.R is None else raw.R[i]
+        if sen.model.bearing_only:
+            self.births[id] = self.k, sen.robot, sen.id, lmk.type, np.array(raw.y[i]), np.array(R), lmk.n, lmk.N
+        else:
+            self._saw(sen, id, raw.y[i], R)
+
+    def _loosen(self, map, robot):
+        """A recovery: the noise that the filter has added to the pose, for the next step."""
+        rob = self.place[robot]
+        F, P = rob.motion.frame, np.zeros((rob.motion.size,) * 2)
+        position, angle = self.opt.reopen_std
+        X = rob.frame(map).compose(ORIGIN[F.dim])[2] @ ORIGIN[F.dim].X_step  # turned about its own axes
+        P[: F.size, : F.size] = X @ np.diag([position**2] * F.dim + [angle**2] * (F.dof - F.dim)) @ X.T
+        self.loosened[robot] = P
+
+    def finish(self):
+        """Landmarks, and what was seen of them, in groups of one frame, sensor and type."""
+        g, map = self.graph, self.last.map
+        for id, lmk in self.last.lmks.items():
+            g.types[id] = lmk.type
+            if lmk.r is not None:
+                self._note(("landmark", id), lmk.state(map), map.block(lmk.r))
+        for id, (k, robot, sensor, kind, y, R, n, N) in self.births.items():
+            where = self._where(k, robot, sensor)
+            if id in g.types and g.types[id] == kind:
+                g.stiff.append(Birth(k, *where, kind, ("landmark", id), y, R, n, N, self._frames(robot, sensor)))
+            elif id in g.types:  # it has become a Euclidean point; what was guessed of its distance is forgotten
+                self.sightings.append((k, robot, sensor, id, False, y, R))
+        groups = {}
+        for k, robot, sensor, id, met, y, R in self.sightings:
+            if met or id in g.types:
+                kind = EucPnt(self.place[id].motion.frame.dim) if met else g.types[id]
+                groups.setdefault((k, robot, sensor, met), []).append((kind, self._lmk(k, id, met), y, R))
+        for (k, robot, sensor, _), rows in groups.items():
+            for kind in {row[0] for row in rows}:
+                lmks, y, R = zip(*[row[1:] for row in rows if row[0] == kind], strict=True)
+                where = self._where(k, robot, sensor)
+                g.looks.append(Look(k, *where, kind, list(lmks), np.array(y), np.array(R), self._frames(robot, sensor)))
+        return g
+
+    def _frames(self, robot, sensor):
+        return self.graph.frames["robot", robot], self.graph.frames["sensor", sensor]
+
+    def _where(self, k, robot, sensor):
+        """Pose and mounting, as keys or as what is known; and the model of the sensor."""
+        rob, sen = self.place[robot], self.mount[sensor]
+        pose = self.graph.truth["robot", robot, k] if rob.r is None else ("robot", robot, k)
+        return pose, sen.x if sen.r is None else ("sensor", sensor), sen.model
+
+    def _lmk(self, k, id, met):
+        if met:
+            return self.graph.truth["robot", id, k] if self.place[id].r is None else ("robot", id, k)
+        return self.last.lmks[id].x if self.last.lmks[id].r is None else ("landmark", id)

@@ -1,0 +1,279 @@
+"""A smoother beside the filter: all states of a run at once, by Gauss and Newton's way on the sparse graph of it.
+
+The filter knows at each frame what was measured until then, and linearises once. The smoother knows all that was
+measured in the whole run, and linearises anew until nothing moves. Where the models are linear, both agree in the last
+frame.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from scipy.sparse import block_array, coo_array
+from scipy.sparse.linalg import splu
+
+from .factors import Birth, Graph, Motion, Prior
+
+COLUMNS = 256
+"""So many columns of the inverse are computed at a time."""
+SMALL = 1e-10
+"""A step that changes no number by more is the last one: m, rad, or the unit of the number."""
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """What a smoother has found.
+
+    Parameters
+    ----------
+    graph : Graph
+        At the estimate.
+    steps : list of float
+        The largest change of a number in each step of Gauss and Newton.
+    P : dict
+        Covariance of each variable, by key.
+    """
+
+    graph: Graph
+    steps: list
+    P: dict
+
+    @property
+    def converged(self):
+        """True if the last step has changed nothing."""
+        return self.steps[-1] <= SMALL
+
+    def track(self, robot):
+        """States of a robot and their covariances, of the start and after each frame.
+
+        Returns
+        -------
+        x : ndarray, shape (F + 1, n)
+        P : ndarray, shape (F + 1, n, n)
+        """
+        keys = [("robot", robot, k) for k in range(len(self.graph.t))]
+        return np.array([self.graph.values[key] for key in keys]), np.array([self.P[key] for key in keys])
+
+    def filtered(self, robot):
+        """The same of the filter: what it knew after each frame."""
+        x, P = zip(*[self.graph.filtered["robot", robot, k] for k in range(len(self.graph.t))], strict=True)
+        return np.array(x), np.array(P)
+
+    def landmarks(self):
+        """Landmarks: id -> point and its covariance, metres."""
+        found = {}
+        for key, l in self.graph.values.items():
+            if key[0] == "landmark":
+                p, P_l = self.graph.types[key[1]].point(l)
+                found[key[1]] = p, P_l @ self.P[key] @ P_l.T
+        return found
+
+
+def smooth(graph, iterations=50):
+    """Find the most probable values of all variables, and their covariances.
+
+    Factors of covariance Q = G C G' that may be singular stand in the system with a multiplier v each, and the others,
+    H = J' R^-1 J and g = J' R^-1 z, as usual:
+
+        [ -Q  A ] [v ]   [ -r ]
+        [  A' H ] [dx] = [  g ],    w = C G' v
+
+    The block of the inverse at dx is the covariance. With Q regular it is (H + A' Q^-1 A)^-1, as F. Dellaert,
+    M. Kaess, "Factor Graphs for Robot Perception", 2017, section 2.
+
+    Parameters
+    ----------
+    graph : Graph
+        From `graph_of`; its values are moved.
+    iterations : int
+        At most so many steps.
+
+    Returns
+    -------
+    Smoothed
+
+    Raises
+    ------
+    ValueError
+        If the factors do not fix all variables.
+
+    See Also
+    --------
+    smooth_lagged : Only the last states are moved.
+    """
+    steps = []
+    while len(steps) < iterations and (not steps or steps[-1] > SMALL):
+        steps.append(_step(graph, graph.stiff, graph.looks))
+    start, n, solve, b = _system(graph, list(graph.values), graph.stiff, graph.looks)
+    return Smoothed(graph, steps, _marginals(start, n, solve, len(b)))
+
+
+def smooth_lagged(graph, lag, iterations=3):
+    """Smooth with a fixed lag: at each frame the last states and the map are moved, older states stay as they left.
+
+    A state leaves `lag` frames after it came, and knows what was measured until then. It is marginalised: what the
+    factors at it say of the others becomes a prior of these, of mean and covariance. With the lag of the whole run
+    nothing leaves, and it is `smooth`.
+
+    Parameters
+    ----------
+    graph : Graph
+        From `graph_of`; its values are moved.
+    lag : int
+        Frames, 1 or more.
+    iterations : int
+        Steps of Gauss and Newton in each frame.
+
+    Returns
+    -------
+    Smoothed
+
+    Raises
+    ------
+    ValueError
+    """
+    if lag < 1:
+        raise ValueError(f"the lag is a number of frames, 1 or more, got {lag}")
+    guess, P, steps = dict(graph.values), {}, []
+    priors, factors, looks = _by_frame(graph)
+    graph.values = {key: guess[key] for prior in priors for key in prior.keys}
+    last, oldest = len(graph.t) - 1, 0
+    for k in range(1, last + 1):
+        for factor in factors[k]:
+            factor.w = 0.0
+            if isinstance(factor, Motion):
+                graph.values[factor.after] = guess[factor.after]
+                graph.values[factor.after] = guess[factor.after] - factor.linear(graph)[0]  # where the step leads
+        graph.move({key: np.zeros(len(guess[key])) for key in graph.values if key[0] == "robot" and key[2] == k})
+        new = {key for look in [*looks[k], *factors[k]] for key in _lmks(look)} - set(graph.values)
+        graph.values |= {key: guess[key] for key in sorted(new)}
+        window = range(oldest, k + 1)
+        inside = [*priors, *(f for i in window for f in factors[i] if i > oldest or not isinstance(f, Motion))]
+        seen = [look for i in window for look in looks[i]]
+        for _ in range(iterations):
+            moved = _step(graph, inside, seen)
+        steps.append(moved)
+        start, n, solve, b = _system(graph, list(graph.values), inside, seen)
+        while k - oldest >= lag:
+            gone = [key for key in start if key[0] == "robot" and key[2] == oldest]
+            P |= _marginals({key: start[key] for key in gone}, n, solve, len(b))
+            guess |= {key: graph.values[key] for key in gone}
+            priors = [_marginalised(graph, gone, priors, factors, looks, oldest)]
+            for key in gone:
+                del graph.values[key]
+            oldest += 1
+    P |= _marginals({key: r for key, r in start.items() if key in graph.values}, n, solve, len(b))
+    graph.values = {key: graph.values.get(key, guess[key]) for key in guess}
+    return Smoothed(graph, steps, P)
+
+
+def _by_frame(graph):
+    """Priors; and lists, by frame, of what else there is."""
+    factors, looks = ([[] for _ in graph.t] for _ in range(2))
+    for factor in graph.stiff:
+        if not isinstance(factor, Prior):
+            factors[factor.after[2] if isinstance(factor, Motion) else factor.k].append(factor)
+    for look in graph.looks:
+        looks[look.k].append(look)
+    return [factor for factor in graph.stiff if isinstance(factor, Prior)], factors, looks
+
+
+def _lmks(factor):
+    keys = [factor.lmk] if isinstance(factor, Birth) else getattr(factor, "lmks", [])
+    return [key for key in keys if isinstance(key, tuple) and key[0] == "landmark"]
+
+
+def _marginalised(graph, gone, priors, factors, looks, k):
+    """What the priors, the measurements of frame k and the steps from it say of all that stays: one prior."""
+    steps = [f for f in factors[k + 1] if isinstance(f, Motion)]
+    inside = [*priors, *(f for f in factors[k] if not isinstance(f, Motion)), *steps]
+    keys = {key: None for prior in priors for key in prior.keys}
+    keys |= dict.fromkeys(gone) | {f.after: None for f in steps}
+    keys |= {key: None for f in [*looks[k], *factors[k]] for key in _lmks(f)}
+    start, n, solve, b = _system(graph, list(keys), inside, looks[k])
+    d, stays = solve(b)[-n:], [key for key in keys if key not in gone]
+    at = np.concatenate([np.arange(start[key].start, start[key].stop) for key in stays])
+    E = np.zeros((len(b), len(at)))
+    E[len(b) - n + at, np.arange(len(at))] = 1.0
+    P = solve(E)[-n:][at]
+    return Prior(stays, np.concatenate([graph.values[key] for key in stays]) + d[at], (P + P.T) / 2)
+
+
+def _step(graph, stiff, looks):
+    """One step of Gauss and Newton; return the largest change of a number."""
+    start, n, solve, b = _system(graph, list(graph.values), stiff, looks)
+    found, row = solve(b), 0
+    for factor in stiff:
+        *_, G, C = factor.linear(graph)
+        factor.w, row = C @ (G.T @ found[row : row + len(G)]), row + len(G)
+    d = found[-n:]
+    graph.move({key: d[r] for key, r in start.items()})
+    return float(np.abs(d).max())
+
+
+def _system(graph, keys, stiff, looks):
+    """The system at the present values: ranges of the variables, their number, a solver and the right side."""
+    ends = np.cumsum([0, *(len(graph.values[key]) for key in keys)]).tolist()
+    start = {key: slice(a, b) for key, a, b in zip(keys, ends, ends[1:], strict=False)}
+    n, A, Q, r = ends[-1], _Blocks(), _Blocks(), []
+    row = 0
+    for factor in stiff:
+        e, blocks, G, C = factor.linear(graph)
+        Q.add(row, row, G @ C @ G.T)
+        for key, block in blocks.items():
+            A.add(row, start[key].start, block)
+        r.append(-e)
+        row += len(e)
+    J, z, rows = _Blocks(), [np.zeros(0)], 0
+    for look in looks:
+        innovations, each = look.rows(graph)
+        whiten = np.swapaxes(np.linalg.cholesky(np.linalg.inv(look.R)), 1, 2)
+        for one, W, blocks in zip(innovations, whiten, each, strict=True):
+            for key, block in blocks.items():
+                J.add(rows, start[key].start, W @ block)
+            z.append(W @ one)
+            rows += len(one)
+    A, Q, J = A.matrix(row, n), Q.matrix(row, row), J.matrix(rows, n)
+    try:
+        solver = splu(block_array([[-Q, A], [A.T, J.T @ J]], format="csc"))
+    except RuntimeError as error:
+        raise ValueError("the factors do not fix all variables: their matrix is singular") from error
+    return start, n, solver.solve, np.concatenate([*r, J.T @ np.concatenate(z)])
+
+
+class _Blocks:
+    """Blocks of a sparse matrix."""
+
+    def __init__(self):
+        self._i, self._j, self._v = [], [], []
+
+    def add(self, i, j, block):
+        """Add a block whose first number is in row i and column j."""
+        r, c = _indices(block.shape)
+        self._i.append(i + r)
+        self._j.append(j + c)
+        self._v.append(block.ravel())
+
+    def matrix(self, rows, columns):
+        """The sparse matrix; what is in one place is summed."""
+        i, j, v = (np.concatenate([np.zeros(0, int), *parts]) for parts in (self._i, self._j, self._v))
+        return coo_array((v, (i, j)), shape=(rows, columns)).tocsr()
+
+
+@cache
+def _indices(shape):
+    return tuple(a.ravel() for a in np.indices(shape))
+
+
+def _marginals(start, n, solve, size):
+    """Covariance of each variable of some: blocks on the diagonal of the inverse, of n variables at its end."""
+    P = {key: np.zeros((r.stop - r.start,) * 2) for key, r in start.items()}
+    owner = [(key, i) for key, r in start.items() for i in range(r.stop - r.start)]
+    for a in range(0, len(owner), COLUMNS):
+        some = owner[a : a + COLUMNS]
+        E = np.zeros((size, len(some)))
+        E[[size - n + start[key].start + i for key, i in some], np.arange(len(some))] = 1.0
+        C = solve(E)[-n:]
+        for column, (key, i) in enumerate(some):
+            P[key][:, i] = C[start[key], column]
+    return {key: (Q + Q.T) / 2 for key, Q in P.items()}
