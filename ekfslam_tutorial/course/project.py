@@ -221,7 +221,8 @@ SYMPTOMS = (
         "the robots are off by {s.error:.2f} m; without any measurement it would be {s.dead_error:.2f} m",
         "The corrections make it worse. The sign of the innovation (measured minus expected), the sign of a "
         "Jacobian, a mounting that is left out, or the range of another landmark: print z of the first correction; "
-        "with a good start it is a few times the noise of the sensor. If it is: is R in Z?",
+        "with a good start it is a few times the noise of the sensor. If it is: is R in Z? Has a birth the covariance "
+        "of its prior, L_n N L_n'?",
     ),
     Symptom(
         "the mean is corrected",
