@@ -223,11 +223,8 @@ def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere):
                 message = f"{name} is {_shown(got)} for {shown}, it should be {_shown(want)}"
                 expect.true(_is_truth(got) == _is_truth(want) and guard.equal(got, want), message)
                 continue
-            if np.asarray(want).dtype.kind in "biu":  # numbers that are told apart one by one: no slip explains them
-                message = (
-                    f"{name} is {_shown(_whole(got, want)[place])} for {shown}, it should be {_shown(want[place])}"
-                )
-                expect.true(np.array_equal(got[place], want[place]), message)
+            if np.asarray(want).dtype.kind in "biu":
+                _told_apart(_whole(got, want)[place], want[place], name, shown)
                 continue
             got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
@@ -237,6 +234,14 @@ def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere):
             expect.close(got[place], want[place], name, rtol, at=shown)
 
     return test
+
+
+def _told_apart(got, want, name, shown):
+    """Whole numbers and truth values must be those wanted: they have no slips of decimals, signs or units."""
+    swapped = want.dtype.kind != "b" and np.array_equal(np.sort(got, None), np.sort(want, None))
+    order = ". The entries are in the wrong order" if swapped else ""
+    message = f"{name} is {_shown(got)} for {shown}, it should be {_shown(want)}{order}"
+    expect.true(np.array_equal(got, want), message)
 
 
 def _whole(got, want):
