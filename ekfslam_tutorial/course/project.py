@@ -278,8 +278,9 @@ SYMPTOMS = (
         lambda s, p: s.claim > p.claims[1] or s.landmark_claim > p.claims[2],
         "the sigma of the robots is {s.claim:.2f} times that of the reference with the same data (at most "
         "{p.claims[1]:g}), the sigma of the landmarks {s.landmark_claim:.2f} times (at most {p.claims[2]:g})",
-        "Too cautious: are all landmarks in view corrected in every frame? Is R that of the sensor, and U that of the "
-        "frame, both variances and both counted once?",
+        "Too cautious: are all landmarks in view corrected in every frame? Does the gate refuse good measurements, as "
+        "an angle in z is not wrapped? Is R that of the sensor, and U that of the frame, both variances and both "
+        "counted once?",
     ),
     Symptom(
         "the error",
