@@ -60,12 +60,13 @@ def noise(controls=0.0, pixels=0.0):
             std = float(np.sqrt(np.diag(r.U()).min()))
             if std < controls:
                 return (
-                    f"the odometry of robot {r.id} has the noise {std:.2g} (m or rad), the task asks for {controls:.2g}"
+                    f"the odometry of robot {r.id} has the noise {std:.2g} m or rad (dx_std, da_std_deg), the task "
+                    f"asks for {controls:.2g} or more"
                 )
         for s in data.sensors:
             std = float(np.sqrt(s.model.R[0, 0]))
             if std < pixels:
-                return f"sensor {s.id} has the noise {std:.2g} px, the task asks for {pixels:.2g}"
+                return f"sensor {s.id} has the noise {std:.2g} px (pixel_std), the task asks for {pixels:.2g} or more"
         return None
 
     return ask

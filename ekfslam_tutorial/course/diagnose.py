@@ -81,7 +81,7 @@ def _wrapped_without_brackets(got, want, rtol):
 # Slips of all entries, the likely ones first. Each: what explains the difference, what to tell the student.
 # Decimals are compared exactly: beside a large entry, such as a time stamp, the small ones would count as rounding.
 _SLIPS = (
-    (lambda g, w, r: not np.any(g), "Yours is zero."),
+    (lambda g, w, r: g.ndim > 0 and not np.any(g), "Yours is zero."),
     (lambda g, w, r: same(g, -w, r), "The sign is the wrong way round."),
     (lambda g, w, r: _is_square(w) and same(g, w.T, r) and not same(w, w.T, r), "Yours is the transpose."),
     (lambda g, w, r: same(g, 2 * w, r), "Yours is twice as large."),
@@ -102,7 +102,7 @@ _SLIPS = (
     (lambda g, w, r: same(g**2, w, r), "Yours is the square root."),
     (lambda g, w, r: same(g, w**2, r), "Yours is the square."),
     (
-        lambda g, w, r: np.array_equal(g, np.round(w)) or np.array_equal(g, np.trunc(w)),
+        lambda g, w, r: np.any(g) and (np.array_equal(g, np.round(w)) or np.array_equal(g, np.trunc(w))),
         "Yours has lost its decimals: is an array of type int?",
     ),
     (lambda g, w, r: _reversed_differs(w, r) and same(g, w[::-1], r), "The entries are in the wrong order."),
@@ -110,7 +110,7 @@ _SLIPS = (
 
 
 def _one_entry(got, want, rtol) -> str:
-    """Say it if every wrong entry has the wrong sign, or if only one entry is wrong."""
+    """Say it if every wrong entry has the wrong sign, if symmetry is lost, or if only some entries are wrong."""
     scale = np.max(np.abs(want), initial=0.0)
     wrong = np.abs(got - want) > 1e-9 + rtol * scale
     if got.ndim == 0 or not wrong.any():
@@ -125,6 +125,8 @@ def _one_entry(got, want, rtol) -> str:
         return f"Converted from degrees at {named}: all angles are in radians already."
     if not got[wrong].any():
         return f"Missing (zero) at {named}."
+    if _is_covariance(want) and not same(want, np.diag(np.diag(want))) and not same(got, got.T, 1e-4):
+        return "Yours is not symmetric: what stands at [i, j] must stand at [j, i], too."
     return f"Wrong at {named} only." if len(places) <= want.size // 2 else ""
 
 

@@ -42,5 +42,10 @@ def experiment(id: str, scenario: str, loop) -> Run:
     if run.trial is not None and run.trial.printed:
         print(run.trial.printed)
     if run.trial is not None and run.trial.t:
-        watch.finish(f"The last picture of {project.summary([run.trial])}.")
+        of = (
+            project.summary([run.trial])
+            if run.failed is None
+            else f"a run that ended early, after {len(run.trial.t)} frames"
+        )
+        watch.finish(f"The last picture of {of}.")
     return run

@@ -28,7 +28,7 @@ from ..toolbox import UserData
 from . import deadline
 from .exercise import Verdict
 from .expect import Failed
-from .trial import OFTEN, Trial, run_trial
+from .trial import LATELY, OFTEN, Trial, run_trial
 
 SEEDS = tuple(range(101, 107))  # the runs of a check, besides the student's own
 SECONDS = 30.0  # for one run
@@ -76,6 +76,8 @@ class Scores:
         Landmarks in the map at the end, and how many were seen in five frames or more: the mean of a run.
     share : float
         Of the landmarks that were seen so often, the part that is in the map.
+    lately : float
+        The same of those that were seen in the last frames of the run, too.
     landmark_nees, landmark_error : float
         Median over the landmarks at the end: NEES over the number of coordinates, and error (m).
     mounting_nees, mounting_sigma : float
@@ -102,6 +104,7 @@ class Scores:
     landmarks: float
     seen: float
     share: float
+    lately: float
     landmark_nees: float
     landmark_error: float
     mounting_nees: float
@@ -122,6 +125,7 @@ def scores(trials, reference=None) -> Scores:
     nees = np.array([track[:n, 2] for track in tracks])
     rms = lambda rows, column: float(np.sqrt(np.nanmean([np.nanmean(r[n - third : n, column] ** 2) for r in rows])))
     often = [{id for id, k in t.sightings.items() if k >= OFTEN} for t in trials]
+    pairs = list(zip(often, trials, strict=True))
     lmks = np.array([row for t in trials for row in t.landmarks], float).reshape(-1, 4)
     mountings = np.array([row for t in trials for row in t.mountings], float).reshape(-1, 2)
     with np.errstate(all="ignore"):
@@ -136,7 +140,8 @@ def scores(trials, reference=None) -> Scores:
             dead_sigma=rms(dead, 1),
             landmarks=float(np.mean([t.size[-1] for t in trials])),
             seen=float(np.mean([len(ids) for ids in often])),
-            share=sum(len(ids & t.known) for ids, t in zip(often, trials, strict=True)) / max(sum(map(len, often)), 1),
+            share=_share(often, trials),
+            lately=_share([{i for i in ids if t.latest[i] > len(t.t) - LATELY} for ids, t in pairs], trials),
             landmark_nees=float(np.nanmedian(lmks[:, 2])) if np.isfinite(lmks[:, 2]).any() else np.nan,
             landmark_error=float(np.median(lmks[:, 0])) if len(lmks) else np.nan,
             mounting_nees=_mean(mountings[:, 0]) if len(mountings) else np.nan,
@@ -147,6 +152,11 @@ def scores(trials, reference=None) -> Scores:
             frames=n,
             seconds=max(t.seconds for t in trials),
         )
+
+
+def _share(wanted, trials) -> float:
+    """The part of the wanted landmarks, a set of ids for each trial, that is in the map at the end."""
+    return sum(len(ids & t.known) for ids, t in zip(wanted, trials, strict=True)) / max(sum(map(len, wanted)), 1)
 
 
 def _sigma(trial) -> float:
@@ -221,7 +231,8 @@ SYMPTOMS = (
         "the robots are off by {s.error:.2f} m; without any measurement it would be {s.dead_error:.2f} m",
         "The corrections make it worse. The sign of the innovation (measured minus expected), the sign of a "
         "Jacobian, a mounting that is left out, or the range of another landmark: print z of the first correction; "
-        "with a good start it is a few times the noise of the sensor. If it is: is R in Z?",
+        "with a good start it is a few times the noise of the sensor. If it is: is R in Z? Has a birth the covariance "
+        "of its prior, L_n N L_n'?",
     ),
     Symptom(
         "the mean is corrected",
@@ -267,8 +278,9 @@ SYMPTOMS = (
         lambda s, p: s.claim > p.claims[1] or s.landmark_claim > p.claims[2],
         "the sigma of the robots is {s.claim:.2f} times that of the reference with the same data (at most "
         "{p.claims[1]:g}), the sigma of the landmarks {s.landmark_claim:.2f} times (at most {p.claims[2]:g})",
-        "Too cautious: are all landmarks in view corrected in every frame? Is R that of the sensor, and U that of the "
-        "frame, both variances and both counted once?",
+        "Too cautious: are all landmarks in view corrected in every frame? Does the gate refuse good measurements, as "
+        "an angle in z is not wrapped? Is R that of the sensor, and U that of the frame, both variances and both "
+        "counted once?",
     ),
     Symptom(
         "the error",

@@ -223,6 +223,9 @@ def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere):
                 message = f"{name} is {_shown(got)} for {shown}, it should be {_shown(want)}"
                 expect.true(_is_truth(got) == _is_truth(want) and guard.equal(got, want), message)
                 continue
+            if np.asarray(want).dtype.kind in "biu":
+                _told_apart(_whole(got, want)[place], want[place], name, shown)
+                continue
             got, want = np.array(got, float), np.asarray(want, float)
             if part in angles:
                 got[angles[part]] = _turned_to(got[angles[part]], want[angles[part]])
@@ -231,6 +234,20 @@ def _value(cases, parts, part, what, kind, right, said, angles, rtol, sphere):
             expect.close(got[place], want[place], name, rtol, at=shown)
 
     return test
+
+
+def _told_apart(got, want, name, shown):
+    """Whole numbers and truth values must be those wanted: they have no slips of decimals, signs or units."""
+    swapped = want.dtype.kind != "b" and np.array_equal(np.sort(got, None), np.sort(want, None))
+    order = ". The entries are in the wrong order" if swapped else ""
+    message = f"{name} is {_shown(got)} for {shown}, it should be {_shown(want)}{order}"
+    expect.true(np.array_equal(got, want), message)
+
+
+def _whole(got, want):
+    """The numbers in the type of the right ones, if they are such: for the messages."""
+    whole = np.asarray(got).astype(np.asarray(want).dtype)
+    return whole if np.array_equal(whole, got) else got
 
 
 def _turned_to(got, want):
@@ -299,6 +316,6 @@ def _shown(value) -> str:
             return np.array2string(value, formatter={"float_kind": small}, separator=", ").replace("\n", "")
         return np.array2string(value, precision=3, suppress_small=True, separator=", ").replace("\n", "")
     if isinstance(value, (float, np.floating)):
-        return f"{value:.4g}"
+        return f"{value:.4g}" if abs(value - 1) > 5e-4 or value == 1 else f"{value:.10g}"  # not 1 for 0.999999
     text = " ".join(repr(value).split())
     return text if len(text) <= 60 else text[:57] + "..."

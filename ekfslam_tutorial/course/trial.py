@@ -23,6 +23,7 @@ from .expect import Failed
 LANDMARKS = {3: {t.size: t for t in (EucPnt(3), HmgPnt(3), IdpPnt(), AhmPnt(3))}, 2: {2: EucPnt(2)}}
 """Landmark types by dimension of the world and by how many numbers a landmark has."""
 OFTEN = 5  # a landmark that was seen in so many frames should be in the map
+LATELY = 10  # frames: what was seen in the last ones is what a robot needs now
 
 
 class World:
@@ -89,6 +90,7 @@ class Trial:
     errors: dict = field(default_factory=dict)  # by robot: rows of (position error, sigma, NEES), of the filter ...
     dead: dict = field(default_factory=dict)  # ... and of dead reckoning
     sightings: dict = field(default_factory=dict)  # in how many frames a landmark was seen, by id
+    latest: dict = field(default_factory=dict)  # in which frame a landmark was seen last, by id
     landmarks: list = field(default_factory=list)  # at the end: (error, sigma, NEES / dim, distance)
     known: set = field(default_factory=set)  # ids in the map at the end
     dof: dict = field(default_factory=dict)  # of the NEES, by robot
@@ -108,6 +110,7 @@ class Trial:
         for obs in world._now.raw.values():
             for id in {int(i) for i in obs.ids} - {-1}:
                 self.sightings[id] = self.sightings.get(id, 0) + 1
+                self.latest[id] = len(self.t)
         for rob in world.robs:
             if rob.r is None or rob.id not in truth:
                 continue

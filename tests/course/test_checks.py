@@ -470,6 +470,17 @@ def test_only_a_covariance_is_told_of_variances_and_of_counting_twice():
         assert diagnose(np.sqrt(number), number) == "Yours is the square root."
 
 
+def test_a_covariance_that_is_not_symmetric_is_told():
+    P = np.array([[0.25, 0.02, 0.01], [0.02, 0.16, 0.03], [0.01, 0.03, 0.09]])
+    assert "not symmetric" in diagnose(P + np.triu(0.1 * P, 1), P)
+    assert diagnose(P * [[1, 1, 1], [0, 1, 1], [1, 1, 1]], P) == "Missing (zero) at [1, 0]."
+    assert "symmetric" not in diagnose(np.array([[1.0, 0.2], [0, 1.0]]), np.eye(2))  # may be any matrix
+
+
+def test_a_number_that_is_zero_is_not_told_twice():
+    assert diagnose(0.0, -0.2) == "" and diagnose([0.0, 0.0], [1.0, 2.0]) == "Yours is zero."
+
+
 def test_a_whole_turn_without_brackets_is_told():
     angles = np.array([0.4, 2.0, -3.5, 9.0])
     slipped = (angles + np.pi) % 2 * np.pi - np.pi

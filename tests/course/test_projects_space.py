@@ -95,7 +95,7 @@ WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of
     "17 another band": (
         "17",
         (),
-        [("in_band(np.array(nees), 6)", "in_band(np.array(nees), 3)")],
+        [("in_band(np.array(nees), 6)", "in_band(np.array(nees), 7)")],
         "the band",
         "in_band",
     ),

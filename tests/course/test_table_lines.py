@@ -53,6 +53,32 @@ def test_messages_say_the_arguments_and_the_kind_of_a_result():
     assert verdict.message.startswith("i (an index counted from 0) is 9 for a factor of 2, it should be ")
 
 
+def sides(x, a):
+    """Return the sign of each entry of x, and whether the first is above a."""
+    return np.sign(x).astype(int), x[0] > a
+
+
+def test_whole_numbers_and_truth_values_are_shown_as_such_and_no_slip_explains_them():
+    """An index is no length with a sign, and False is not "zero"."""
+    exercise = table(
+        "99.2 Sides",
+        sides,
+        hints=("Look at the sign of x.", "One number for each entry.", "np.sign(x), and x[0] > a."),
+        returns="side, above",
+        cases={"any": lambda rng: [(np.array([2.0, -1.0, 0.0]), 0.999999)]},
+        checks="side | side | any | Left or right?\nabove | above | any | Above a?",
+        wrong="all to the right | np.sign(x) -> np.abs(np.sign(x)) | Some are on the left.",
+    )
+    for wrong, got, want in (
+        (([-1, 1, 0], True), "side is [-1, 1, 0]", "should be [1, -1, 0]. The entries are in the wrong order"),
+        (([0, 0, 0], True), "side is [0, 0, 0]", "should be [1, -1, 0]"),
+        (([1, -1, 0], False), "above is False", "should be True"),
+    ):
+        message = f"{got} for x = [ 2., -1.,  0.], a = 0.999999, it {want}"
+        assert exercise.judge(lambda x, a, wrong=wrong: wrong).message == message
+    assert exercise.judge(lambda x, a: ([1.0, -1.0, 0.0], 1)).passed  # other types, the same numbers
+
+
 def test_true_is_no_index():
     exercise = made("which | i | any | Look for the largest.")
     verdict = exercise.judge(lambda x, a: (*scaled(x, a)[:2], [False, True, 2][scaled(x, a)[2]]))

@@ -128,7 +128,7 @@ def floor_figure(sigmas, floors, heading_std_deg):
         ax.plot(ids[below], sigmas[below], "X", color=VERMILLION, markersize=11, label="EKF-SLAM, below the floor")
     ax.set(xlabel="landmark", ylabel="sigma (m), 1σ", ylim=(0, None), xticks=ids)
     ax.set_title(f"after two rounds; sigma of the first heading {heading_std_deg:g}°")
-    ax.legend(loc="lower right")
+    ax.legend(loc="lower center", ncols=3)  # below the marks
     low = int(np.argmin(sigmas / floors))
     return fig, (
         f"First heading: {heading_std_deg:g} degrees. {below.sum()} of {len(ids)} landmarks are below their floor. "

@@ -17,7 +17,7 @@ def sigma_figure(curves):
     fig, ax = plt.subplots(figsize=(8.6, 4.4), layout="constrained")
     says = []
     for (name, sigma), style in zip(curves.items(), (REJECTED, UPDATED), strict=False):
-        ax.plot(sigma, **line(style, linestyle="-", linewidth=2.5), label=f"{name} believes")
+        ax.plot(sigma, **line(style, linestyle="-", linewidth=2.5), label=f"{name}: what it claims")
         says.append(f"{name}: {sigma[0]:.0f} degrees before, {sigma[-1]:.1f} after {len(sigma) - 1} sights")
     start = next(iter(curves.values()))[0]
     ax.axhline(start, **line(TRUTH, linewidth=1.5), label="truth: nothing was learned")

@@ -149,7 +149,7 @@ def clock_figure(which, offsets, curves):
     ax.axhline(2, color=BLACK, linestyle=":", linewidth=1.2, label="honest: 2")
     ax.plot([], [], "o", markersize=13, markerfacecolor="none", markeredgecolor=BLACK, label="smallest")
     ax.set(xlabel="clock offset taken from the stamps (s)", ylabel="mean NIS", yscale="log", title=which)
-    ticks = [t for t in (0.2, 0.5, 1, 2, 5, 10, 20, 50) if ax.get_ylim()[0] <= t <= ax.get_ylim()[1]]
+    ticks = [t for t in (0.2, 0.5, 1, 1.5, 2, 3, 5, 10, 20, 50) if ax.get_ylim()[0] <= t <= ax.get_ylim()[1]]
     ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
     ax.minorticks_off()
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)

@@ -245,7 +245,8 @@ def two_cameras(baseline, frames, step, noise):
     ax.set_yticks([0.1, 1, 10, 100], ["0.1", "1", "10", "100"])
     ax.minorticks_off()
     ax.legend(loc="lower right")
-    reach = lambda s: f"up to {DEPTHS[s <= 0.1].max():.0f} m" if np.any(s <= 0.1) else "nowhere"
+    depth = lambda s: np.exp(np.interp(np.log(0.1), np.log(s), np.log(DEPTHS)))  # where the curve leaves the green
+    reach = lambda s: f"up to {depth(s):.1f} m" if np.any(s <= 0.1) else "nowhere"
     caption = (
         f"{frames} frame{'s' * (frames != 1)}, {(frames - 1) * step:.1f} m driven, cameras {baseline:.2f} m apart. "
         f"Depth known to 10 %: with one camera {reach(one)}, with two {reach(two)}. At 2 m: {100 * one[0]:.2g} % and "

@@ -175,8 +175,8 @@ def alignment_figure(which, paths, truths, F, ates):
         for i, (p, t, G) in enumerate(zip(paths, truths, aligned, strict=True)):
             some = slice(None, None, max(len(p) // POINTS, 1))
             q = G.from_frame(p[some])[0]
-            ax.plot(*q.T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
             ax.plot(*t[some].T, **line(TRUTH, linewidth=1.0), label="truth" if i == 0 else None)
+            ax.plot(*q.T, color=HUES[i], linestyle=DASHES[i], linewidth=1.6, label=f"robot {i + 1}")
         ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=title)
         ax.set_adjustable("datalim")
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", frameon=False)

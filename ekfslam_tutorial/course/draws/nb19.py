@@ -92,7 +92,7 @@ def scan_figure(which, k):
     ax.legend(loc="upper right")
     n = np.diff(raw.offsets)
     bars.hist(n, np.arange(n.max() + 2) - 0.5, color=SKY_BLUE, edgecolor="w")
-    bars.set(xlabel="detections in a scan (-)", ylabel="scans (-)")
+    bars.set(xlabel="detections in a scan (-)", ylabel="scans (-)", xticks=range(0, n.max() + 1, 5))
     return fig, (
         f"{which.capitalize()}: {len(rec)} scans in {rec.t[-1]:.0f} s with {len(raw.ids)} detections, {n.mean():.1f} "
         f"in a scan, none of them with a name. GPS: {len(rec.fixes[1])} fixes, the longest gap "

@@ -78,6 +78,9 @@ augmentation = table(
     P_lx forgotten | [P_lx, P_ll] -> [0 * P_lx, P_ll] | P must be symmetric: below the diagonal stands P_lx, the transpose of what stands above.
     noise not in metres | L_y @ R @ L_y.T -> R | R is in range and bearing, P_ll in x and y: L_y brings one to the other, L_y R L_y'.
     L_y transposed | L_y @ R @ L_y.T -> L_y.T @ R @ L_y | The noise goes through L_y from the left: L_y R L_y'.
+    L_y of the wrong direction | L_y @ R @ L_y.T -> np.linalg.inv(L_y) @ R @ np.linalg.inv(L_y).T | L_y brings range and bearing to x and y; its inverse, the Jacobian E_l of the observation, goes the other way.
+    L_r without the heading | P_lx = L_r -> L_r = np.eye(2, 3); P_lx = L_r | A turned robot sees the landmark elsewhere: the last column of L_r is not zero.
+    sign of the heading in L_r | P_lx = L_r -> L_r = L_r * [1, 1, -1]; P_lx = L_r | Turned to the left, the robot puts the landmark further to the left: look at the sign of the last column of L_r.
     R squared | L_y @ R @ L_y.T -> L_y @ R**2 @ L_y.T | R holds variances already: do not square it.
     only the diagonal of R | L_y @ R @ L_y.T -> L_y @ np.diag(np.diag(R)) @ L_y.T | Use the whole R: the noise of range and bearing may be correlated.
     noise subtracted | L_r.T + L_y -> L_r.T - L_y | Two causes of error make the landmark more uncertain than one: the two terms add up.

@@ -100,8 +100,10 @@ prediction = table(
     heading turned the other way | x[:3] += X_u @ u -> x[:3] += X_u @ [u[0], u[1], -u[2]] | A positive dtheta turns to the left: theta *plus* dtheta.
     sine and cosine swapped | x[:3] += X_u @ u -> x[:3] += np.array([[s, -c, 0], [c, s, 0], [0, 0, 1]]) @ u | cos belongs to x and sin to y.
     theta taken as degrees | x[:3] += X_u @ u -> c, s = np.cos(np.radians(x[2])), np.sin(np.radians(x[2])); x[:3] += np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ u | Angles are in radians already.
+    theta taken as degrees in the Jacobians | P[:3] = X_x -> c, s = np.cos(np.radians(x[2] - u[2])), np.sin(np.radians(x[2] - u[2])); X_x[:2, 2] = -s * u[0] - c * u[1], c * u[0] - s * u[1]; X_u[:2, :2] = [[c, -s], [s, c]]; P[:3] = X_x | Angles are in radians already, in X_x and X_u, too.
     Jacobians after the move: X_x and X_u are taken at the pose *before* the step: compute them before you change x.
         P[:3] = X_x -> c, s = np.cos(x[2]), np.sin(x[2]); X_x[:2, 2] = -s * u[0] - c * u[1], c * u[0] - s * u[1]; X_u[:2, :2] = [[c, -s], [s, c]]; P[:3] = X_x
+    X_u after the move | P[:3] = X_x -> c, s = np.cos(x[2]), np.sin(x[2]); X_u = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]); P[:3] = X_x | X_u is taken at the pose *before* the step, as X_x is: compute it before you change x.
     X_x is the identity | P[:3] = X_x -> X_x = np.eye(3); P[:3] = X_x | The new position depends on theta, too: the last column of X_x is not [0, 0, 1].
     X_x' P X_x | P[:3] = X_x -> P[:3] = X_x.T | The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
         P[:, :3] @ X_x.T -> P[:, :3] @ X_x

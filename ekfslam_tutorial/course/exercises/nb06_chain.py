@@ -73,6 +73,10 @@ chain = table(
     R squared | (P[-1, -1] + R) -> (P[-1, -1] + R**2) | R is a variance already: do not square it.
     R as a standard deviation | (P[-1, -1] + R) -> (P[-1, -1] + np.sqrt(R)) | R is a variance already: take no root.
     the larger of the two | np.minimum.outer -> np.maximum.outer | Landmarks i and k share the steps up to the *smaller* of the two.
+    one step less | C = np.cumsum(q) -> C = np.cumsum(q) - q | Landmark k is put down *after* step k: it has the errors of the steps 1 to k, step k included.
+    the first landmark measured: Back at the start, the *last* landmark is measured: H = [0 ... 0 1], and P H' is the last column of P.
+        K = P[:, -1] / (P[-1, -1] + R) -> K = P[:, 0] / (P[0, 0] + R)
+        np.outer(K, P[-1]) -> np.outer(K, P[0])
     standard deviations added | np.cumsum(q) -> np.cumsum(np.sqrt(q)) ** 2 | Independent errors: their variances add up, not their standard deviations.
     q squared | np.cumsum(q) -> np.cumsum(q**2) | q holds variances already: do not square them.
     sign of dx | return K * z -> return -K * z | z is measurement minus expectation: the landmarks move by + K z.
@@ -80,6 +84,7 @@ chain = table(
     P as before | P - np.outer(K, P[-1]) -> P | x was corrected, P was not: P - K H P.
     P grows | P - np.outer -> P + np.outer | A measurement takes uncertainty away: P *minus* K H P.
     K K' without Z | np.outer(K, P[-1]) -> np.outer(K, K) | The loss is K Z K' with Z = P_nn + R; yours is K K'.
+    K R K' | np.outer(K, P[-1]) -> np.outer(K, K) * R | The loss is K Z K' with Z = P_nn + R; yours has R alone.
     only the variance of the last | np.outer(K, P[-1]) -> np.diag(np.eye(len(P))[-1]) * K[-1] * P[-1, -1] | All entries of P change, not only the last one: P - K H P.
     only the diagonal of P | P - np.outer(K, P[-1]) -> np.diag(np.diag(P - np.outer(K, P[-1]))) | P has the covariances between the landmarks, too: they do not vanish.
     """,

@@ -77,6 +77,7 @@ floor = table(
     the position in the robot's frame | return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, :2] = [[c, -s], [s, c]]; return J | P_0 is in world coordinates already: shift the first pose by 1 m in x, and the landmark shifts by 1 m in x.
     turned with the heading | return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, 2] = np.array([[c, -s], [s, c]]) @ J[:, 2]; return J | The landmark is given in the world already: its distance in x and in y is l - t_0, not turned.
     sigma of the heading in degrees | return J -> J[:, 2] = np.degrees(J[:, 2]); return J | P_0 holds rad^2 already: no conversion.
+    distance in degrees | return J -> J[:, 2] = np.radians(J[:, 2]); return J | P_0 is in rad^2 already, and an angle in rad times a distance is a length: no conversion.
     distance instead of components | return J -> J[:, 2] = np.hypot(*(l - x_0[:2])); return J | The movement has a direction: -(l_y - y_0) in x and l_x - x_0 in y.
     no distance | return J -> J[:, 2] /= max(np.hypot(*(l - x_0[:2])), 1e-12); return J | A heading error of 1 degree moves a far landmark more than a near one: the distance is missing.
     """,

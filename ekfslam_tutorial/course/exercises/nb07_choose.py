@@ -73,7 +73,7 @@ gate = table(
     shown=distances,
     cases={
         "any": lambda rng: [some(rng, n) for n in (4, 1, 6)],
-        "one": lambda rng: [away(rng, *sigmas) for sigmas in ((2.0, 6.0, 7.0), (9.0, 2.5, 8.0), (9.0, 20.0, 2.9))],
+        "one": lambda rng: [away(rng, *sigmas) for sigmas in ((2.0, 6.0, 7.0), (9.0, 2.5, 8.0), (30.0, 20.0, 2.9))],
         "none": lambda rng: [away(rng, 4.0, 6.0, 7.0), away(rng, 3.5)],
         "two": lambda rng: [away(rng, 1.0, 2.0, 7.0), away(rng, 9.0, 0.1, 2.9), away(rng, 1.0, 2.0, 0.5)],
         "metres": lambda rng: [in_metres(rng)],
@@ -93,6 +93,7 @@ gate = table(
     no gate | int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) | The nearest landmark may be far away: without a gate every measurement is matched to something.
     Euclidean distance | z @ np.linalg.solve(Z, z) -> z @ z | z has a unit for each entry (m, rad), and each its own sigma: use z' inv(Z) z.
     not squared | z @ np.linalg.solve(Z, z) -> np.sqrt(z @ np.linalg.solve(Z, z)) | chi2.ppf is a limit for the *squared* distance: no root.
+    root in the gate | d2 <= chi2 -> np.sqrt(d2) <= chi2 | chi2.ppf(confidence, m) is a limit for the *squared* distance: compare d2 with it, without a root.
     diagonal of Z | np.linalg.solve(Z, z) -> (z / np.diag(Z)) | The entries of z are correlated: use the whole Z.
     Z not inverted | np.linalg.solve(Z, z) -> Z @ z | In units of sigma: divide by Z, z' inv(Z) z.
     one Z for all | np.linalg.solve(Z, z) -> np.linalg.solve(Zs[0], z) | Each landmark has its own Z: Zs[k] belongs to zs[k].

@@ -79,6 +79,10 @@ mutual = table(
     out at the limit itself | <= limit: -> < limit: | A pair is none if its distance is *larger* than the limit: at the limit itself it counts, <=.
     furthest | np.argmin(D[i]) -> np.argmax(D[i]) | Near means a *small* distance: argmin.
         np.argmin(D[:, near]) == i and D[i, near] <= limit: -> np.argmax(D[:, near]) == i:
+    furthest measurement of the landmark | np.argmin(D[:, near]) -> np.argmax(D[:, near]) | The landmark asks for its *nearest* measurement, too: the least entry of its column, argmin.
+    axes swapped: Row i belongs to measurement i, column j to landmark j: the nearest landmark of a measurement is the least entry of its row, argmin with axis=1.
+        near = np.argmin(D[i]) -> near = np.argmin(D, axis=0)[i]
+        np.argmin(D[:, near]) == i -> np.argmin(D, axis=1)[near] == i
     landmarks instead of measurements | <= limit: -> <= limit and near < k: | j has one entry for each *measurement*: which landmark it belongs to.
         j[i] = near -> j[near] = i
     None for no pair | np.full(k, -1) -> [None] * k | A measurement without a landmark gets the number -1, not None.

@@ -66,6 +66,8 @@ form = table(
     R without the gain | K @ R @ K.T -> (R if R.shape == P.shape else R.mean() * np.eye(len(P))) | v reaches the state through the gain: K R K', not R.
     K K' | K @ R @ K.T -> K @ K.T | The noise has the covariance R: K R K', not K K'.
     transpose on the wrong side | A @ P @ A.T -> A.T @ P @ A | cov(A dx) = A P A': the transpose stands on the right.
+    transpose forgotten | A @ P @ A.T -> A @ P @ A | cov(A dx) = A P A': the second A is transposed.
+    transpose forgotten, made symmetric | A @ P @ A.T -> (A @ P @ A + (A @ P @ A).T) / 2 | cov(A dx) = A P A': the second A is transposed. Making the result symmetric does not mend it.
     plus K H | - K @ H -> + K @ H | A correction takes error away: I - K H.
     identity forgotten | np.eye(len(P)) - K @ H -> -K @ H | The error before does not vanish: I - K H, with the identity.
     (I - K H) on one side only | A @ P @ A.T -> A @ P | A covariance is multiplied from both sides: (I - K H) P (I - K H)'.

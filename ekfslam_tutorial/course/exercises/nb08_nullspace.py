@@ -88,6 +88,7 @@ hidden = table(
     only singular values that are zero | O.shape[1] - np -> min(O.shape) - np | O may have fewer rows than columns: then there are invisible directions without a zero singular value. n minus the rank counts all.
     only the first time | np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> np.linalg.matrix_rank(H[0]) | All measurements of all times together: take the rank of the whole O, not of H_0.
     always three | O.shape[1] - np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> 3 | Three is the answer for SLAM in the plane. Compute it: n minus the rank of O.
+    no threshold | tol=1e-8 * np.linalg.norm(O, 2) -> tol=0.0 | Rounding never gives exactly zero: a singular value counts as zero if it is tiny beside the largest one.
     fixed threshold: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
         np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> int(np.sum(np.linalg.svd(O, compute_uv=False) > 1e-3))
     """,

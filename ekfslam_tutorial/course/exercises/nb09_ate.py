@@ -79,6 +79,9 @@ trajectory = table(
     first points only | a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path[0], truth - truth[0] | Two points hold the noise of two points. Use all of them: least squares.
         np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b) -> a[1, 0] * b[1, 1] - a[1, 1] * b[1, 0], a[1] @ b[1]
         R.T + truth.mean(axis=0) -> R.T + truth[0]
+    all from the first point: All points count alike: subtract the means, not the first points, for the angle and for the place.
+        a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path[0], truth - truth[0]
+        R.T + truth.mean(axis=0) -> R.T + truth[0]
     first point on first point | a @ R.T + truth.mean(axis=0) -> (path - path[0]) @ R.T + truth[0] | All points count alike: put mean on mean, not start on start.
     truth laid on the path | a @ R.T + truth.mean(axis=0) -> b @ R + path.mean(axis=0) | Return the path in the frame of the truth, not the other way round.
     plain arctan: np.arctan cannot tell an angle from the opposite one: np.arctan2 takes both sums.

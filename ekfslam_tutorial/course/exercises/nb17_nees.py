@@ -90,6 +90,8 @@ tangent = table(
     position only | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = e[:, :3], P[:, :3, :3] | That is the NEES of the position, 3 degrees of freedom. The orientation belongs to it.
     correlations forgotten | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.kron(np.eye(2), np.ones((3, 3))) | Position and orientation are correlated: use the whole C, not its two blocks.
     P forgotten | E_x @ P @ np -> E_x @ np | E_x E_x' is no covariance: P, what the filter says of its error, belongs between them.
+    truth minus estimate: Take the estimate minus the truth: E_x is the derivative by x, and so the covariance is E_x P E_x'. The other way round it is the derivative by the truth.
+        Frame3(x).minus(Frame3(truth)) -> Frame3(truth).minus(Frame3(x))
     inverse forgotten | np.linalg.solve(C, e[..., None]) -> (C @ e[..., None]) | Large where P is *small*: e' C^-1 e.
     root taken | .sum(-1) -> .sum(-1) ** 0.5 | NEES is the *squared* distance: no root.
     divided by six | .sum(-1) -> .sum(-1) / 6 | NEES of a pose is about 6, its degrees of freedom: do not divide by them.

@@ -77,6 +77,9 @@ fusion = table(
     innovation with the wrong sign | l1 + K @ (l2 - l1) -> l1 + K @ (l1 - l2) | The innovation is l2 - l1: what map 2 says beyond map 1.
     gain transposed | l1 + K @ (l2 - l1) -> l1 + K.T @ (l2 - l1) | K = P1 (P1 + P2)^-1, in this order: yours is its transpose.
     covariances added | P1 - K @ P1 -> P1 + P2 | Two maps know more than one: the fused covariance is smaller than both.
+    covariances added, for the mean, too: What adds up is the information, P1^-1 + P2^-1; its inverse is the fused covariance, smaller than both.
+        l1 + K @ (l2 - l1) -> (P1 + P2) @ (np.linalg.inv(P1) @ l1 + np.linalg.inv(P2) @ l2)
+        P1 - K @ P1 -> P1 + P2
     mean of the covariances | P1 - K @ P1 -> (P1 + P2) / 2 | Two maps know more than one: the fused covariance is smaller than both.
     half the covariance | P1 - K @ P1 -> P1 / 2 | That holds for two maps of the same covariance only.
     covariance of the plain mean | P1 - K @ P1 -> (P1 + P2) / 4 | (P1 + P2) / 4 belongs to the plain mean, not to the weighted one.

@@ -140,5 +140,13 @@ project = Project(
             "x has up to {s.size} numbers, the task allows 150",
             "Landmarks that have not been seen for some frames must go, and leave their range to others: find_range finds the gap. If there is none, the landmark is not started.",
         ),
+        Symptom(
+            "who leaves",
+            lambda s, p: s.share >= p.least and s.lately < 0.4,
+            "only {s.lately:.0%} of the landmarks that were seen in the last ten frames are in the map at the end",
+            "The map is full of landmarks that nobody sees any more, and the new ones find no room: the robots drive on by "
+            "their odometry alone. Note when each landmark was seen last. If that is some frames ago it leaves `lmks`, and its "
+            "range is free again.",
+        ),
     ),
 )

@@ -223,7 +223,8 @@ class _Shown:
         self.told = float(said.mean())
         self.agrees = said.shape != self.nees.shape or np.allclose(said, self.nees, rtol=1e-3)
         self.told_percent = 100 * float(said_inside.mean())
-        self.band_agrees = said.shape != self.nees.shape or float((said_inside != own).mean()) < 0.05
+        sure = np.abs(np.subtract.outer([self.low, self.high], self.anees)).min(0) > 0.01 * self.low  # not at a limit
+        self.band_agrees = said.shape != self.nees.shape or not np.any((said_inside != own) & sure)
 
 
 SYMPTOMS = (
@@ -255,7 +256,7 @@ SYMPTOMS = (
         "honest",
         lambda s, p: s.inside < p.share,
         "the mean NEES is in the band {s.low:.1f} to {s.high:.1f} in {s.percent:.0f} % of the frames only; it is {s.first:.1f} in the first third and {s.last:.1f} in the last",
-        "It becomes too sure on its way: the Jacobians are taken at poses that are too far off. Where the landmark is counted from matters (an anchor is better than the world's origin); with this odometry no way of storing is enough. What measured the depth in section 2?",
+        "It becomes too sure on its way: an unknown depth, seen from poses that are off. With this odometry no way of storing a landmark is enough, anchor or not. What measured the depth in section 2?",
     ),
     Symptom(
         "a map",

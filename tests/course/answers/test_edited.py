@@ -238,8 +238,6 @@ WRONG = r"""
     s / r2], axis -> 0 * s], axis
 16.5 azimuth from behind: azimuth|arctan2\(y
     np.arctan2(y, x), np -> np.arctan2(-y, -x), np
-17.1 truth for estimate: NEES|covariance of e
-    Frame3(x).minus(Frame3(truth)) -> Frame3(truth).minus(Frame3(x))
 17.1 sum of all: one number|each
     .sum(-1) -> .sum()
 17.2 limits of 99 per cent: 2.5 %|limit
