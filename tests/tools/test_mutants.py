@@ -92,7 +92,7 @@ def test_a_changed_module_is_imported(tmp_path, monkeypatch):
         del sys.modules["thing"]
 
 
-def test_the_tests_that_visit_a_function_are_chosen_the_quickest_first(monkeypatch):
+def test_the_tests_that_visit_a_function_are_chosen_the_nearest_and_quickest_first(monkeypatch):
     path = mutants.PACKAGE / "geometry" / "angles.py"
     name = str(path.relative_to(mutants.ROOT))
     test = lambda s, *visits: {"s": s, "visits": [[name, v] for v in visits]}
@@ -107,6 +107,8 @@ def test_the_tests_that_visit_a_function_are_chosen_the_quickest_first(monkeypat
     assert mutants.tests_for(path, mutations.Mutation(0, 1, "", ""), tests) == ["quick", "other", "slow"]
     assert mutants.tests_for(path, mutations.Mutation(0, 1, "nobody", ""), tests) == []
     assert mutants.run(path, change, [], tests)["status"] == "survived"
+    near = {"tests/geometry/test_a.py::one": test(1.0, "wrap"), "tests/geometry/test_b.py::two": test(2.0, "wrap")}
+    assert mutants.tests_for(path, change, tests | near) == [*near, "quick", "slow"]
 
 
 def test_a_torn_line_of_the_results_is_left_out(tmp_path):
