@@ -4,6 +4,8 @@ First each file of tests is run once, and it is noted which functions each test 
 chance, and for each of them the tests that visit its function are run, nearest and quickest first, until one fails.
 The files are not touched: the changed module is made when it is imported, in a process of its own.
 
+A change that makes no difference is listed with its reason in tools/equivalent_mutants.txt; it is left out.
+
 Results are appended to build/mutants/results.jsonl and never made twice as long as neither the file nor the tests have
 changed. Stop it whenever you like; the next call goes on. Survivors are listed at the end, and in survivors.txt.
 """
@@ -42,10 +44,9 @@ LONG = 4.0
 """... a test that takes longer is left out."""
 PATIENCE = 20.0, 8.0
 """A mutant may take so many seconds of the processor, and so many times what the tests took: then it is found, too."""
-
-
 MEMORY = 4 * 2**30
 """Bytes that a mutant may take."""
+EQUIVALENT = ROOT / "tools" / "equivalent_mutants.txt"
 
 
 class Changed(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader):
@@ -127,6 +128,8 @@ def main():
     tests = visited(options.out)
     files = sorted(path for folder in CORE for path in (PACKAGE / folder).rglob("*.py"))
     drawn = [(f, m) for f in files if options.only in f.as_posix() for m in mutations.mutations(f.read_text("utf-8"))]
+    same = equivalent(EQUIVALENT.read_text("utf-8"))
+    drawn = [(f, m) for f, m in drawn if (f.relative_to(PACKAGE).as_posix(), m.function, m.what) not in same]
     random.Random(options.seed).shuffle(drawn)
     log, known = options.out / "results.jsonl", results(options.out / "results.jsonl")
     done = []
@@ -146,6 +149,12 @@ def main():
     except KeyboardInterrupt:
         pass
     report(options.out, done, len(drawn))
+
+
+def equivalent(text):
+    """Changes that make no difference, from lines `file | function | change | reason`: a set of the first three."""
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    return {tuple(part.strip() for part in line.split(" | "))[:3] for line in lines}
 
 
 def visited(out):
