@@ -229,6 +229,23 @@ def test_the_last_parameter_that_makes_a_model_and_the_first_that_makes_none(mak
             make(value)
 
 
+@pytest.mark.parametrize(
+    ("kind", "first"),
+    [
+        (sensors.PinHole, ((320.0, 240.0, 320.0, 320.0), ())),
+        (sensors.PinHoleDepth, ((320.0, 240.0, 320.0, 320.0), ())),
+        (sensors.OmniCam, ((320.0, 240.0, 1.0, 0.0, 0.0), (300.0, -190.0))),
+    ],
+)
+def test_only_k_and_d_of_a_camera_go_without_their_names(kind, first):
+    """What comes third would be taken for the correction, the image or the noise: nobody could tell."""
+    kind(*first)
+    with pytest.raises(TypeError, match="positional argument"):
+        kind(*first, None)
+    named = {f.name for f in fields(kind) if f.kw_only}
+    assert named == {f.name for f in fields(kind)} - {"k", "d"}
+
+
 # --- landmarks --------------------------------------------------------------------------------------------------------
 
 

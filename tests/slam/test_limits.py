@@ -176,3 +176,34 @@ def test_when_a_landmark_is_tried_again_nobody_says():
         with pytest.raises(ValueError, match="retry_after must be a whole number of 1 or more, or None"):
             Options(retry_after=bad)
     assert type(Scene().add(1, [0.0, 0.0]))(1, EucPnt(2)).n_refused == 0
+
+
+# --- the order of what is equal ---
+
+
+def four_alike(joint, **options):
+    """Landmarks that are expected as well as each other; their slots go against the order in which they are kept."""
+    scene = Scene(P=np.zeros((3, 3)), joint=joint, **options)
+    for k, id in enumerate((5, 3, 8, 1)):
+        scene.add(id, [3.0, 0.0], 0.01 * np.eye(2)).slot = 3 - k
+    return scene, scene.see({id: [3.0, 0.0] for id in (8, 5, 1, 3)})
+
+
+@pytest.mark.parametrize("engine", [slam, fast], ids=["plain", "fast"])
+def test_who_comes_first_among_equals(engine):
+    """One by one, and with a limit: by their slots, as in the manual. All at once: as they are kept."""
+    for joint, n_updates, wanted in (
+        (False, None, [1, 8, 3, 5]),
+        (False, 2, [1, 8]),
+        (True, None, [5, 3, 8, 1]),
+    ):
+        scene, seen = four_alike(joint, n_updates=n_updates)
+        if engine is fast:
+            map = fast.new_map()
+            map.add(scene.map.x[:3], scene.map.P[:3, :3])
+            for lmk in scene.lmks.values():
+                lmk.r = map.add(scene.map.state(lmk.r), scene.map.block(lmk.r))
+            scene.map = map
+        events, _ = engine.correct_known_lmks(*scene.all, scene.obs, seen, scene.opt)
+        assert [event.lmk for event in events if event.kind == "search"] == wanted
+        assert [id for _, id in scene.obs] == ([5, 3, 8, 1] if joint else [1, 8, 3, 5])
