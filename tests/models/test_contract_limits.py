@@ -1,0 +1,94 @@
+"""How wrong a model may be before a contract test says so: what is just within a tolerance, and what is just beyond."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.models import check_motion, check_pair, check_sensor
+from ekfslam_tutorial.models.landmarks import EucPnt
+from ekfslam_tutorial.models.motion import Odometry2
+from ekfslam_tutorial.models.sensors import PointXY, RangeBearing
+from ekfslam_tutorial.models.trials import check_residual
+
+
+@dataclass(frozen=True)
+class Off(PointXY):
+    """A sensor whose inverse is off to the side by so much."""
+
+    by: float = 0.0
+
+    def retro(self, y):
+        v, V_y = super().retro(y)
+        return v + [0.0, self.by], V_y
+
+
+@dataclass(frozen=True)
+class Seam(RangeBearing):
+    """A sensor whose bearing is wrapped by a turn that is wrong by so much."""
+
+    by: float = 0.0
+
+    def residual(self, y, e):
+        z = np.subtract(y, e, dtype=float)
+        z[..., 1] -= (2 * np.pi + self.by) * np.round(z[..., 1] / (2 * np.pi))
+        return z
+
+
+@dataclass(frozen=True)
+class Farsighted(RangeBearing):
+    """A sensor that sees so many times as far as it says."""
+
+    times: float = 1.0
+
+    def visible(self, y, p):
+        return (y[..., 0] > 0) & (y[..., 0] <= self.times * self.max_range)
+
+
+def accepted(check, model, *more):
+    try:
+        check(model, *more)
+    except AssertionError as error:
+        return str(error)
+    return True
+
+
+def test_the_way_back_to_a_millionth():
+    assert accepted(check_sensor, Off(by=0.95e-6)) is True
+    assert accepted(check_sensor, Off(by=1.1e-6)) == "project(retro(y)) is not y"
+
+
+def test_a_pair_to_a_hundred_thousandth():
+    assert accepted(check_pair, Off(by=0.95e-5), EucPnt(2)) is True
+    assert accepted(check_pair, Off(by=1.1e-5), EucPnt(2)) == "observe(retro_project(y)) is not y"
+
+
+@pytest.mark.parametrize("by", [0.95e-6, -0.95e-6, 1.1e-6, -1.1e-6])
+def test_a_seam_to_a_millionth(by):
+    y = np.array([[2.0, 0.3], [3.0, -1.0]])
+    said = accepted(check_residual, Seam(0.1, 0.1, by=by), y)
+    assert said is True if abs(by) < 1e-6 else said.startswith("residual does not wrap: units[1] is 'rad'")
+
+
+def test_points_at_twice_the_greatest_range_are_not_seen():
+    assert accepted(check_sensor, Farsighted(0.1, 0.1, max_range=20.0, times=1.99)) is True
+    assert accepted(check_sensor, Farsighted(0.1, 0.1, max_range=20.0, times=2.01)) == (
+        "visible() accepts points beyond max_range"
+    )
+
+
+def test_a_motion_is_asked_for_a_tenth_of_a_second():
+    asked = []
+
+    class Noting(Odometry2):
+        def move(self, x, u, dt):
+            asked.append((dt, float(np.abs(u).max())))
+            return super().move(x, u, dt)
+
+    check_motion(Noting())
+    assert {dt for dt, _ in asked} == {0.1}
+    sizes = [u for _, u in asked]
+    assert any(u == 0 for u in sizes) and any(0 < u < 2e-5 for u in sizes) and any(u > 0.5 for u in sizes)
+    asked.clear()
+    check_motion(Noting(), 0.5)
+    assert {dt for dt, _ in asked} == {0.5}
