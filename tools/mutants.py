@@ -199,8 +199,8 @@ def tests_for(file, mutation, tests):
     path = str(file.relative_to(ROOT))
     place = [path, mutation.function]
     mine = [id for id, t in tests.items() if place in t["visits"]]
-    if not mutation.function:  # of the whole file
-        mine = [id for id, t in tests.items() if any(visit[0] == path for visit in t["visits"])]
+    if not mutation.function:  # of the whole file; who visits nothing looks at values: at any
+        mine = [id for id, t in tests.items() if not t["visits"] or any(visit[0] == path for visit in t["visits"])]
     seconds, chosen = 0.0, []
     for id in sorted(mine, key=lambda id: tests[id]["s"]):
         seconds += tests[id]["s"]

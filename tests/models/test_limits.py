@@ -168,6 +168,16 @@ def test_the_rim_of_an_omnidirectional_view_is_not_seen():
     assert sees(narrow, [0.0, 1.0, 1 + 1e-9], y) and not sees(narrow, [0.0, 1.0, 1 - 1e-9], y)
 
 
+def test_the_axis_of_an_omnidirectional_camera_is_the_centre_of_its_image():
+    """There a direction has no side, and the pixel is the centre all the same; and beside it, from all sides."""
+    sensor = sensors.OmniCam((320.0, 240.0, 1.1, 0.1, -0.1), (300.0, -300.0 / (np.pi / 2)))
+    assert sensor.project(np.array([0.0, 0.0, 3.0]))[0].tolist() == [320.0, 240.0]
+    for side in ([1e-9, 0.0, 3.0], [0.0, -1e-9, 3.0]):
+        assert np.allclose(sensor.project(np.array(side))[0], [320.0, 240.0], atol=1e-6)
+    stack = sensor.project(np.array([[0.0, 0.0, 3.0], [1.0, 0.0, 0.0]]))[0]
+    assert np.allclose(stack, [[320.0, 240.0], [620.0, 270.0]], atol=1e-9)
+
+
 def test_the_fold_of_a_lens():
     """r (1 + d r^2) grows up to r^2 = -1 / (3 d); with two coefficients the first of two such places counts."""
     assert sensors.PinHole().fold == INF == sensors.PinHole(d=(0.3,)).fold == sensors.PinHole(d=(0.0,)).fold

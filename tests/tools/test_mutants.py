@@ -114,10 +114,16 @@ def test_the_tests_that_visit_a_function_are_chosen_the_nearest_and_quickest_fir
         "quick": test(0.1, "wrap"),
         "other": test(0.1, "turn"),
         "long": test(50.0, "wrap"),
+        "looks at values": test(0.2),
     }
     change = mutations.Mutation(0, 1, "wrap", "")
     assert mutants.tests_for(path, change, tests) == ["quick", "slow"]
-    assert mutants.tests_for(path, mutations.Mutation(0, 1, "", ""), tests) == ["quick", "other", "slow"]
+    assert mutants.tests_for(path, mutations.Mutation(0, 1, "", ""), tests) == [
+        "quick",
+        "other",
+        "looks at values",
+        "slow",
+    ]
     assert mutants.tests_for(path, mutations.Mutation(0, 1, "nobody", ""), tests) == []
     assert mutants.run(path, change, [], tests)["status"] == "survived"
     near = {"tests/geometry/test_a.py::one": test(1.0, "wrap"), "tests/geometry/test_b.py::two": test(2.0, "wrap")}
