@@ -4,7 +4,7 @@ First each file of tests is run once, and it is noted which functions each test 
 chance, and for each of them the tests that visit its function are run, nearest and quickest first, until one fails.
 The files are not touched: the changed module is made when it is imported, in a process of its own.
 
-A change that makes no difference is listed with its reason in tools/equivalent_mutants.txt; it is left out.
+A change that makes no difference is listed with its reason in tools/equivalent_mutants.toml; it is left out.
 
 Results are appended to build/mutants/results.jsonl and never made twice as long as neither the file nor the tests have
 changed. Stop it whenever you like; the next call goes on. Survivors are listed at the end, and in survivors.txt.
@@ -21,6 +21,7 @@ import resource
 import signal
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import mutations
@@ -46,7 +47,7 @@ PATIENCE = 20.0, 8.0
 """A mutant may take so many seconds of the processor, and so many times what the tests took: then it is found, too."""
 MEMORY = 4 * 2**30
 """Bytes that a mutant may take."""
-EQUIVALENT = ROOT / "tools" / "equivalent_mutants.txt"
+EQUIVALENT = ROOT / "tools" / "equivalent_mutants.toml"
 
 
 class Changed(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader):
@@ -127,9 +128,8 @@ def main():
     sys.path.insert(0, str(ROOT))
     tests = visited(options.out)
     files = sorted(path for folder in CORE for path in (PACKAGE / folder).rglob("*.py"))
-    drawn = [(f, m) for f in files if options.only in f.as_posix() for m in mutations.mutations(f.read_text("utf-8"))]
     same = equivalent(EQUIVALENT.read_text("utf-8"))
-    drawn = [(f, m) for f, m in drawn if (f.relative_to(PACKAGE).as_posix(), m.function, m.what) not in same]
+    drawn = [(f, m) for f in files if options.only in f.as_posix() for m in different(f, same)]
     random.Random(options.seed).shuffle(drawn)
     log, known = options.out / "results.jsonl", results(options.out / "results.jsonl")
     done = []
@@ -152,9 +152,15 @@ def main():
 
 
 def equivalent(text):
-    """Changes that make no difference, from lines `file | function | change | reason`: a set of the first three."""
-    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
-    return {tuple(part.strip() for part in line.split(" | "))[:3] for line in lines}
+    """Changes that make no difference, of a TOML file: a set of (file, line of the source, change)."""
+    return {(entry["file"], entry["line"], entry["change"]) for entry in tomllib.loads(text)["same"]}
+
+
+def different(file, same):
+    """The changes of a file but those that make no difference."""
+    text = file.read_text("utf-8")
+    lines, name = [line.strip() for line in text.splitlines()], file.relative_to(PACKAGE).as_posix()
+    return [m for m in mutations.mutations(text) if (name, lines[m.line - 1], m.what) not in same]
 
 
 def visited(out):
