@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.models import check_motion, check_pair, check_sensor
-from ekfslam_tutorial.models.landmarks import EucPnt
+from ekfslam_tutorial.models import check_landmark, check_motion, check_pair, check_sensor
+from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import PointXY, RangeBearing
 from ekfslam_tutorial.models.trials import check_residual
@@ -92,3 +92,56 @@ def test_a_motion_is_asked_for_a_tenth_of_a_second():
     asked.clear()
     check_motion(Noting(), 0.5)
     assert {dt for dt, _ in asked} == {0.5}
+
+
+# --- each derivative of a landmark is asked for ---
+
+
+def spoilt(lmk, method, number):
+    """A landmark type one of whose Jacobians is too large by a hundredth; values are right."""
+
+    class Spoilt(type(lmk)):
+        pass
+
+    def wrong(self, *args):
+        out = list(getattr(super(Spoilt, self), method)(*args))
+        out[number] = 1.01 * out[number]
+        return tuple(out)
+
+    setattr(Spoilt, method, wrong)
+    return Spoilt(lmk.dim)
+
+
+@pytest.mark.parametrize(
+    ("lmk", "method", "argument"),
+    [(EucPnt(2), method, k) for method in ("to_frame", "from_frame") for k in (1, 2)]
+    + [(EucPnt(2), method, 1) for method in ("point", "ray", "from_point")]
+    + [(AhmPnt(2), "from_ray", k) for k in (1, 2)],
+)
+def test_every_derivative_of_a_landmark_is_asked_for(lmk, method, argument):
+    said = accepted(check_landmark, spoilt(lmk, method, argument))
+    assert said.startswith(f"Jacobian of argument {argument} differs at entry")
+
+
+@pytest.mark.parametrize("argument", [1, 2])
+def test_every_derivative_of_a_motion_is_asked_for(argument):
+    class Spoilt(Odometry2):
+        def move(self, x, u, dt):
+            out = list(super().move(x, u, dt))
+            out[argument] = 1.01 * out[argument]
+            return tuple(out)
+
+    assert accepted(check_motion, Spoilt()).startswith(f"Jacobian of argument {argument} differs at entry")
+
+
+@pytest.mark.parametrize("method", ["project", "retro"])
+def test_every_derivative_of_a_sensor_is_asked_for(method):
+    class Spoilt(RangeBearing):
+        pass
+
+    def wrong(self, a):
+        value, J = getattr(super(Spoilt, self), method)(a)
+        return value, 1.01 * J
+
+    setattr(Spoilt, method, wrong)
+    assert accepted(check_sensor, Spoilt(0.1, 0.1)).startswith("Jacobian of argument 1 differs at entry")
