@@ -36,6 +36,8 @@ FLAT = 1e-9
 """Runs that differ by less in their surprise do not differ."""
 AXES = "map", "robot"
 """Corrections are summed along the axes of the one and of the other."""
+OFTEN = 0.02
+"""So large a share of the sightings must be repetitions, from a place where the robot stands."""
 WHITE = 0.1
 """Innovations with less correlation than this, and chance, from one to the next of a landmark are white."""
 OUTLIER = 25.0
@@ -200,14 +202,13 @@ class _Search:
         motions = {robot.id: robot.motion for robot in self.data.robots}
         if any(motion.size != motion.frame.size for motion in motions.values()):
             return
-        total, dof = (
-            sum(column) for column in zip(*(self.scatter(s, motions[s.robot]) for s in self.data.sensors), strict=True)
-        )
+        parts = [self.scatter(s, motions[s.robot]) for s in self.data.sensors]
+        total, dof, n_numbers = (sum(column) for column in zip(*parts, strict=True))
         if not dof:
             return
         share, chance = 1 - total / dof, np.sqrt(2 / dof)
         white = not n or abs(r) < WHITE + SURE / np.sqrt(n)
-        kept = bool(dof >= FEWEST and share > SURE * chance and not white)
+        kept = bool(dof >= max(FEWEST, OFTEN * n_numbers) and share > SURE * chance and not white)
         what = "share of the noise that lasts while the robot stands"
         self.found.findings.append(Finding(what, "of R", float(share), float(chance * total / dof), kept))
         if kept:
@@ -216,10 +217,11 @@ class _Search:
             self.settle_factor()
 
     def scatter(self, sensor, motion):
-        """Sum of the squared distances, in terms of R, of sightings from the mean of those from one place; its dof."""
+        """Sum of the squared distances, in terms of R, of sightings from the mean of those from one place; its degrees
+        of freedom; how many numbers were measured."""
         log, model = self.recording.raw[sensor.id], sensor.model
         if not len(log.y):
-            return 0.0, 0
+            return 0.0, 0, 0
         group, size = sightings_from_one_place(log, places(self.recording.robots[sensor.robot].u, motion))
         first = np.unique(group, return_index=True)[1]
         z = model.residual(log.y, log.y[first][group])
@@ -227,9 +229,8 @@ class _Search:
         np.add.at(mean, group, z / size[group][:, None])
         z = z - mean[group]
         R = sensor.noise_factor * (np.tile(model.R, (len(z), 1, 1)) if log.R is None else log.R)
-        return float(np.einsum("ki,ki->", z, np.linalg.solve(R, z[..., None])[..., 0])), int(
-            (size - 1).sum()
-        ) * z.shape[1]
+        total = np.einsum("ki,ki->", z, np.linalg.solve(R, z[..., None])[..., 0])
+        return float(total), int((size - 1).sum()) * z.shape[1], z.size
 
     # --- mounting ---
 

@@ -66,6 +66,7 @@ def test_points_on_a_plane_in_space_suffice(rng):
         (np.zeros((0, 2)), np.zeros((0, 2)), "0 points do not fix a rotation in 2D"),
         (np.ones((1, 2)), np.ones((1, 2)), "1 points do not fix a rotation in 2D"),
         (np.ones((5, 2)), np.ones((5, 2)), "on top of each other"),
+        (np.zeros((5, 2)), np.zeros((5, 2)), "on top of each other"),
         (np.arange(9.0).reshape(3, 3), np.arange(9.0).reshape(3, 3), "do not fix a rotation in 3D"),
         (np.array([[0, 0], [1, np.nan]]), np.eye(2), "finite points"),
     ],

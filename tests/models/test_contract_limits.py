@@ -145,3 +145,26 @@ def test_every_derivative_of_a_sensor_is_asked_for(method):
 
     setattr(Spoilt, method, wrong)
     assert accepted(check_sensor, Spoilt(0.1, 0.1)).startswith("Jacobian of argument 1 differs at entry")
+
+
+def test_a_ray_to_the_side_of_the_landmark_leads_away_from_it():
+    """Not straight away: by more than a right angle. It is measured by the angle, not by single coordinates."""
+
+    class Aside(PointXY):
+        bearing_only = True
+
+        def project(self, p):
+            r = np.hypot(p[..., 0], p[..., 1])[..., None]
+            return r, (p / r)[..., None, :]
+
+        def retro(self, y):
+            v = np.array([-0.8, 0.6])
+            return y * v, np.broadcast_to(v[:, None], (*np.shape(y)[:-1], 2, 1))
+
+        def visible(self, y, p):
+            return (0.1 * p[..., 0] < p[..., 1]) & (p[..., 1] < 0.5 * p[..., 0])
+
+        R = np.eye(1)
+        units = ("m",)
+
+    assert accepted(check_sensor, Aside()) == "retro points away from the landmark"
