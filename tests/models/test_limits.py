@@ -322,3 +322,14 @@ def test_a_correction_vector_reaches_a_little_further_than_the_image():
     A = np.stack([rd**3, rd**5, rd**7], -1)
     assert np.allclose(inv_distortion(d, 3, k), np.linalg.lstsq(A, r - rd, rcond=None)[0], rtol=1e-6)
     assert inv_distortion([], 3, k).size == 0
+
+
+def test_no_ray_comes_from_beyond_the_axis():
+    """A forward polynomial that rises again on the other side of the axis: 1 pixel is 0.0118 rad on this side."""
+    rise = np.polynomial.Polynomial([0.0, 83.0, 140.0, -359.0, 205.0])
+    sensor = sensors.OmniCam((0, 0, 1, 0, 0), tuple(rise(np.polynomial.Polynomial([np.pi / 2, -1.0])).coef))
+    off = 0.011826  # from the axis, rad
+    assert rise(off) == pytest.approx(1.0, abs=1e-3) and rise(-0.315) == pytest.approx(1.0, abs=2e-2)
+    v = sensor.retro(np.array([1.0, 0.0]))[0]
+    assert np.arctan2(v[0], v[2]) == pytest.approx(off, abs=1e-4)
+    assert np.allclose(sensor.project(v)[0], [1.0, 0.0], atol=1e-9)
