@@ -9,6 +9,7 @@ from ekfslam_tutorial.models import motion, sensors
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.landmarks.idp_pnt import POLE, py2vec, vec2py
 from ekfslam_tutorial.models.landmarks.projective import ahead, linearity
+from ekfslam_tutorial.models.sensors.davison_cam import bend
 from ekfslam_tutorial.models.sensors.lens import exact_undistort, inv_distortion
 
 INF, TURN = np.inf, 2 * np.pi
@@ -343,3 +344,9 @@ def test_no_ray_comes_from_far_outside_of_the_view():
     for off in (0.7774, 0.77, 0.76, 0.6, 0.3, 0.1):
         v = sensor.retro(np.array([0.0, rise(off)]))[0]
         assert np.arctan2(v[1], v[2]) == pytest.approx(off, abs=1e-9) and v[0] == 0.0
+
+
+def test_where_davisons_lens_ends():
+    """At 1 + 2 k1 |u|^2 = 0 itself there is no number, just before it there is."""
+    assert np.isnan(bend(np.array([1.0, 0.0]), -0.5)[0]).all() and np.isnan(bend(np.array([1.0, 0.0]), -0.5)[1]).all()
+    assert bend(np.array([1 - 1e-6, 0.0]), -0.5)[0][0] == pytest.approx(1 / np.sqrt(2e-6), rel=1e-5)
