@@ -1,8 +1,10 @@
 """Change the core in one place at a time, and see whether its tests find out: `make mutants`.
 
 First each file of tests is run once, and it is noted which functions each test visits. Then changes are drawn by
-chance, and for each of them the tests that visit its function are run, the quickest first, until one fails. The files
-are not touched: the changed module is made when it is imported, in a process of its own.
+chance, and for each of them the tests that visit its function are run, nearest and quickest first, until one fails.
+The files are not touched: the changed module is made when it is imported, in a process of its own.
+
+A change that makes no difference is listed with its reason in tools/equivalent_mutants.toml; it is left out.
 
 Results are appended to build/mutants/results.jsonl and never made twice as long as neither the file nor the tests have
 changed. Stop it whenever you like; the next call goes on. Survivors are listed at the end, and in survivors.txt.
@@ -19,6 +21,7 @@ import resource
 import signal
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import mutations
@@ -34,16 +37,17 @@ TESTS += [
     "tests/fast/test_gating.py",
     "tests/fast/test_symbols.py",
 ]
+LEFT_OUT = "tests/toolbox/test_clock.py", "tests/toolbox/test_scenarios.py"
+"""Tests of which each takes longer than `LONG`: what they visit is not worth the minutes."""
 SECONDS = 20.0
 """Of tests for one mutant, and ..."""
 LONG = 4.0
 """... a test that takes longer is left out."""
 PATIENCE = 20.0, 8.0
 """A mutant may take so many seconds of the processor, and so many times what the tests took: then it is found, too."""
-
-
 MEMORY = 4 * 2**30
 """Bytes that a mutant may take."""
+EQUIVALENT = ROOT / "tools" / "equivalent_mutants.toml"
 
 
 class Changed(importlib.abc.MetaPathFinder, importlib.machinery.SourceFileLoader):
@@ -124,7 +128,8 @@ def main():
     sys.path.insert(0, str(ROOT))
     tests = visited(options.out)
     files = sorted(path for folder in CORE for path in (PACKAGE / folder).rglob("*.py"))
-    drawn = [(f, m) for f in files if options.only in f.as_posix() for m in mutations.mutations(f.read_text("utf-8"))]
+    same = equivalent(EQUIVALENT.read_text("utf-8"))
+    drawn = [(f, m) for f in files if options.only in f.as_posix() for m in different(f, same)]
     random.Random(options.seed).shuffle(drawn)
     log, known = options.out / "results.jsonl", results(options.out / "results.jsonl")
     done = []
@@ -146,6 +151,18 @@ def main():
     report(options.out, done, len(drawn))
 
 
+def equivalent(text):
+    """Changes that make no difference, of a TOML file: a set of (file, line of the source, change)."""
+    return {(entry["file"], entry["line"], entry["change"]) for entry in tomllib.loads(text)["same"]}
+
+
+def different(file, same):
+    """The changes of a file but those that make no difference."""
+    text = file.read_text("utf-8")
+    lines, name = [line.strip() for line in text.splitlines()], file.relative_to(PACKAGE).as_posix()
+    return [m for m in mutations.mutations(text) if (name, lines[m.line - 1], m.what) not in same]
+
+
 def visited(out):
     """The tests of the core, the functions each visits and its seconds.
 
@@ -154,6 +171,7 @@ def visited(out):
     path = out / "visits.json"
     kept = json.loads(path.read_text("utf-8")) if path.exists() else {}
     files = [file for pattern in TESTS for file in sorted(ROOT.glob(pattern))]
+    files = [file for file in files if file.relative_to(ROOT).as_posix() not in LEFT_OUT]
     for i, file in enumerate(files):
         name, text = str(file.relative_to(ROOT)), _text(file)
         if kept.get(name, {}).get("text") != text:
@@ -183,19 +201,20 @@ def _visits(name, out):
 
 
 def tests_for(file, mutation, tests):
-    """The tests that visit the function of a mutation, or its file, the quickest first, and some of each file early."""
+    """The tests that visit the function of a mutation, or its file: the quickest, those of its own folder first."""
     path = str(file.relative_to(ROOT))
     place = [path, mutation.function]
     mine = [id for id, t in tests.items() if place in t["visits"]]
-    if not mutation.function:  # of the whole file
-        mine = [id for id, t in tests.items() if any(visit[0] == path for visit in t["visits"])]
+    if not mutation.function:  # of the whole file; who visits nothing looks at values: at any
+        mine = [id for id, t in tests.items() if not t["visits"] or any(visit[0] == path for visit in t["visits"])]
     seconds, chosen = 0.0, []
     for id in sorted(mine, key=lambda id: tests[id]["s"]):
         seconds += tests[id]["s"]
         if seconds > SECONDS:
             break
         chosen.append(id)
-    return chosen
+    near = f"tests/{path.split('/')[1]}/"
+    return sorted(chosen, key=lambda id: not id.startswith(near))
 
 
 def run(file, mutation, chosen, tests):

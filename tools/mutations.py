@@ -139,7 +139,8 @@ def _instead(node, parent):
     if isinstance(node, ast.BinOp | ast.AugAssign) and type(node.op) in SWAPS:
         yield _with(node, op=SWAPS[type(node.op)]())
     elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
-        yield _with(node, left=node.right, right=node.left)
+        if ast.dump(node.left) != ast.dump(node.right):
+            yield _with(node, left=node.right, right=node.left)
     elif isinstance(node, ast.BoolOp):
         yield _with(node, op=SWAPS[type(node.op)]())
     elif isinstance(node, ast.Compare):

@@ -115,8 +115,8 @@ def why_not_batched(data):
     if (sensor.landmark or data.landmark.model) != POINT:
         return f"landmarks of type {type(sensor.landmark or data.landmark.model).__name__} are no EucPnt"
     for what, it, wanted in (
-        ("robot", robot, {"in_map": True, "noise_factor": 1.0}),
-        ("sensor", sensor, {"frame_in_map": False, "clutter": 0.0, "noise_factor": 1.0}),
+        ("robot", robot, {"in_map": True, "noise_factor": 1.0, "clock_offset": 0.0}),
+        ("sensor", sensor, {"frame_in_map": False, "clutter": 0.0, "noise_factor": 1.0, "bias": None, "lasting": 0.0}),
         ("landmark", data.landmark, {"in_map": True}),
         ("options", opt, ONLY),
     ):

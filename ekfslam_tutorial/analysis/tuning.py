@@ -2,10 +2,11 @@
 
 In this order, because each makes the next one easier:
 
-1. how late the controls are, by likelihood: a parabola through three runs or more;
-2. the yaw of each sensor, as a state of the filter (`frame_in_map`);
-3. by how much ranges are too long, by likelihood;
-4. one factor on R and U: by the likelihood where the innovations are white, else by the sums of corrections
+1. the share of the noise that lasts while a robot stands still, by the scatter of what it sees there;
+2. how late the controls are, by likelihood: a parabola through three runs or more;
+3. the yaw of each sensor, as a state of the filter (`frame_in_map`);
+4. by how much ranges are too long, by likelihood;
+5. one factor on R and U: by the likelihood where the innovations are white, else by the sums of corrections
    (`analysis.corrections`), along the axes of the map or of the robot, whichever are too large by more.
 
 What was found is kept only if it is three standard deviations from nothing; these are widened by the root of the
@@ -18,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from ..ekf import chi_square
-from ..toolbox.adjusted import RATES, STEPS
+from ..toolbox.adjusted import RATES, STEPS, places, sightings_from_one_place
 from ..toolbox.universal_slam import universal_slam
-from .corrections import SecondSums, correction_ratio
+from .corrections import FEWEST, SecondSums, correction_ratio
 from .innovations import Innovations
 
 YAW_STD_DEG = 2.0
@@ -35,6 +36,8 @@ FLAT = 1e-9
 """Runs that differ by less in their surprise do not differ."""
 AXES = "map", "robot"
 """Corrections are summed along the axes of the one and of the other."""
+OFTEN = 0.02
+"""So large a share of the sightings must be repetitions, from a place where the robot stands."""
 WHITE = 0.1
 """Innovations with less correlation than this, and chance, from one to the next of a landmark are white."""
 OUTLIER = 25.0
@@ -162,6 +165,7 @@ class _Search:
         self.found.before = self.now.ratio
         self.settle_factor()
         if self.recording is not None:
+            self.halts()
             self.clock()
         self.yaw()
         if self.recording is not None:
@@ -185,6 +189,48 @@ class _Search:
         ratios = {axes: correction_ratio([one.arrays for one in each.values()]) for axes, each in sums.items()}
         axes = max(AXES, key=lambda axes: np.nan_to_num(ratios[axes].value))
         return Trial(ratios[axes], axes, innovations, _yaws(s), min(data.options.md2_threshold, OUTLIER))
+
+    # --- halts ---
+
+    def halts(self):
+        """The share of the noise that lasts while a robot stands still.
+
+        There the same error is measured again and again: what a landmark's sightings from one place scatter is less
+        than R says. White noise that is told too large does so, too; but its innovations are white.
+        """
+        r, n = self.now.innovations.whiteness()
+        motions = {robot.id: robot.motion for robot in self.data.robots}
+        if any(motion.size != motion.frame.size for motion in motions.values()):
+            return
+        parts = [self.scatter(s, motions[s.robot]) for s in self.data.sensors]
+        total, dof, n_numbers = (sum(column) for column in zip(*parts, strict=True))
+        if not dof:
+            return
+        share, chance = 1 - total / dof, np.sqrt(2 / dof)
+        white = not n or abs(r) < WHITE + SURE / np.sqrt(n)
+        kept = bool(dof >= max(FEWEST, OFTEN * n_numbers) and share > SURE * chance and not white)
+        what = "share of the noise that lasts while the robot stands"
+        self.found.findings.append(Finding(what, "of R", float(share), float(chance * total / dof), kept))
+        if kept:
+            self.found.sensor |= {"lasting": round(float(share), 4)}
+            self.now = self.run("with sightings from one place counted once")
+            self.settle_factor()
+
+    def scatter(self, sensor, motion):
+        """Sum of the squared distances, in terms of R, of sightings from the mean of those from one place; its degrees
+        of freedom; how many numbers were measured."""
+        log, model = self.recording.raw[sensor.id], sensor.model
+        if not len(log.y):
+            return 0.0, 0, 0
+        group, size = sightings_from_one_place(log, places(self.recording.robots[sensor.robot].u, motion))
+        first = np.unique(group, return_index=True)[1]
+        z = model.residual(log.y, log.y[first][group])
+        mean = np.zeros((len(size), z.shape[1]))
+        np.add.at(mean, group, z / size[group][:, None])
+        z = z - mean[group]
+        R = sensor.noise_factor * (np.tile(model.R, (len(z), 1, 1)) if log.R is None else log.R)
+        total = np.einsum("ki,ki->", z, np.linalg.solve(R, z[..., None])[..., 0])
+        return float(total), int((size - 1).sum()) * z.shape[1], z.size
 
     # --- mounting ---
 

@@ -78,15 +78,21 @@ def _change(id, changes):
     with one_at_a_time(path()):
         sentence = damage()
         records = read()
-        if sentence:
-            aside = _free_name()
-            os.replace(path(), aside)
-            print(f"{sentence} The damaged file is kept as {aside.name}.")
+        aside = _free_name() if sentence else None
         record = {**EMPTY, **records.get(id, {})}
         records[id] = record | changes(record)
         text = json.dumps(records, indent=1, sort_keys=True) + "\n"
-        for target in (path(), backup()):
-            _replace(target, text)
+        if aside:
+            os.replace(path(), aside)
+        try:
+            for target in (path(), backup()):
+                _replace(target, text)
+        except OSError:
+            if aside and not path().exists():  # without it the backup would not be asked any more
+                os.replace(aside, path())
+            raise
+        if aside:
+            print(f"{sentence} The damaged file is kept as {aside.name}.")
 
 
 def _loaded():

@@ -96,6 +96,7 @@ class Options:
         check_covariance(self.N, len(self.n), "the covariance N of the prior")
         self._settle_error()
         self._check()
+        object.__setattr__(self, "md2_threshold", float(self.md2_threshold))  # whatever type, flags are plain bools
 
     def _settle_error(self):
         """Say which error there is, where the user has not."""
@@ -120,7 +121,8 @@ class Options:
         made = callable(self.association) and not isinstance(self.association, type)
         self._need("association", made, "an object to call, such as KnownIds()")
         self._need("error", self.error in ERRORS, " or ".join(map(repr, ERRORS)))
-        self._need("error", not self.first_estimates or self.error == "additive", "'additive' with first_estimates")
+        cured = "'additive' with first_estimates (both cure the same illness: take one of them)"
+        self._need("error", not self.first_estimates or self.error == "additive", cured)
 
     def _need(self, name, ok, what):
         if not ok:

@@ -1,14 +1,17 @@
-"""A recording as the scenario wants it: noise times a factor, a bias taken off, controls moved in time."""
+"""A recording as the scenario wants it: noise times a factor, a bias taken off, controls moved in time, halts."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from ..geometry import ORIGIN
 from ..models.motion import Odometry2, Odometry3, Unicycle, Vehicle
 from .recordings import ControlLog, RawLog
 
 STEPS, RATES = (Odometry2, Odometry3), (Unicycle, Vehicle)
 """Motion models whose controls are steps between two frames, and those whose controls are speeds."""
+STILL = 1e-3
+"""A robot stands still that moves by less, m and rad, in a frame or in a second."""
 
 
 def adjusted(data, recording):
@@ -17,7 +20,7 @@ def adjusted(data, recording):
     Parameters
     ----------
     data : UserData
-        `noise_factor` and `clock_offset` of each robot, `noise_factor` and `bias` of each sensor.
+        `noise_factor` and `clock_offset` of each robot, `noise_factor`, `bias` and `lasting` of each sensor.
     recording : Recording
 
     Returns
@@ -28,7 +31,8 @@ def adjusted(data, recording):
     Raises
     ------
     ValueError
-        For a clock offset and a motion model whose controls cannot be moved in time.
+        For a clock offset and a motion model whose controls cannot be moved in time; for `lasting` and one whose
+        controls do not tell whether the robot stands.
     """
     robots, raw, met = dict(recording.robots), dict(recording.raw), dict(recording.met)
     for robot in data.robots:
@@ -38,6 +42,9 @@ def adjusted(data, recording):
         for logs in (raw, met):
             if sensor.id in logs:
                 logs[sensor.id] = _measurements(logs[sensor.id], sensor)
+        if sensor.lasting and sensor.id in raw:
+            motion = next(robot.motion for robot in data.robots if robot.id == sensor.robot)
+            raw[sensor.id] = _counted_once(raw[sensor.id], sensor, places(robots[sensor.robot].u, motion))
     new, old = (robots, raw, met), (recording.robots, recording.raw, recording.met)
     same = all(a[i] is b[i] for a, b in zip(new, old, strict=True) for i in a)
     return recording if same else replace(recording, robots=robots, raw=raw, met=met)
@@ -46,7 +53,7 @@ def adjusted(data, recording):
 def is_adjusted(data):
     """True if the scenario changes what a recording holds, or what the filter is told of a simulation."""
     robots = any(robot.noise_factor != 1 or robot.clock_offset for robot in data.robots)
-    return robots or any(sensor.noise_factor != 1 or np.any(sensor.bias) for sensor in data.sensors)
+    return robots or any(s.noise_factor != 1 or np.any(s.bias) or s.lasting for s in data.sensors)
 
 
 def _controls(t, log, robot):
@@ -65,6 +72,57 @@ def _measurements(log, sensor):
     if sensor.noise_factor != 1:
         R = sensor.noise_factor * (np.tile(sensor.model.R, (len(log.y), 1, 1)) if R is None else R)
     return RawLog(log.sen, log.offsets, log.ids, log.y - sensor.biases(), R)
+
+
+def places(u, motion):
+    """Number of the place that a robot is at in each frame; it stays the same while the robot stands still.
+
+    Parameters
+    ----------
+    u : ndarray, shape (F, n)
+        Controls.
+    motion : MotionModel
+
+    Returns
+    -------
+    ndarray of int, shape (F,)
+
+    Raises
+    ------
+    ValueError
+        For a motion model with velocities: its controls do not tell.
+    """
+    if motion.size != motion.frame.size:
+        raise ValueError(f"lasting: the controls of {type(motion).__name__} do not tell when the robot stands still")
+    start = ORIGIN[motion.frame.dim].x
+    moved = np.abs(motion.move(np.tile(start, (len(u), 1)), u, 1.0)[0] - start).max(-1, initial=0.0) > STILL
+    return np.cumsum(moved)
+
+
+def sightings_from_one_place(log, place):
+    """Which sightings are of one landmark from one place: group of each, shape (M,), and size of each group.
+
+    A sighting of an unknown landmark is a group of its own.
+
+    Parameters
+    ----------
+    log : RawLog
+    place : ndarray of int, shape (F,)
+        As from `places`.
+    """
+    frame = np.repeat(np.arange(len(log)), np.diff(log.offsets))
+    alone = np.where(log.ids < 0, 1 + np.arange(len(log.ids)), 0)
+    keys = np.stack([place[frame], log.ids, alone], -1)
+    _, group, size = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    return group.ravel(), size
+
+
+def _counted_once(log, sensor, place):
+    """n sightings whose errors have a part in common: their mean varies as that of n with R times 1 + (n - 1) share."""
+    group, size = sightings_from_one_place(log, place)
+    R = np.tile(sensor.model.R, (len(log.y), 1, 1)) if log.R is None else log.R
+    factor = 1 + (size[group] - 1) * sensor.lasting
+    return RawLog(log.sen, log.offsets, log.ids, log.y, factor[:, None, None] * R)
 
 
 def moved_in_time(t, u, U, offset, motion):

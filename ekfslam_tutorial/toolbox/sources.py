@@ -66,6 +66,8 @@ class Told:
         for sensor in data.sensors:
             if np.any(sensor.biases()):
                 raise ValueError(f"sensor {sensor.id}: bias is for recordings; this is a simulation")
+            if sensor.lasting:
+                raise ValueError(f"sensor {sensor.id}: lasting is for recordings; this is a simulation")
 
     def U(self, robot, U):
         """Covariance of the control of a robot."""

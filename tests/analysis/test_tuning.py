@@ -9,6 +9,7 @@ import pytest
 from ekfslam_tutorial.analysis.tuning import Stopped, tune
 from ekfslam_tutorial.datasets import mrclam, prepare
 from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
+from ekfslam_tutorial.toolbox.adjusted import places, sightings_from_one_place
 
 SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
 
@@ -85,6 +86,30 @@ def test_controls_that_are_late(log):
     clock = finding(found, "controls later")
     assert clock.kept and abs(clock.value - 0.5) < 0.05
     assert found.robot == {"clock_offset": clock.value}
+
+
+def test_errors_that_last_while_the_robot_stands():
+    """It goes for 2 s and stands for 6: with white noise nothing is kept; with one error for each halt, all of R is."""
+
+    def progress(name, n_frames):
+        if "controls later" in name:
+            raise Stopped
+        return lambda: None
+
+    on = np.array([1.0] * 4 + [0.0] * 12)
+    speeds = {"robot.1.v": on.tolist(), "robot.1.w_deg": (14.4 * on).tolist()}
+    data = scenario(time__last=200, **speeds, **{"robot.1.v_std": 1e-4, "robot.1.w_std_deg": 1e-3})
+    white = log_of(data, 5)
+    raw = white.raw[1]
+    group, _ = sightings_from_one_place(raw, places(white.robots[1].u, data.robots[0].motion))
+    first = np.unique(group, return_index=True)[1]
+    same = replace(white, raw={1: RawLog(1, raw.offsets, raw.ids, raw.y[first][group])})
+    found = tune(data, white, progress)
+    share = finding(found, "share of the noise that lasts")
+    assert abs(share.value) < 4 * share.std < 0.2 and not share.kept and found.sensor == {}
+    found = tune(data, same, progress)
+    share = finding(found, "share of the noise that lasts")
+    assert share.kept and share.value == pytest.approx(1) and found.sensor == {"lasting": 1.0}
 
 
 @pytest.mark.parametrize("at", [3, 160])

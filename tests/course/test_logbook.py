@@ -1,5 +1,6 @@
 """The student's record: damaged by hand, or changed by two kernels at once, it loses nothing and says what happened."""
 
+import errno
 import json
 import subprocess
 import sys
@@ -36,6 +37,22 @@ def test_two_damaged_files_are_both_kept(twenty, capsys):
     folder = logbook.path().parent
     assert [(folder / f"progress.damaged{n}.json").read_text() for n in ("", "1")] == ["first", "second"]
     assert logbook.read()["03.1"]["tries"] == 2 and capsys.readouterr().out.count("is kept as") == 2
+
+
+def test_a_damaged_file_and_a_full_disk_lose_no_record(twenty, monkeypatch, capsys):
+    """Neither at once, nor when there is room again: the backup is asked as long as the damaged file is there."""
+    logbook.path().write_text("{,")
+    with monkeypatch.context() as full:
+
+        def no_room(target, text):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+        full.setattr(logbook, "_replace", no_room)
+        logbook.attempt("03.1", passed=True)
+    assert logbook.read() == twenty and logbook.path().read_text() == "{," and capsys.readouterr().out == ""
+    logbook.attempt("03.2", passed=False)
+    assert logbook.read() == twenty | {"03.2": {**logbook.EMPTY, "tries": 1}}
+    assert "The damaged file is kept as progress.damaged.json." in capsys.readouterr().out
 
 
 def test_without_a_backup_it_is_said_that_nothing_can_be_read(capsys):

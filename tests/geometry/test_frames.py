@@ -170,3 +170,23 @@ def test_a_frame_cannot_change():
 def test_equal_frames():
     assert Frame2(np.zeros(3)) == Frame2([0, 0, 0]) and Frame2(np.zeros(3)) != Frame2(np.ones(3))
     assert Frame2(np.zeros(3)) != Frame3(np.zeros(7))
+
+
+def test_a_heading_at_the_seam_is_plus_pi():
+    """Both ends of the circle are one heading, and it has one number; what is inside stays the same frame."""
+    assert Frame2([1.0, 2.0, -np.pi]).normalized()[0].theta == np.pi
+    assert Frame2([1.0, 2.0, np.pi]).normalized()[0].theta == np.pi
+    inside = Frame2([1.0, 2.0, np.nextafter(-np.pi, 0)])
+    assert inside.normalized()[0] is inside
+    stack = Frame2(np.array([[0.0, 0.0, -np.pi], [0.0, 0.0, 0.5]]))  # one of them is enough
+    assert stack.normalized()[0].theta.tolist() == [np.pi, 0.5]
+    assert Frame2([0, 0, 0.5 * np.pi]).minus(Frame2([0, 0, -0.5 * np.pi]))[0][2] == np.pi
+
+
+def test_half_a_turn_is_taken_in_the_sense_of_its_quaternion():
+    """Both senses are as short: that of q is taken where its first component is zero, and -q where it is below."""
+    o = Frame3(np.eye(7)[3])
+    for first, sense in ((0.0, 1.0), (1e-12, 1.0), (-1e-12, -1.0)):
+        e, E_f = Frame3([0, 0, 0, first, 0.0, 1.0, 0.0]).minus(o)
+        assert np.allclose(e, [0, 0, 0, 0, sense * np.pi, 0], atol=1e-11)
+        assert np.isfinite(E_f).all() and E_f[4, 3] == pytest.approx(-2.0)

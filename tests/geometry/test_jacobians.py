@@ -61,3 +61,45 @@ def test_an_argument_without_numbers_passes():
 def test_a_wrong_function_does_not(wrong, said):
     with pytest.raises(AssertionError, match=said):
         check_jacobians(wrong, X, np.array([1.0, 2.0, 3.0]))
+
+
+def test_where_a_function_is_asked():
+    """A millionth on each side, or a millionth of a number above one; another step if it is said."""
+    asked = []
+    numerical_jacobian(lambda x: asked.append(x) or x, np.array([0.5, -3.0]))
+    assert np.allclose(np.array(asked) - [0.5, -3.0], [[1e-6, 0], [-1e-6, 0], [0, 3e-6], [0, -3e-6]], rtol=1e-6, atol=0)
+    asked.clear()
+    check_jacobians(lambda x: (asked.append(x) or x, np.eye(2)), np.array([0.5, -3.0]), step=1e-3)
+    assert np.allclose(np.array(asked[1:]) - [0.5, -3.0], [[1e-3, 0], [-1e-3, 0], [0, 3e-3], [0, -3e-3]])
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "limit"),
+    [({}, 1e-6 + 4e-6), ({"rtol": 0.0}, 1e-6), ({"atol": 0.0}, 4e-6), ({"rtol": 1e-3, "atol": 1e-2}, 1.4e-2)],
+)
+def test_how_wrong_a_jacobian_may_be(tolerances, limit):
+    """In terms of the largest entry of its own: 4 here."""
+
+    def wrong_by(share):
+        return lambda x: (np.array([4 * x[0], x[1]]), np.diag([4.0, 1.0 + share * limit]))
+
+    for sign in (1, -1):
+        check_jacobians(wrong_by(0.99 * sign), np.zeros(2), **tolerances)
+        with pytest.raises(AssertionError, match=r"argument 1 differs at entry \[1, 1\]"):
+            check_jacobians(wrong_by(1.01 * sign), np.zeros(2), **tolerances)
+
+
+def test_of_equal_errors_the_first_is_named_and_of_others_the_largest():
+    J = np.eye(3)
+    for errors, entry in (
+        ({(1, 0): 0.1, (2, 2): 0.1}, "1, 0"),
+        ({(1, 0): 0.1, (2, 2): 0.1 * (1 + 5e-7)}, "1, 0"),  # equal but for rounding
+        ({(1, 0): 0.1, (2, 2): 0.1 * (1 + 5e-6)}, "2, 2"),
+        ({(1, 0): 9.0, (2, 2): np.nan}, "2, 2"),
+        ({(1, 0): 9.0, (0, 2): -np.inf}, "0, 2"),
+    ):
+        wrong = J.copy()
+        for at, error in errors.items():
+            wrong[at] += error
+        with pytest.raises(AssertionError, match=rf"differs at entry \[{entry}\]: got"):
+            check_jacobians(lambda x, wrong=wrong: (x, wrong), np.zeros(3))

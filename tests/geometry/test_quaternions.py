@@ -253,3 +253,20 @@ def test_stacks_of_arguments_give_stacks_of_results(name, rng):
         single = f(x[i]) if isinstance(f(x[i]), tuple) else (f(x[i]),)
         for many, one in zip(stacked, single, strict=True):
             assert np.allclose(np.broadcast_to(many, (2, 5, *np.shape(one)))[i], one)
+
+
+def test_how_small_a_rotation_has_an_axis():
+    """Down to 1e-150 rad, where squares are still numbers; below it the axis is [1 0 0], with a zero derivative."""
+    a, u, A_v, U_v = g.v2au(np.array([0.0, 1.5e-150, 0.0]))
+    assert a == 1.5e-150 and u.tolist() == [0, 1, 0] and A_v.tolist() == [0, 1, 0] and U_v[0, 0] == 1 / a
+    a, u, A_v, U_v = g.v2au(np.array([0.0, 0.9e-150, 0.0]))
+    assert a == 0.9e-150 and u.tolist() == [1, 0, 0] and not A_v.any() and not U_v.any()
+
+
+def test_how_near_to_the_gimbal_lock_the_yaw_is_its_own():
+    """Farther than 1e-4 rad, roll and yaw are told apart by r11 and r21; nearer, by what is left of R."""
+    for away, exact in ((1.5e-4, 1e-11), (0.5e-4, 1e-11), (1e-9, 1e-9), (0.0, 1e-9)):
+        for side in (1, -1):
+            e = np.array([0.3, side * (np.pi / 2 - away), -2.0])
+            R = g.e2R(e)[0]
+            assert np.allclose(g.e2R(g.q2e(g.e2q(e)[0])[0])[0], R, atol=exact)

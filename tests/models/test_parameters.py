@@ -52,17 +52,20 @@ def test_parameter_jacobians(camera, lmk, seed):
     check_jacobians(back, k, c, rtol=1e-5)
 
 
-def test_stack_of_landmarks():
-    camera, lmk, rng = CAMERAS[2], IdpPnt(), np.random.default_rng(0)
+@pytest.mark.parametrize("camera", [CAMERAS[2], CAMERAS[3], CAMERAS[4], CAMERAS[6]], ids=lambda c: type(c).__name__)
+def test_stack_of_landmarks(camera):
+    lmk, rng = IdpPnt() if camera.bearing_only else EucPnt(), np.random.default_rng(0)
     Rf, Sf = (Frame3(rng.normal(size=7)).normalized()[0] for _ in range(2))
     y = camera.project(np.array([0.3, -0.2, 2.0]) + 0.1 * rng.normal(size=(5, 3)))[0]
-    l = retro_project(Rf, Sf, camera, lmk, y, np.array([0.3]))[0]
+    n = np.array([0.3]) if camera.bearing_only else np.zeros(0)
+    l = retro_project(Rf, Sf, camera, lmk, y, n)[0]
     for stack, one in (
         (observe_parameters(Rf, Sf, camera, lmk, l), lambda i: observe_parameters(Rf, Sf, camera, lmk, l[i])),
         (
-            retro_project_parameters(Rf, Sf, camera, lmk, y, np.array([0.3])),
-            lambda i: retro_project_parameters(Rf, Sf, camera, lmk, y[i], np.array([0.3])),
+            retro_project_parameters(Rf, Sf, camera, lmk, y, n),
+            lambda i: retro_project_parameters(Rf, Sf, camera, lmk, y[i], n),
         ),
     ):
         for out, single in zip(stack, one(3), strict=True):
-            np.testing.assert_allclose(np.broadcast_to(out, (5, *np.shape(single)))[3], single, atol=1e-12)
+            assert np.shape(out) == (5, *np.shape(single))
+            np.testing.assert_allclose(out[3], single, atol=1e-12)

@@ -13,7 +13,7 @@ from ekfslam_tutorial.analysis.batch_slam import batch_slam
 from ekfslam_tutorial.geometry import ORIGIN, Frame2, Frame3, e2q, numerical_jacobian, v2q, wrap
 from ekfslam_tutorial.models import turning
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
-from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry2, Odometry3
+from ekfslam_tutorial.models.motion import ConstantVelocity, Imu, Odometry2, Odometry3
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
 from ekfslam_tutorial.simulation import draw
 from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_met_robots, place, reopen_gate, steps
@@ -191,6 +191,8 @@ class Witness:
             self.true = self.true.compose(m.frame(m.move(ORIGIN[self.d].x, u, 0.1)[0]))[0]
         else:  # who knows of an impulse in the axes of the world knows how the world is turned
             u *= 0.0
+        if isinstance(m, Imu):  # it stands still, and feels its weight
+            u[3:6] = self.true.R.T @ -np.array(m.gravity)
         self.rob.u, self.rob.U = u + 0.02 * self.rng.normal(size=len(u)) * (u != 0), 0.02**2 * np.eye(len(u))
         self.steps.move(self.map, self.rob, 0.1)
         p = self.sen.frame_type(ORIGIN[2].x if self.d == 2 else FORWARD).to_frame(self.true.to_frame(self.points)[0])[0]
@@ -257,6 +259,23 @@ def test_nothing_is_learnt_of_it_with_velocities_sensors_in_the_map_deletions(ca
         kinds |= {(e.kind, e.flag) for e in done + reopen_gate(ours.map, ours.rob, done, ours.opt)}
     assert abs(ours.left - 1).max() < 1e-9
     assert "min_search" not in case or {("innovation", False), ("deletion", True), ("recovery", True)} <= kinds
+
+
+@pytest.mark.parametrize("joint", [False, True], ids=["one by one", "joint"])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_who_feels_gravity_learns_what_is_upright_and_nothing_else(engine, joint):
+    """With an accelerometer the gauge has four directions: three shifts, and the turn about the vertical. To tilt the
+    world is none, for its weight tells. The additive filter learns the turn, too."""
+    left, upright = {}, np.array([0, 1, 2, 5])
+    for error in ("additive", "invariant"):
+        ours = Witness(EucPnt(3), Point(0.1), engine, motion=Imu(), error=error, joint=joint)
+        n = sum(event.kind == "correction" for _ in range(25) for event in ours.frame())
+        left[error] = ours.map.block(ours.g) / ours.s**2
+        assert n > 50
+    four = left["invariant"][np.ix_(upright, upright)]
+    assert abs(four - np.eye(4)).max() < 1e-9
+    assert np.diagonal(left["invariant"])[[3, 4]].max() < 0.9
+    assert left["additive"][5, 5] < 0.95
 
 
 @pytest.mark.parametrize("engine", ENGINES)

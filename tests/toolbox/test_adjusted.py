@@ -5,9 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry2, Unicycle
+from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry2, Odometry3, Unicycle, Vehicle
 from ekfslam_tutorial.toolbox import RawLog, Recorder, Recording, Robot, Sensor, UserData, universal_slam
-from ekfslam_tutorial.toolbox.adjusted import adjusted, is_adjusted, moved_in_time
+from ekfslam_tutorial.toolbox.adjusted import (
+    adjusted,
+    is_adjusted,
+    moved_in_time,
+    places,
+    sightings_from_one_place,
+)
 from ekfslam_tutorial.toolbox.scenario.reading import parse_toml
 from ekfslam_tutorial.toolbox.scenario.writing import to_toml
 
@@ -75,6 +81,52 @@ def test_controls_that_are_moved_in_time():
     assert moved_in_time(np.zeros(4), speeds, None, 0.5, Unicycle())[0] is speeds
 
 
+def test_a_robot_that_stands_still_is_in_one_place():
+    """Whatever its controls are: a step, speeds, a wheel that is turned while the car stands."""
+    u = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 9e-4], [0.0, 1.1e-3], [0.0, 0.0], [-1e-3, 0.0], [0.5, 0.5]])
+    assert places(u, Unicycle()).tolist() == [1, 1, 1, 2, 2, 2, 3]
+    steps = np.zeros((4, 3))
+    steps[1, 1], steps[3, 2] = -0.01, 0.01
+    assert places(steps, Odometry2()).tolist() == [0, 1, 1, 2]
+    assert places(np.hstack([steps, np.zeros((4, 3))]), Odometry3()).tolist() == [0, 1, 1, 2]
+    truck = np.array([[1.0, 0.1, 0.0], [0.0, 0.5, 0.1], [0.0, -0.5, 0.0], [1.0, 0.0, 0.0]])
+    assert places(truck, Vehicle()).tolist() == [1, 1, 1, 2]
+    with pytest.raises(ValueError, match="lasting: the controls of ConstantVelocity do not tell when the robot stands"):
+        places(np.zeros((2, 6)), ConstantVelocity())
+
+
+def test_sightings_of_one_landmark_from_one_place_belong_together():
+    """Those of unknown landmarks to nothing."""
+    log = RawLog(1, np.array([0, 2, 4, 8]), np.array([1, 2, 1, -1, 1, 1, -1, 2]), np.zeros((8, 2)))
+    group, size = sightings_from_one_place(log, np.array([0, 0, 5]))
+    assert size[group].tolist() == [2, 1, 2, 1, 2, 2, 1, 1]
+    assert group[0] == group[2] != group[4] == group[5]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_sightings_with_a_part_in_common_are_worth_less(share):
+    """A robot whose pose is known looks eight times at one point: the variance of the mean is R (1 + 7 share) / 8."""
+    text = """
+[[robot]]
+motion = "odometry2"
+in_map = false
+[[sensor]]
+type = "point_xy"
+std = 0.5
+"""
+    data = UserData.from_text(text, {"sensor.lasting": share, "sensor.noise_factor": 2.0})
+    y = np.random.default_rng(1).normal(size=(8, 2))
+    assert is_adjusted(data)
+    for n in (4, 8):
+        still = {1: np.zeros((n, 3))}
+        raw = RawLog(1, np.arange(n + 1), [7] * n, y[:n])
+        each = Recording("a halt", np.arange(1.0 * n), still, {1: raw}, truth=still)
+        *_, s = universal_slam(data, each)
+        p, P = s.lmks[7].point(s.map)
+        np.testing.assert_allclose(P, 2 * 0.25 * (1 + (n - 1) * share) / n * np.eye(2), rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(p, y[:n].mean(0), atol=1e-12)
+
+
 def test_controls_that_cannot_be_moved_are_refused():
     with pytest.raises(ValueError, match="clock_offset: the controls of ConstantVelocity cannot be moved"):
         moved_in_time(np.arange(3.0), np.zeros((3, 6)), None, 0.1, ConstantVelocity())
@@ -87,6 +139,9 @@ def test_controls_that_cannot_be_moved_are_refused():
         ("robot.noise_factor", -1.0, "noise_factor must be a positive number"),
         ("sensor.bias", [1.0], "bias must be 2 numbers"),
         ("robot.clock_offset", "late", "clock_offset must be a number"),
+        ("sensor.lasting", -1e-9, "lasting is a share, from 0 to 1, got"),
+        ("sensor.lasting", 1.1, "lasting is a share, from 0 to 1, got 1.1"),
+        ("sensor.lasting", [0.5], "lasting must be a number, got"),
     ],
 )
 def test_values_that_make_no_sense(key, value, says):
@@ -118,7 +173,7 @@ def test_a_common_factor_leaves_the_estimate_and_scales_the_covariance():
     assert (a.truth[1] == b.truth[1]).all()
 
 
-@pytest.mark.parametrize("change", [{"robot__clock_offset": 0.1}, {"sensor__bias": [0.1, 0]}])
+@pytest.mark.parametrize("change", [{"robot__clock_offset": 0.1}, {"sensor__bias": [0.1, 0]}, {"sensor__lasting": 0.5}])
 def test_a_simulation_has_no_clock_and_no_bias(change):
     with pytest.raises(ValueError, match="is for recordings; this is a simulation"):
         universal_slam(simulated(**change))

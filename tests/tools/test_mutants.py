@@ -79,6 +79,18 @@ def test_every_file_of_the_core_can_be_changed():
     assert n > 1500
 
 
+def test_each_change_that_makes_no_difference_is_one_that_can_be_made():
+    """A line whose code has changed since is no excuse any more."""
+    text = mutants.EQUIVALENT.read_text("utf-8")
+    listed = mutants.equivalent(text)
+    assert len(listed) == text.count("[[same]]") == text.count("why = ")
+    for file in {file for file, *_ in listed}:
+        mine = [entry for entry in listed if entry[0] == file]
+        path = mutants.PACKAGE / file
+        possible = mutants.different(path, set())
+        assert all(len(possible) > len(mutants.different(path, {entry})) for entry in mine)
+
+
 def test_a_changed_module_is_imported(tmp_path, monkeypatch):
     (tmp_path / "thing.py").write_text(TEXT)
     monkeypatch.setattr(mutants, "ROOT", tmp_path)
@@ -92,7 +104,7 @@ def test_a_changed_module_is_imported(tmp_path, monkeypatch):
         del sys.modules["thing"]
 
 
-def test_the_tests_that_visit_a_function_are_chosen_the_quickest_first(monkeypatch):
+def test_the_tests_that_visit_a_function_are_chosen_the_nearest_and_quickest_first(monkeypatch):
     path = mutants.PACKAGE / "geometry" / "angles.py"
     name = str(path.relative_to(mutants.ROOT))
     test = lambda s, *visits: {"s": s, "visits": [[name, v] for v in visits]}
@@ -101,12 +113,20 @@ def test_the_tests_that_visit_a_function_are_chosen_the_quickest_first(monkeypat
         "quick": test(0.1, "wrap"),
         "other": test(0.1, "turn"),
         "long": test(50.0, "wrap"),
+        "looks at values": test(0.2),
     }
     change = mutations.Mutation(0, 1, "wrap", "")
     assert mutants.tests_for(path, change, tests) == ["quick", "slow"]
-    assert mutants.tests_for(path, mutations.Mutation(0, 1, "", ""), tests) == ["quick", "other", "slow"]
+    assert mutants.tests_for(path, mutations.Mutation(0, 1, "", ""), tests) == [
+        "quick",
+        "other",
+        "looks at values",
+        "slow",
+    ]
     assert mutants.tests_for(path, mutations.Mutation(0, 1, "nobody", ""), tests) == []
     assert mutants.run(path, change, [], tests)["status"] == "survived"
+    near = {"tests/geometry/test_a.py::one": test(1.0, "wrap"), "tests/geometry/test_b.py::two": test(2.0, "wrap")}
+    assert mutants.tests_for(path, change, tests | near) == [*near, "quick", "slow"]
 
 
 def test_a_torn_line_of_the_results_is_left_out(tmp_path):

@@ -213,6 +213,9 @@ class Sensor:
         draws with R.
     bias : sequence of float, optional
         Of a recording: its measurements are so much too large; SI units and radians.
+    lasting : float
+        Of a recording: the share of the noise's variance that does not change while the robot stands still, 0 to 1.
+        Of n sightings of a landmark from one place each has R times 1 + (n - 1) lasting: with 1 they count as one.
     """
 
     id: int = 1
@@ -229,6 +232,7 @@ class Sensor:
     clutter: float = 0.0
     noise_factor: float = 1.0
     bias: Any = None
+    lasting: float = 0.0
 
     def __post_init__(self):
         check_id("id", self.id)
@@ -248,6 +252,8 @@ class Sensor:
         except OverflowError:
             raise ValueError(f"{name} must be finite") from None
         check_factor(self.noise_factor)
+        if finite_array("lasting", self.lasting).ndim or not 0 <= self.lasting <= 1:
+            raise ValueError(f"lasting is a share, from 0 to 1, got {short_text(self.lasting)}")
         self.biases()
 
     def biases(self):
