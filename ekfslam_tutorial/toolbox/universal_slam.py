@@ -7,6 +7,7 @@ from typing import Any
 from ..ekf.html import map_html
 from ..slam import reopen_gate, retry_lmks
 from . import engines
+from .rings import Rings
 from .run_state import restore
 from .scenario.agreement import can_start, started_by
 from .sources import Replay, Simulation
@@ -48,6 +49,8 @@ class Snapshot:
         True landmarks, where known.
     corrected : list of tuple
         What the corrections of this frame have done to the poses of the robots, in order: see `toolbox.watch`.
+    rings : dict of int to Ring
+        Beacons of which one does not know yet where on the ring of their ranges they are, by id: see `toolbox.rings`.
     """
 
     k: int
@@ -67,6 +70,7 @@ class Snapshot:
     sim_sens: Any
     sim_lmk: Any
     corrected: list = field(default_factory=list)
+    rings: dict = field(default_factory=dict)
 
     def __repr__(self):
         used = sum(o.updated for o in self.obs.values())
@@ -80,7 +84,8 @@ class Snapshot:
         return f"<b>{html.escape(repr(self))}</b><br>{map_html(self.map, owners)}"
 
     def _groups(self):
-        return ("robot", self.robs), ("sensor", self.sens), ("landmark", self.lmks.values())
+        things = ("robot", self.robs), ("sensor", self.sens), ("landmark", self.lmks.values())
+        return *things, ("ring", self.rings.values())
 
 
 class Run:
@@ -149,8 +154,9 @@ def universal_slam(data, recording=None, seed=None, resume=None, engine=None):
 def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
     """Run the loop: simulation, estimation, visualization."""
     opt, obs, refused, first = data.slam_options(), {}, set(), 0
+    rings = Rings(data.landmark.hypotheses, data.landmark.model)
     if resume is not None:
-        lmks, refused = restore(resume, data, map, robs, sens)
+        lmks, refused, rings.live = restore(resume, data, map, robs, sens)
         first = resume["frames"]
         for i in range(first):
             source.frame(i)  # draws the same random numbers as then
@@ -170,19 +176,23 @@ def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
             if rob.r is None:
                 rob.x[: rob.motion.frame.size] = now.truth[rob.id]
             else:
-                engine.move(map, rob, now.dt)
+                with rings.moved(map, rob, now.dt):
+                    engine.move(map, rob, now.dt)
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = now.raw[sen.id]
-                with watch:
+                with watch, rings.carried(map, rob, opt):
                     done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 done += reopen_gate(map, rob, done, opt, lmks)
                 events += done + retry_lmks(map, rob, done, opt, lmks)
+                n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                 if starts[sen.id]:
-                    n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                     events += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
+                elif rings.starts(sen.model):
+                    with watch:
+                        events += rings.see(map, rob, sen, lmks, raw, opt, n_max)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
-                with watch:
+                with watch, rings.carried(map, rob, opt):
                     events += engine.correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt, lmks)
 
         # 3. VISUALIZATION, or whatever the caller does with a frame
@@ -205,4 +215,5 @@ def _frames(data, engine, source, n_frames, resume, map, robs, sens, lmks, tim):
             sim_sens=source.sim_sens,
             sim_lmk=source.sim_lmk,
             corrected=watch.seen,
+            rings=rings.live,
         )
