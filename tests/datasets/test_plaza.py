@@ -11,7 +11,7 @@ from scipy.io import savemat
 from ekfslam_tutorial import datasets
 from ekfslam_tutorial.cli.files import find_scenario
 from ekfslam_tutorial.datasets import fetch, listing, plaza
-from ekfslam_tutorial.datasets.arrivals import bring
+from ekfslam_tutorial.datasets.arrivals import bring, recognise
 from ekfslam_tutorial.datasets.sources import find_file
 from ekfslam_tutorial.geometry import wrap
 from ekfslam_tutorial.toolbox import UserData, universal_slam
@@ -120,6 +120,8 @@ def test_a_wheel_can_be_imported(file, tmp_path):
     with zipfile.ZipFile(tmp_path / "some-1.whl", "w") as archive:
         archive.write(file, "some/Data/Plaza1_.mat")
     assert bring(tmp_path / "some-1.whl", tmp_path / "to") == [f"Plaza1_.mat: checked and copied to {tmp_path / 'to'}"]
+    assert recognise(file) == "Plaza1_.mat" and recognise(file.rename(tmp_path / "odd.mat")) is None
+    (tmp_path / "odd.mat").rename(file)
     assert bring(file, tmp_path / "again") == [f"Plaza1_.mat: checked and copied to {tmp_path / 'again'}"]
 
 
