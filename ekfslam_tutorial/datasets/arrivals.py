@@ -1,5 +1,6 @@
 """Data sets that the user got elsewhere: recognised by what is in them, checked, and put where the loaders look."""
 
+import hashlib
 import os
 import re
 import shutil
@@ -10,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from ..toolbox.files.archives import brief, check_regular, check_zip, read_member, read_npz
 from ..toolbox.files.writing import replacing
 from ..toolbox.user_input import errors_at
-from . import lost_in_the_woods, victoria_park
+from . import lost_in_the_woods, plaza, victoria_park
 from . import victoria_park_raw as raw
 from .matlab import read_mat
 from .mrclam_log import ROBOTS, read_set
@@ -22,6 +23,7 @@ ARRAYS = {
     raw.ODOMETRY: {"time", "speed", "steering"},
     raw.GPS: {"timeGps", "Lo_m", "La_m"},
     lost_in_the_woods.FILE: {"l", "d", *lost_in_the_woods.ARRAYS},
+    **{file: {"DRp", *plaza.COLUMNS} for file in plaza.FILES.values()},
 }
 """File -> the arrays that only this file has."""
 
@@ -88,6 +90,8 @@ def whole(path, part):
             read_set(Source(path), ROBOTS)
         elif part == lost_in_the_woods.FILE:
             lost_in_the_woods.load(path)
+        elif part in plaza.FILES.values():
+            plaza.load(path=path)
         elif part == victoria_park.FILE:
             victoria_park.read_log(path)
         elif part == raw.SCANS:
@@ -99,9 +103,16 @@ def whole(path, part):
 
 
 def recognise(path):
-    """The part that a file is, by the arrays in it; None if it is no part of a data set."""
+    """The part that a file is, by the arrays in it; None if it is no part of a data set.
+
+    Both sets of Plaza have the same arrays: they are told apart by the name, else by the checksum.
+    """
     names = _names_of_arrays(path)
-    return next((part for part, wanted in ARRAYS.items() if wanted <= names), None)
+    parts = [part for part, wanted in ARRAYS.items() if wanted <= names]
+    if len(parts) > 1 and path.name not in parts:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        parts = [part for part in parts if plaza.SHA256[part] == digest]
+    return path.name if path.name in parts else next(iter(parts), None)
 
 
 def _bring_all(path, folder, force):
@@ -109,7 +120,9 @@ def _bring_all(path, folder, force):
     inside = [p for pattern in ("*", "*/*") for p in sorted(path.glob(pattern)) if not p.is_symlink()]
     sets = [p for p in inside if p.is_dir() and (p / "Barcodes.dat").is_file()]
     lines = [_put_folder(p, folder / f"MRCLAM_Dataset{_number(p.name)}", force) for p in sets]
-    for file in (p for p in inside if p.is_file() and p.parent not in sets and p.suffix in (".zip", ".mat", ".npz")):
+    for file in (
+        p for p in inside if p.is_file() and p.parent not in sets and p.suffix in (".zip", ".whl", ".mat", ".npz")
+    ):
         lines += _bring_file(file, folder, force)
     if not lines:
         raise ValueError(f"{path} holds no data set that is known; see `ekfslam data`")

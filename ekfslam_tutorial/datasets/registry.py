@@ -8,6 +8,7 @@ from . import (
     lost_in_the_woods,
     mrclam,
     mrclam_twin,
+    plaza,
     starry_night,
     victoria_park,
     victoria_park_raw,
@@ -54,6 +55,15 @@ def _lost_in_the_woods(path: str | None = None, max_range: float = lost_in_the_w
     return lost_in_the_woods.load(path, max_range)
 
 
+def _plaza(set: int = 2, path: str | None = None):
+    """A set of Plaza; when it is not here and no path was given, the simulated twin, which says so."""
+    if path is not None or set not in plaza.FILES or find_file(plaza.FILES[set]) is not None:
+        return plaza.load(set, path)
+    twin = plaza.twin()
+    twin.notes.insert(0, f"Plaza {set} is not found {_nowhere()}: the simulated twin runs instead. See `ekfslam data`.")
+    return twin
+
+
 def _starry_night(path: str | None = None, first: int = 0, last: int | None = None, sign: float = starry_night.SIGN):
     """Starry Night; when it is not here and no path was given, the simulated twin, which says so."""
     if path is not None or find_file(starry_night.FILE) is not None:
@@ -91,6 +101,7 @@ LOADERS = {
     "mrclam_twin": _mrclam_twin,
     "lecture": _lecture,
     "lost_in_the_woods": _lost_in_the_woods,
+    "plaza": _plaza,
     "starry_night": _starry_night,
     "victoria_park": _victoria_park,
     "victoria_park_twin": _victoria_park_twin,

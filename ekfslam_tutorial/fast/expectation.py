@@ -53,7 +53,7 @@ def seen_from(F, sensor, lmk, l):
         v, V_f, V_m = F.to_frame(m, w)
         return v, V_f, product(V_m, M_l) - V_m.dot(F.t)[..., None] * W_l
     ls, LS_f, LS_l = lmk.to_frame(F, l)
-    v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
+    v, V_ls = lmk.ray(ls) if sensor.bearing_only else getattr(lmk, "apparent", lmk.point)(ls)
     return v, product(V_ls, LS_f), product(V_ls, LS_l)
 
 
@@ -93,7 +93,7 @@ def sight(F, sensor, lmk, l):
         v = F.to_frame(m, w)[0]
     else:
         ls = lmk.to_frame(F, l)[0]
-        v = lmk.ray(ls)[0] if sensor.bearing_only else lmk.point(ls)[0]
+        v = lmk.ray(ls)[0] if sensor.bearing_only else getattr(lmk, "apparent", lmk.point)(ls)[0]
     return sensor.project(v)[0], v
 
 
@@ -107,7 +107,7 @@ def may_be_seen(Rf, Sf, sensor, lmk, l):
     ndarray of bool, shape (...)
     """
     max_range = getattr(sensor, "max_range", inf)
-    if max_range == inf:
+    if max_range == inf or hasattr(lmk, "apparent"):
         e, v = sight(Rf.compose(Sf)[0], sensor, lmk, l)
         return np.broadcast_to(sensor.visible(e, v), e.shape[:-1])
     d = lmk.point(l)[0] - (Rf.R @ Sf.t + Rf.t)

@@ -20,6 +20,7 @@ from .style import BLACK, ESTIMATE, LIGHT_GREY, REJECTED, ROBOTS, TRUTH, UPDATED
 from .views import View, fit_limits
 
 Array = np.ndarray
+RING = ROBOTS[2]
 
 
 @dataclass
@@ -76,6 +77,8 @@ class MapFig:
         Artists of each true and estimated robot and sensor, by id.
     sim_lmk
         Line of the true landmarks.
+    ring : dict
+        Lines of the hypotheses of beacons that are not decided yet: "likely" and "possible".
     est_lmk : LmkArtists
         ``est_lmk.mean``, ``est_lmk.ellipse`` (by state), ``est_lmk.label``.
     """
@@ -154,6 +157,10 @@ class MapFig:
             },
             label=Labels(ax, size=11, color=BLACK, zorder=8),
         )
+        self.ring = {
+            "possible": new_line(ax, color=RING, linewidth=0.7, alpha=0.45, zorder=2),
+            "likely": new_line(ax, color=RING, linewidth=1.6, zorder=3),
+        }
         colors = {rob.id: ROBOTS[i % len(ROBOTS)] for i, rob in enumerate(snapshot.robs)}
         self.rob_ellipse = {id: new_line(ax, **line(ESTIMATE, color=color, **wire)) for id, color in colors.items()}
         self.rob_label = Labels(ax, size=12, shift=(16.0, 13.0), color=list(colors.values()), zorder=9)
@@ -187,6 +194,8 @@ class MapFig:
         if snapshot.sim_lmk is not None:
             entries["true landmark"] = self.sim_lmk
         entries[sigma_label(self.k, self.dim)] = self.est_lmk.ellipse["estimate"]
+        if getattr(snapshot, "rings", {}):
+            entries["hypotheses of a beacon, 1 sigma"] = self.ring["likely"]
         entries["... updated in this frame"] = self.est_lmk.ellipse["updated"]
         entries["... rejected in this frame"] = self.est_lmk.ellipse["rejected"]
         return entries
@@ -208,6 +217,7 @@ class MapFig:
             self._place(self.est_sen[id], self._sensor(id), frame, region)
         self._update_robot_ellipses(snapshot, region)
         self._update_lmks(snapshot, lmks, region)
+        self._update_rings(snapshot, region)
         put(self.ground, np.concatenate([clip_curves(self._ground(), region), self.view.border]))
         n = len(snapshot.lmks)
         self.heading.set_text(
@@ -270,6 +280,17 @@ class MapFig:
             put(artist, clip_curves(curves[drawn_as == state], region))
         if self.labels:
             self.est_lmk.label.put(dict(zip(ids, mean, strict=True)))
+
+    def _update_rings(self, snapshot, region) -> None:
+        """Show the hypotheses of beacons at 1 sigma; those with half the weight of the heaviest are likely."""
+        curves = {"possible": [], "likely": []}
+        for ring in getattr(snapshot, "rings", {}).values():
+            shape = (ellipse_points if self.dim == 2 else ellipsoid_wires)(*ring.points(snapshot.map), 1)
+            likely = np.repeat(ring.w >= ring.w.max() / 2, len(shape) // len(ring.w))
+            curves["likely"] += list(shape[likely])
+            curves["possible"] += list(shape[~likely])
+        for name, rows in curves.items():
+            put(self.ring[name], clip_curves(np.array(rows), region) if rows else np.zeros((0, self.dim)))
 
     def _ellipses(self, mean, cov) -> Array:
         return (ellipse_points if self.dim == 2 else ellipsoid_wires)(mean, cov, self.k)

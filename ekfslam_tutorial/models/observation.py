@@ -16,6 +16,8 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
 
     Its direction is not written as angles in between: an inverse-depth point on a camera's axis is no special case.
 
+    A landmark that makes its own ranges wrong, as a radio beacon does, has `apparent`: where a sensor sees it.
+
     Parameters
     ----------
     Rf, Sf : Frame2 or Frame3
@@ -45,7 +47,7 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
         V_l = V_m @ M_l + V_w @ W_l
     else:
         ls, LS_f, LS_l = lmk.to_frame(F, l)
-        v, V_ls = lmk.ray(ls) if sensor.bearing_only else lmk.point(ls)
+        v, V_ls = lmk.ray(ls) if sensor.bearing_only else getattr(lmk, "apparent", lmk.point)(ls)
         V_f, V_l = V_ls @ LS_f, V_ls @ LS_l
     return v, V_f @ F_r, V_f @ F_s, V_l
 

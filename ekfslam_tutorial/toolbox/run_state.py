@@ -4,10 +4,12 @@ from dataclasses import fields
 
 from ..slam import Lmk
 from ..slam.upkeep import EUCLIDEAN
+from .rings import Ring
 
 ROB = ("x", "r", "n_refused", "first")
 SEN = ("x", "r")
 LMK = [f.name for f in fields(Lmk) if f.name != "type"]
+RING = [f.name for f in fields(Ring) if f.name != "type"]
 
 
 def run_state(snapshot, data):
@@ -34,6 +36,8 @@ def run_state(snapshot, data):
         "sens": [{name: getattr(sen, name) for name in SEN} for sen in snapshot.sens],
         "lmks": lmks,
         "types": [types.index(lmk.type) for lmk in snapshot.lmks.values()],
+        "rings": [{name: getattr(ring, name) for name in RING} for ring in snapshot.rings.values()],
+        "ring_types": [types.index(ring.type) for ring in snapshot.rings.values()],
         "refused": snapshot.refused,
     }
 
@@ -53,6 +57,7 @@ def restore(state, data, map, robs, sens):
     -------
     lmks : dict of int to Lmk
     refused : set of int
+    rings : dict of int to Ring
     """
     getattr(map, "__setstate__", vars(map).update)(state["map"])
     for things, kept in ((robs, state["robs"]), (sens, state["sens"])):
@@ -61,7 +66,8 @@ def restore(state, data, map, robs, sens):
                 setattr(thing, name, value)
     types = _types(data, sens)
     lmks = [Lmk(type=types[t], **values) for t, values in zip(state["types"], state["lmks"], strict=True)]
-    return {lmk.id: lmk for lmk in lmks}, state["refused"]
+    rings = [Ring(type=types[t], **values) for t, values in zip(state["ring_types"], state["rings"], strict=True)]
+    return {lmk.id: lmk for lmk in lmks}, state["refused"], {ring.id: ring for ring in rings}
 
 
 def _without_records(state):

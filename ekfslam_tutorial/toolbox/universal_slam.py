@@ -7,6 +7,7 @@ from typing import Any
 from ..ekf.html import map_html
 from ..slam import reopen_gate, retry_lmks
 from . import engines
+from .rings import Rings
 from .run_state import restore
 from .scenario.agreement import can_start, started_by
 from .sources import Replay, Simulation
@@ -48,6 +49,8 @@ class Snapshot:
         True landmarks, where known.
     corrected : list of tuple
         What the corrections of this frame have done to the poses of the robots, in order: see `toolbox.watch`.
+    rings : dict of int to Ring
+        Beacons of which one does not know yet where on the ring of their ranges they are, by id: see `toolbox.rings`.
     """
 
     k: int
@@ -67,6 +70,7 @@ class Snapshot:
     sim_sens: Any
     sim_lmk: Any
     corrected: list = field(default_factory=list)
+    rings: dict = field(default_factory=dict)
 
     def __repr__(self):
         used = sum(o.updated for o in self.obs.values())
@@ -80,7 +84,8 @@ class Snapshot:
         return f"<b>{html.escape(repr(self))}</b><br>{map_html(self.map, owners)}"
 
     def _groups(self):
-        return ("robot", self.robs), ("sensor", self.sens), ("landmark", self.lmks.values())
+        things = ("robot", self.robs), ("sensor", self.sens), ("landmark", self.lmks.values())
+        return *things, ("ring", self.rings.values())
 
 
 class Run:
@@ -181,6 +186,7 @@ class Loop:
         self.data, self.engine, self.opt = data, engine, data.slam_options()
         self.map, self.robs, self.sens, self.lmks = map, robs, sens, lmks
         self.obs, self.refused = {}, set()
+        self.rings = Rings(data.landmark.hypotheses, data.landmark.model)
         self._sen_of = {sen.id: sen for sen in sens}
         self._starts = {s.id: data.landmark.in_map and can_start(s.model, started_by(data, s)) for s in data.sensors}
 
@@ -200,7 +206,7 @@ class Loop:
             As `Snapshot` has them.
         """
         engine, opt, sen_of = self.engine, self.opt, self._sen_of
-        map, robs, lmks, obs = self.map, self.robs, self.lmks, self.obs
+        map, robs, lmks, obs, rings = self.map, self.robs, self.lmks, self.obs, self.rings
         events, watch = [], Watch(map, robs, opt)
         for key in [key for key in obs if key[0] in now.idle]:
             del obs[key]
@@ -209,16 +215,19 @@ class Loop:
                 self.move(rob, now)
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = now.raw[sen.id]
-                with watch:
+                with watch, rings.carried(map, rob, opt):
                     done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 done += reopen_gate(map, rob, done, opt, lmks)
                 events += done + retry_lmks(map, rob, done, opt, lmks)
+                n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                 if self._starts[sen.id]:
-                    n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                     events += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
+                elif rings.starts(sen.model):
+                    with watch:
+                        events += rings.see(map, rob, sen, lmks, raw, opt, n_max)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
-                with watch:
+                with watch, rings.carried(map, rob, opt):
                     events += engine.correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt, lmks)
         self.refused = {*self.refused, *(e.lmk for e in events if e.kind == "refused")}.difference(lmks)
         return events, watch.seen
@@ -229,7 +238,8 @@ class Loop:
         if rob.r is None:
             rob.x[: rob.motion.frame.size] = now.truth[rob.id]
         else:
-            self.engine.move(self.map, rob, dt)
+            with self.rings.moved(self.map, rob, dt):
+                self.engine.move(self.map, rob, dt)
 
     def snapshot(self, k, now, events, corrected, source):
         """Return the run after frame k, as a `Snapshot`; the source knows the true world, where there is one."""
@@ -251,9 +261,10 @@ class Loop:
             sim_sens=source.sim_sens,
             sim_lmk=source.sim_lmk,
             corrected=corrected,
+            rings=self.rings.live,
         )
 
     def restore(self, state):
         """Go back, or on, to what `run_state` has kept."""
-        self.lmks, self.refused = restore(state, self.data, self.map, self.robs, self.sens)
+        self.lmks, self.refused, self.rings.live = restore(state, self.data, self.map, self.robs, self.sens)
         self.obs = {}

@@ -8,7 +8,7 @@ import pytest
 from scipy.io import savemat
 
 from ekfslam_tutorial.cli import main
-from ekfslam_tutorial.datasets import mrclam_twin
+from ekfslam_tutorial.datasets import mrclam_twin, plaza
 from ekfslam_tutorial.datasets.arrivals import ARRAYS, bring, recognise, whole
 
 PARK = "victoria_park_detections.npz"
@@ -69,7 +69,7 @@ def below(folder):
 def test_files_are_known_by_their_content(tmp_path, part):
     """Under a wrong name, alone, in a folder and in a zip."""
     odd = MAKE[part](tmp_path / f"download-1{part[-4:]}")
-    assert set(MAKE) == set(ARRAYS) and recognise(odd) == part
+    assert set(MAKE) | set(plaza.FILES.values()) == set(ARRAYS) and recognise(odd) == part
     bring(odd, tmp_path / "a")
     assert (tmp_path / "a" / part).read_bytes() == odd.read_bytes()
     folder = tmp_path / "mine"

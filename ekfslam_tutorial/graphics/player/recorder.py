@@ -168,8 +168,8 @@ def _innovation(obs) -> list[float | int | None]:
 
 
 def _measured(rob, sen, y, map, dim) -> list[int]:
-    """Return the point that was measured, as the corrected robot sees it; nothing for a direction."""
-    if sen.model.bearing_only:
+    """Return the point that was measured, as the corrected robot sees it; nothing for a direction, or a range."""
+    if sen.model.bearing_only or not hasattr(sen.model, "retro"):
         return []
     v, *_ = sen.model.retro(y)
     return pack(rob.from_frame(sen.frame(map).from_frame(v)[0])[0], dim)

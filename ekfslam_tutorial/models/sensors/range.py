@@ -14,7 +14,8 @@ class Range:
     """Distance of a point, m: y = |p| + bias.
 
     One range tells no direction, so there is no `retro`: the sensor corrects with landmarks that are in the map
-    already, or that another sensor has started.
+    already. Another sensor may have started them; or they were born as a ring of hypotheses (`toolbox.rings`), which
+    asks for `distance`.
 
     Parameters
     ----------
@@ -58,6 +59,15 @@ class Range:
         r = np.sqrt((p * p).sum(-1))[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):
             return r + self.bias, (p / r)[..., None, :]
+
+    def distance(self, y):
+        """Distance of a point from its measurement: all that one range says. Returns r, shape (...).
+
+        See Also
+        --------
+        project : The inverse, up to the direction.
+        """
+        return y[..., 0] - self.bias
 
     def residual(self, y, e):
         """Innovation y - e, m."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...slam.first_estimates import check_first_estimates
+from ..rings import rings_by
 
 FARTHEST = 5e5
 """A start may be so many times less certain than what a sensor measures at one metre. Distances in the map are small
@@ -100,9 +101,27 @@ def can_start(sensor, lmk):
     return hasattr(sensor, "retro") and hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
 
 
+def _rings(data, sensor):
+    """Return True if a sensor's landmarks are born as rings of hypotheses; refuse what that cannot be done with."""
+    if not (data.landmark.hypotheses and rings_by(sensor.model)):
+        return False
+    kind = type(data.options.association).__name__
+    if not getattr(data.options.association, "by_id", False):
+        raise ValueError(
+            f"sensor {sensor.id}: a range has no direction to match it by, so hypotheses need "
+            f"association = 'known_ids', got {kind}"
+        )
+    if not hasattr(started_by(data, sensor), "from_point"):
+        raise TypeError(
+            f"sensor {sensor.id}: {type(started_by(data, sensor)).__name__} landmarks cannot be born from "
+            "a range; take euc_pnt, or beacon"
+        )
+    return True
+
+
 def _check_births(data):
     """Refuse sensors if none can start landmarks, or if one cannot start the type of its own that it was given."""
-    able = [can_start(s.model, started_by(data, s)) for s in data.sensors]
+    able = [can_start(s.model, started_by(data, s)) or _rings(data, s) for s in data.sensors]
     unable = [s for s, ok in zip(data.sensors, able, strict=True) if not ok]
     bad = [s for s in unable if s.landmark is not None] or (unable if not any(able) else [])
     if bad:
@@ -110,6 +129,8 @@ def _check_births(data):
         why = "one ray does not fix them; take a landmark type with a prior, for example idp_pnt or ahm_pnt"
         if not hasattr(bad[0].model, "retro"):
             why = "it has no method retro; let another sensor start them, or say that they are known, in_map = false"
+        if rings_by(bad[0].model):
+            why = "a range tells no direction; take hypotheses = 64 of them all round, or let another sensor start them"
         raise TypeError(f"sensor {bad[0].id}: {kind} landmarks cannot be started by a {sensor}, {why}")
 
 

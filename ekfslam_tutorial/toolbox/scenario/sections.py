@@ -80,14 +80,22 @@ class Landmark:
         False: the landmarks are known; the run is localisation.
     non_obs_mean, non_obs_std : float or sequence
         Prior of what a bearing does not measure: the inverse distance, 1/m.
+    hypotheses : int
+        A sensor that measures a range and no more, such as `Range`, starts its landmarks as a ring of so many
+        hypotheses at most, as many as it needs (see `toolbox.rings`); 0: it starts none. In the plane 64 are enough for
+        a ring 50 m wide and 0.1 m of noise; in space take 200.
     """
 
     model: Any = None
     in_map: bool = True
     non_obs_mean: Any = 0.01
     non_obs_std: Any = 0.5
+    hypotheses: int = 0
 
     def __post_init__(self):
+        if not is_whole(self.hypotheses) or not (self.hypotheses == 0 or self.hypotheses >= 3):
+            wanted = "a whole number, 3 or more, or 0 for no births from a range"
+            raise ValueError(f"hypotheses must be {wanted}, got {self.hypotheses!r}")
         if self.model is not None:
             check_model("the landmark model", self.model, "landmark")
         self.prior()
