@@ -313,6 +313,7 @@ def site():
         raise SystemExit(f"make lite: JupyterLite failed.\n{run.stdout[-3000:]}")
     configure()
     front()
+    pack_page()
 
 
 def configure():
@@ -346,6 +347,23 @@ def front():
         link = '<link rel="icon" type="image/svg+xml" href="../favicon.svg" />'
         text = path.read_text(encoding="utf-8").replace("<head>", f"<head>\n    {link}", 1)
         path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def pack_page():
+    """Write the programs that a page with a notebook loads into one packed file, and let the pages begin with it.
+
+    `tools/lite/page.txt` lists them, as Chromium asked for them. One that has another name in a newer JupyterLite comes
+    from its own file; the test of the bytes of the first page says when the list is out of date.
+    """
+    listed = (HERE / "page.txt").read_text(encoding="utf-8").split()
+    programs = {name: (SITE / name).read_text(encoding="utf-8") for name in listed if (SITE / name).is_file()}
+    packed = gzip.compress(json.dumps(programs, ensure_ascii=False).encode(), mtime=0)
+    (SITE / "page.image").write_bytes(packed)
+    shutil.copyfile(HERE / "page.js", SITE / "page.js")
+    for app in ("lab", "notebooks"):
+        path = SITE / app / "index.html"
+        before, after = path.read_text(encoding="utf-8").split("await import(", 1)
+        path.write_text(f"{before}await import('../page.js');\n        await import({after}", "utf-8", newline="\n")
 
 
 def merged(one, other):
