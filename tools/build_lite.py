@@ -201,6 +201,7 @@ def kernel_wheels():
     """Return the wheels that JupyterLite's kernel brings: in the lock of the site they need not be asked for."""
     folder = SITE / "extensions" / "@jupyterlite" / "pyodide-kernel-extension" / "static" / "pypi"
     found = {canonical(path.name.split("-")[0]): path for path in sorted(folder.glob("*.whl"))}
+    del found["piplite"]  # the site has its own, tools/lite/piplite
     return list(found.values())
 
 
@@ -415,6 +416,8 @@ def image():
             names = [name for name in content.namelist() if not name.endswith("/") and needed(name)]
             files |= {f"{place}/{name}": content.read(name) for name in names}
         wheel.unlink()
+    own = (HERE / "piplite").glob("*.py")
+    files |= {f"{PLACES['site']}/piplite/{path.name}": path.read_bytes() for path in sorted(own)}
     listed = json.dumps([[name, len(content)] for name, content in files.items()]).encode()
     whole = b"".join([len(listed).to_bytes(4, "little"), listed, *files.values()])
     (folder / "course.image").write_bytes(gzip.compress(whole, mtime=0))

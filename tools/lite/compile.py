@@ -21,8 +21,8 @@ NAME, VERSION = "course_compiled", "1.0"
 WANTED = """IPython IPython.core.completer IPython.core.magics IPython.display numpy numpy.random scipy.linalg
 scipy.optimize scipy.sparse.linalg scipy.special scipy.stats matplotlib.pyplot matplotlib_inline.backend_inline
 matplotlib.animation mpl_toolkits.mplot3d PIL.Image PIL.PngImagePlugin ipywidgets anywidget
-micropip comm sqlite3 ekfslam_tutorial.analysis ekfslam_tutorial.course ekfslam_tutorial.datasets""".split()
-WHOLE = "ekfslam_tutorial", "ipykernel", "pyodide_kernel", "piplite"  # imported or not
+comm sqlite3 ekfslam_tutorial.analysis ekfslam_tutorial.course ekfslam_tutorial.datasets""".split()
+WHOLE = "ekfslam_tutorial", "ipykernel", "pyodide_kernel"  # imported or not
 SITE = Path(site.getsitepackages()[0])
 
 

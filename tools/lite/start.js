@@ -7,6 +7,7 @@ globalThis.loadPyodide = async ({ packages, ...options }) => {
   importScripts(options.indexURL + "pyodide.js"); // puts Pyodide's own function in the place of this one
   const python = await globalThis.loadPyodide(options);
   await layDown(python, await image);
+  python.runPython("import gc; gc.set_threshold(50_000)"); // a page has memory; to look for rubbish often takes time
   return python;
 };
 
