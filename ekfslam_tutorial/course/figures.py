@@ -11,6 +11,7 @@ import html
 import io
 import os
 import re
+import sys
 import textwrap
 from typing import Any
 
@@ -172,7 +173,13 @@ def with_palette(picture: bytes, colours=(32, 64, 128, 256)) -> bytes:
     picture : bytes
     colours : sequence of int
         Numbers of colours to try, from few to many; the last one is taken in any case.
+
+    Notes
+    -----
+    In a browser the picture stays as it is: it is not kept in a repository, and each would take a second more.
     """
+    if sys.platform == "emscripten":
+        return picture
     image = Image.open(io.BytesIO(picture))
     dpi, image = image.info["dpi"], image.convert("RGB")
     pixels = np.asarray(image, np.int64) @ [1 << 16, 1 << 8, 1]

@@ -15,14 +15,14 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-from matplotlib.font_manager import FontManager, fontManager, json_dump
+from matplotlib.font_manager import fontManager, json_dump
 
 NAME, VERSION = "course_compiled", "1.0"
-WANTED = """IPython IPython.core.completer IPython.core.magics IPython.display jedi numpy numpy.random scipy.linalg
+WANTED = """IPython IPython.core.completer IPython.core.magics IPython.display numpy numpy.random scipy.linalg
 scipy.optimize scipy.sparse.linalg scipy.special scipy.stats matplotlib.pyplot matplotlib_inline.backend_inline
 matplotlib.animation mpl_toolkits.mplot3d PIL.Image PIL.PngImagePlugin ipywidgets anywidget
-micropip comm sqlite3 ekfslam_tutorial.analysis ekfslam_tutorial.course ekfslam_tutorial.datasets""".split()
-WHOLE = "ekfslam_tutorial", "ipykernel", "pyodide_kernel", "piplite"  # imported or not
+comm sqlite3 ekfslam_tutorial.analysis ekfslam_tutorial.course ekfslam_tutorial.datasets""".split()
+WHOLE = "ekfslam_tutorial", "ipykernel", "pyodide_kernel"  # imported or not
 SITE = Path(site.getsitepackages()[0])
 
 
@@ -39,7 +39,7 @@ def main(target):
         if path.suffix == ".py" and path.is_relative_to(SITE):
             place, code = compiled(path)
             content[place] = code
-    content[f"{NAME}/fontlist-v{FontManager.__version__}.json"] = fonts()
+    content["matplotlib/fontlist.json"] = fonts()  # Pyodide's matplotlib looks for it there
     content[f"{NAME}/__init__.py"] = b""
     content[f"{NAME}-{VERSION}.dist-info/METADATA"] = (
         f"Metadata-Version: 2.1\nName: {NAME}\nVersion: {VERSION}\n".encode()

@@ -1,14 +1,22 @@
 // node run.mjs SITE SCRIPT WORD...: run a Python file in the Pyodide of a built site, without a browser.
 // The file sees the files of this computer below /host, and the words in sys.argv.
-import { readFileSync } from "node:fs";
+import { readdirSync, readFileSync } from "node:fs";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
+import vm from "node:vm";
+import { gunzipSync } from "node:zlib";
 
 const [site, script, ...words] = process.argv.slice(2);
 const pyodide = path.resolve(site, "pyodide");
 const { loadPyodide } = await import(pathToFileURL(path.join(pyodide, "pyodide.mjs")));
 const python = await loadPyodide({ indexURL: pyodide + path.sep, env: { HOME: "/home/pyodide", ...settings() } });
-await python.loadPackage(packages(), { messageCallback: () => {} });
+const image = readdirSync(pyodide).filter(name => name.endsWith(".image")).sort();
+if (image.length) {
+  vm.runInThisContext(readFileSync(path.join(pyodide, "start.js")));
+  await globalThis.layDown(python, gunzipSync(Buffer.concat(image.map(name => readFileSync(path.join(pyodide, name))))));
+} else {
+  await python.loadPackage(packages(), { messageCallback: () => {} }); // while the site is built
+}
 python.FS.mkdir("/host");
 python.FS.mount(python.FS.filesystems.NODEFS, { root: path.parse(pyodide).root }, "/host");
 python.globals.set("words", python.toPy(["/host" + path.resolve(script), ...words]));
