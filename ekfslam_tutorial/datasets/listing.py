@@ -47,6 +47,7 @@ def _stars_whole(path):
 
 def _plaza_whole(path):
     rec = plaza.load(path=path)
+    assert rec.landmarks is not None  # the file has the survey
     return f"{len(rec.raw[1].y)} ranges to {len(rec.landmarks.ids)} beacons"
 
 

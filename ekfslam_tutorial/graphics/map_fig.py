@@ -285,7 +285,8 @@ class MapFig:
         """Show the hypotheses of beacons at 1 sigma; those with half the weight of the heaviest are likely."""
         curves = {"possible": [], "likely": []}
         for ring in getattr(snapshot, "rings", {}).values():
-            shape = (ellipse_points if self.dim == 2 else ellipsoid_wires)(*ring.points(snapshot.map), 1)
+            p, P = ring.points(snapshot.map)
+            shape = (ellipse_points if self.dim == 2 else ellipsoid_wires)(p, P, 1)
             likely = np.repeat(ring.w >= ring.w.max() / 2, len(shape) // len(ring.w))
             curves["likely"] += list(shape[likely])
             curves["possible"] += list(shape[~likely])

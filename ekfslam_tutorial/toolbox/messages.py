@@ -358,6 +358,7 @@ def recording_of(messages, data, name, t0=0.0):
     nothing = {s.id: SimObs(s.id, np.zeros(0, int), np.zeros((0, len(s.model.R)))) for s in data.sensors}
 
     def log(sensor, of_robots):
+        """All that a sensor has seen, a row for each frame."""
         rows = [looks.get((of_robots, sensor.id, t)) for t in times.tolist()]
         rows = [nothing[sensor.id] if row is None else merged(row) for row in rows]
         if any(o.R is not None for o in rows):

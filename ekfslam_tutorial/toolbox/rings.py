@@ -430,10 +430,16 @@ def thin_out(map, ring, at, std):
     D, b = diagonal(P, len(w)), slice(ring.m, None)  # the beacons
     d = l[:, None, b] - l[:, b]
     near = (d * (d @ np.linalg.pinv(D[:, b, b], hermitian=True))).sum(-1) < NEIGHBOURS
+
+    def straight(which):
+        """Return True if one Gaussian is straight along these hypotheses."""
+        p, C = ring.joined(map, which)
+        return bend(p, C, at, std) < STRAIGHT
+
     groups = []
     for h in [h for h in np.argsort(-w).tolist() if w[h] >= NOTHING]:
         for group in groups:
-            if (near[h, group] | near[group, h]).any() and bend(*ring.joined(map, [*group, h]), at, std) < STRAIGHT:
+            if (near[h, group] | near[group, h]).any() and straight([*group, h]):
                 group.append(h)
                 break
         else:
