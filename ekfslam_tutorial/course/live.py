@@ -145,7 +145,7 @@ def as_snapshot(world, before, estimate) -> Snapshot:
     past, old = _map(before, dim)
     obs = {}
     for rob in world.robs:
-        rob.u, rob.U = now.controls[rob.id]
+        rob.u, rob.U, _ = now.controls[rob.id]
         move(past, rob, now.dt)
         for sen in (s for s in world.sens if s.robot == rob.id):
             raw = now.raw[sen.id]

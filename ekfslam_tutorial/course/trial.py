@@ -64,8 +64,8 @@ class World:
                 k=self.k,
                 t=now.t,
                 dt=now.dt,
-                u={id: np.array(u) for id, (u, _) in now.controls.items()},
-                U={id: np.array(U) for id, (_, U) in now.controls.items()},
+                u={id: np.array(u) for id, (u, _, _) in now.controls.items()},
+                U={id: np.array(U) for id, (_, U, _) in now.controls.items()},
                 seen={id: pairs(obs) for id, obs in now.raw.items()},
                 met={id: pairs(obs) for id, obs in now.met.items()},
             )
@@ -295,6 +295,6 @@ def checked(value, world) -> Estimate:
 
 def reckon(rob, x, P, now):
     """One step of dead reckoning of one robot: mean and covariance."""
-    u, U = now.controls[rob.id]
+    u, U, _ = now.controls[rob.id]
     x, X_x, X_u = rob.motion.move(x, u, now.dt)
     return x, X_x @ P @ X_x.T + X_u @ U @ X_u.T
