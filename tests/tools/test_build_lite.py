@@ -174,4 +174,4 @@ def test_the_site_asks_no_other_host_for_packages():
     settings = json.loads((build_lite.HERE / "jupyter-lite.json").read_text(encoding="utf-8"))
     (kernel,) = settings["jupyter-config-data"]["litePluginSettings"].values()
     assert kernel["disablePyPIFallback"] is True
-    assert kernel["pyodideUrl"] == "./pyodide/pyodide.js"
+    assert kernel["pyodideUrl"] == "./pyodide/start.js"  # which starts Pyodide beside it with every package at once
