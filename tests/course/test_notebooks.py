@@ -19,11 +19,11 @@ import pytest
 from ekfslam_tutorial.course import build, figures, fleet, guard, registry, widgets
 from ekfslam_tutorial.course.exercise import Exercise
 from ekfslam_tutorial.course.figures import stored
-from ekfslam_tutorial.course.logs import nb18, nb19
 from ekfslam_tutorial.course.project import Project
 from ekfslam_tutorial.course.quiz import Quiz
 
 from .answers import collector
+from .running import five_runs, needed, shorter_logs, tags, uses
 
 FOLDER = build.notebooks_folder()
 PATHS = sorted(FOLDER.glob("*.ipynb"))
@@ -37,10 +37,6 @@ LINES = 15  # of code in a cell that a student reads
 
 def read(path):
     return json.loads(path.read_text(encoding="utf-8"))
-
-
-def tags(cell):
-    return cell["metadata"].get("tags", [])
 
 
 def code_cells(notebook):
@@ -167,42 +163,13 @@ def test_the_notebook_goes_on_with_right_answers(path, own_progress, monkeypatch
 def touched(cells):
     """Return the cells that an answer has an effect on, and those that they need, without the exercises' stubs."""
     cells = [cell for cell in cells if "exercise" not in tags(cell)]
-    names = [(made, used | made if "check" in tags(cell) else used) for cell in cells for made, used in [uses(cell)]]
     chosen, answered = set(), set()
     for k, cell in enumerate(cells):
-        made, used = names[k]
+        made, used = uses(cell)
         if "check" in tags(cell) or used & answered or not used | made:
             chosen.add(k)
             answered |= made
-    wanted = set()
-    for k in reversed(range(len(cells))):
-        made, used = names[k]
-        if k in chosen or made & wanted:
-            chosen.add(k)
-            wanted |= used
-    return [cells[k] for k in sorted(chosen)]
-
-
-def uses(cell):
-    """Return the names that a cell makes or changes, and those that it uses."""
-    made, used = set(), set()
-    for node in ast.walk(ast.parse(build.source(cell))):
-        if isinstance(node, ast.Name):
-            (used if isinstance(node.ctx, ast.Load) else made).add(node.id)
-        elif isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            made.add(node.name)
-        elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            made |= {(name.asname or name.name).split(".")[0] for name in node.names}
-        elif isinstance(node, (ast.Attribute, ast.Subscript)) and isinstance(node.ctx, ast.Store):
-            made |= {inner.id for inner in ast.walk(node.value) if isinstance(inner, ast.Name)}
-    return made, used
-
-
-def shorter_logs(monkeypatch):
-    """Runs over a twin end after a third of it; the twin itself stays whole, for it is kept for other tests."""
-    nb18.recording()
-    monkeypatch.setitem(nb18.SECONDS, nb18.TWIN, nb18.SECONDS[nb18.TWIN] / 3)
-    monkeypatch.setitem(nb19.SHORT, nb19.TWIN, nb19.SHORT[nb19.TWIN] // 3)
+    return needed(cells, chosen)
 
 
 def printed(code, space):
@@ -210,11 +177,6 @@ def printed(code, space):
     with contextlib.redirect_stdout(io.StringIO()) as text:
         exec(code, space)
     return text.getvalue()
-
-
-def five_runs(run):
-    """A small fleet instead of a large one."""
-    return lambda scenario, formulas, runs=20, *args, **more: run(scenario, formulas, min(runs, 5), *args, **more)
 
 
 def right_answers(exercise, space):

@@ -17,6 +17,8 @@ from PIL import Image
 from ekfslam_tutorial.course import Choice, Float, Int, Toggle, build, draws, explorable, explore, show, sweep, widgets
 from ekfslam_tutorial.course.figures import Places
 
+from .running import shorter_logs
+
 DRAWINGS = draws.everything()
 NOTEBOOKS = sorted(build.notebooks_folder().glob("*.ipynb"))
 
@@ -77,7 +79,8 @@ def test_sweep(draw, handed, monkeypatch):
 
     Of a drawing with a run button, which takes seconds, less of them: the first and the last choice.
     """
-    more = {"corners": 0, "together": 1} if draw.run else {"corners": 3, "together": 8}
+    shorter_logs(monkeypatch)
+    more = {"corners": 0, "together": 1} if draw.run else {"corners": 2, "together": 4}
     if draw.run:
         every = Choice.corners
         monkeypatch.setattr(Choice, "corners", lambda choice: [every(choice)[0], every(choice)[-1]])

@@ -1,0 +1,50 @@
+"""Notebooks that run quickly: only the cells that matter, over shorter logs and smaller fleets."""
+
+import ast
+
+from ekfslam_tutorial.course import build
+from ekfslam_tutorial.course.logs import nb18, nb19
+
+
+def tags(cell):
+    return cell["metadata"].get("tags", [])
+
+
+def needed(cells, chosen):
+    """Return the cells with the numbers `chosen` and those that make what they use, in their order."""
+    chosen, wanted = set(chosen), set()
+    for k in reversed(range(len(cells))):
+        made, used = uses(cells[k])
+        if "check" in tags(cells[k]):
+            used |= made  # the function that is checked
+        if k in chosen or made & wanted:
+            chosen.add(k)
+            wanted |= used
+    return [cells[k] for k in sorted(chosen)]
+
+
+def uses(cell):
+    """Return the names that a cell makes or changes, and those that it uses."""
+    made, used = set(), set()
+    for node in ast.walk(ast.parse(build.source(cell))):
+        if isinstance(node, ast.Name):
+            (used if isinstance(node.ctx, ast.Load) else made).add(node.id)
+        elif isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            made.add(node.name)
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            made |= {(name.asname or name.name).split(".")[0] for name in node.names}
+        elif isinstance(node, (ast.Attribute, ast.Subscript)) and isinstance(node.ctx, ast.Store):
+            made |= {inner.id for inner in ast.walk(node.value) if isinstance(inner, ast.Name)}
+    return made, used
+
+
+def shorter_logs(monkeypatch):
+    """Runs over a twin end sooner: robots that must meet after a third. The twin stays whole: other tests keep it."""
+    nb18.recording()
+    monkeypatch.setitem(nb18.SECONDS, nb18.TWIN, nb18.SECONDS[nb18.TWIN] / 3)
+    monkeypatch.setitem(nb19.SHORT, nb19.TWIN, nb19.SHORT[nb19.TWIN] // 6)
+
+
+def five_runs(run):
+    """A small fleet instead of a large one."""
+    return lambda scenario, formulas, runs=20, *args, **more: run(scenario, formulas, min(runs, 5), *args, **more)
