@@ -121,8 +121,10 @@ def test_work_is_kept_taken_home_and_taken_up_again(page, chromium, lite, tmp_pa
     other.context.close()
 
 
-def test_the_file_menu_has_both_entries(page, lite):
+def test_on_a_phone_a_notebook_has_room_and_the_file_menu_both_entries(page, lite):
+    page.set_viewport_size({"width": 390, "height": 844})
     opened(page, lite, "00_start_here.ipynb")
+    page.wait_for_function("() => document.querySelector('.jp-RenderedMarkdown').clientWidth > 0.65 * innerWidth")
     page.get_by_role("menuitem", name="File", exact=True).click()
     page.get_by_text("Download my work").wait_for()
     page.get_by_text("Take up my work…").wait_for()
