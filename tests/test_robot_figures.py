@@ -55,6 +55,16 @@ def test_without_truth_only_nis_is_shown(run):
     assert [ax.get_ylabel() for ax in fig.axes] == ["NIS (-)"] and "not known" in fig.get_suptitle()
 
 
+def test_both_panels_of_consistency_show_the_whole_run(run):
+    """Also where measurements are used late: those of a beacon that is born after a while."""
+    _, history = run
+    track, (e, P) = history.track(1), history.errors(1)
+    late = history.nis(1)[5:]
+    fig = robot_views._consistency(track, robot_views.md2(e, P), late)
+    assert late[0, 0] > track.t[0] and len(fig.axes) == 2
+    assert all(ax.get_xlim() == (track.t[0], track.t[-1]) for ax in fig.axes)
+
+
 def test_errors_are_those_of_the_history_in_metres_and_degrees(run):
     _, history = run
     track, (e, P) = history.track(2), history.errors(2)

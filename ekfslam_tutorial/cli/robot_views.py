@@ -95,6 +95,8 @@ def _consistency(track, value, nis):
         name = "NIS" if n.max() == 1 else f"NIS, means of {n.max()}"
         consistency_panel(t, value, dof, runs=n, name=name, ax=panels[-1, 0])
         panels[-1, 0].set_ylabel("NIS (-)")
+    if len(track.t) > 1:  # of both panels, and the whole run: neither begins or ends later than the other
+        panels[0, 0].set_xlim(track.t[0], track.t[-1])
     fig.suptitle(f"robot {track.id}" if track.known.any() else f"robot {track.id}, whose true pose is not known")
     return fig
 

@@ -45,7 +45,7 @@ def main(options):
     """Run the command; without a scenario, say which there are."""
     if options.scenario is None:
         table([[name, told(path)] for name, path in scenarios().items()], styles=["bold"], cut=True)
-        say("run one: ekfslam run range_bearing_2d; or a TOML file of your own: ekfslam run FILE.toml", "dim")
+        say("run one: ekfslam run range_bearing_2d; or your own: ekfslam run FILE.toml", "dim")
         return 0
     models = [cls for file in options.models for cls in own_models(file)]
     with told_by_name(options.models):

@@ -17,7 +17,9 @@ from .views import View, fit_limits
 
 Array = np.ndarray
 MANY = 100
-"""More landmarks than this are small points without labels, which would hide the map."""
+"""More landmarks than this are small points, which do not hide each other."""
+NAMED = {2: MANY, 3: 40}
+"""More landmarks than this have no labels, which would hide the map: in space they lie behind each other, too."""
 VAGUE = 0.08
 """An ellipsoid longer than this part of the world is one line: many of them would hide everything."""
 LONG = 1500
@@ -89,7 +91,10 @@ def map_picture(
     spread = np.linalg.norm(axis, axis=-1)
     world = np.concatenate([*paths.values(), *truths.values(), true_points])
     size = np.ptp(fit_limits(world), axis=1).max()
-    limits = fit_limits(np.concatenate([world, mean[spread < 0.5 * size]]))
+    vague = (spread > VAGUE * size) & (d == 3)
+    near = spread < 0.5 * size
+    half = k * np.sqrt(np.diagonal(cov, axis1=1, axis2=2).clip(0))[near] * ~vague[near, None]  # of an ellipse's box
+    limits = fit_limits(np.concatenate([world, mean[near] - half, mean[near] + half]))
     if view is None:
         _frame(ax, limits)
     else:
@@ -107,7 +112,6 @@ def map_picture(
     _plot_paths(ax, paths, ESTIMATE, "estimated path", zorder=4, colors=colors or ROBOTS)
     _plot_paths(ax, truths, TRUTH, "true path", zorder=5)
     curves = (ellipse_points if d == 2 else ellipsoid_wires)(mean, cov, k)
-    vague = (spread > VAGUE * size) & (d == 3)
     rows = clip_curves(curves[~vague], box(limits))
     ax.plot(*rows.T, **line(ESTIMATE, linewidth=1.1), zorder=3, label=sigma_label(k, d))
     if vague.any():
@@ -118,7 +122,7 @@ def map_picture(
     if len(true_points):
         ax.plot(*true_points.T, **points(TRUTH, markeredgewidth=1.1), zorder=5, label="true landmark")
     shown = {id: p for id, p in zip(ids, mean, strict=True) if inside(p, box(limits))}
-    shown = shown if len(ids) <= MANY else {}
+    shown = shown if len(ids) <= NAMED[d] else {}
     Labels(ax, size=12 if len(ids) <= 40 else 10, color=BLACK, zorder=7).put(shown)
     handles, names = ax.get_legend_handles_labels()
     if view is None:

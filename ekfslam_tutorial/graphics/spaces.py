@@ -94,7 +94,11 @@ class Plain:
         self.axes = fig.add_axes(room(fig))
         names = [f"y{i} ({unit})" for i, unit in enumerate(units)] or ["y0", "y1"]
         self.flat = len(np.asarray(model.R)) == 1
-        self.axes.set(xlabel=names[0], ylabel="landmark id" if self.flat else names[1])
+        if self.flat:
+            self.axes.set(xlabel=f"measurement{f' ({units[0]})' if units else ''}", ylabel="landmark id")
+            self.axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+        else:
+            self.axes.set(xlabel=names[0], ylabel=names[1])
         self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
 
     def points(self, y: Array, ids: Array) -> Array:

@@ -110,7 +110,19 @@ class View:
                 ax.set(zticks=[], zlabel="")
             if self.name == "side":
                 ax.set(yticks=[], ylabel="")
-            ax.set_box_aspect(np.ptp(limits, axis=1), zoom={"top": 0.8, "side": 1.05}.get(self.name, 0.88))
+            extent = np.ptp(limits, axis=1)
+            ax.set_box_aspect(extent, zoom={"top": 0.8, "side": 1.05}.get(self.name) or 0.88 * low_enough(extent))
+
+
+def low_enough(extent: Array) -> float:
+    """Return the scale, at most 1, at which a box in perspective leaves room for the numbers of its axes below it.
+
+    matplotlib draws each box with a diagonal of the same length, so that one with a great height needs more room.
+    """
+    elev, azim = ANGLES["perspective"]
+    depth = abs(np.sin(azim)) * extent[1] + abs(np.cos(azim)) * extent[0]
+    height = (np.cos(elev) * extent[2] + np.sin(elev) * depth) / np.linalg.norm(extent)
+    return min(1.0, 0.7 / height)
 
 
 def picture_half(model) -> Array | None:

@@ -98,7 +98,8 @@ def move_a_slider(page, nb):
     assert figure.bounding_box()["y"] < handle.bounding_box()["y"]
     before = figure.get_attribute("src")
     handle.focus()
-    handle.press("ArrowRight")
+    at_its_end = handle.get_attribute("aria-valuenow") == handle.get_attribute("aria-valuemax")
+    handle.press("ArrowLeft" if at_its_end else "ArrowRight")
     run = panel.get_by_role("button", name="Run", exact=True)
     if run.count():
         run.click()

@@ -68,7 +68,11 @@ def test_what_is_seen_is_where_it_is(folder):
 
 @pytest.mark.parametrize("robot", [1, 5])
 def test_the_scenario_runs_on_it(robot):
-    """After alignment; measured: 0.04 to 0.06 m with this seed, 0.04 to 0.2 m with others; landmarks 0.035 m."""
+    """After alignment; measured: 0.04 to 0.06 m with this seed, 0.04 to 0.2 m with others; landmarks 0.035 m.
+
+    It is honest: NIS and NEES are what they should be. Measured with four robots and seeds: NIS 1.84 to 1.93 of 2, over
+    some thousand sightings; NEES 2.5 to 3.4 of 3, a single path, whose errors hang together for minutes.
+    """
     userdata, recording = prepare(UserData.from_toml(SCENARIO, {"data.robots": [robot]}))
     assert recording.notes[0].startswith("simulated twin")
     history = History()
@@ -79,6 +83,8 @@ def test_the_scenario_runs_on_it(robot):
     assert f["ate_rmse_m"] < 0.12
     assert f["landmark_rmse_m"] < 0.08
     assert f["ate_rmse_m"] < f["dead_reckoning_ate_m"] / 3
+    assert f["nis_mean"] == pytest.approx(f["nis_dof"], rel=0.12)
+    assert 0.6 < f["nees_mean"] / f["nees_dof"] < 1.5
 
 
 def test_a_twin_of_no_length():

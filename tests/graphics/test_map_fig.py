@@ -14,7 +14,7 @@ from ekfslam_tutorial.graphics import ESTIMATE, MapFig, ellipse_points, ellipsoi
 from ekfslam_tutorial.graphics.artists import Labels
 from ekfslam_tutorial.graphics.states import lmk_states, obs_state
 from ekfslam_tutorial.graphics.style import ROBOTS
-from ekfslam_tutorial.graphics.views import fit_limits, look_from
+from ekfslam_tutorial.graphics.views import fit_limits, look_from, low_enough
 from ekfslam_tutorial.simulation import SimLmk
 from ekfslam_tutorial.slam import Lmk
 
@@ -408,3 +408,9 @@ def test_seventy_ellipsoids_ten_times_a_second(run):
         seconds.append(time.process_time() - start)
     assert len(fig.est_lmk.label.where) == 70
     assert min(seconds) < 0.1, f"{1 / min(seconds):.1f} frames a second"
+
+
+def test_a_high_box_is_drawn_smaller_so_that_its_numbers_have_room():
+    assert low_enough(np.array([14.0, 14.0, 4.0])) == 1  # a cloister
+    assert low_enough(np.array([2.0, 3.2, 2.6])) < 0.85  # a room
+    assert low_enough(np.array([1.0, 1.0, 4.0])) < low_enough(np.array([1.0, 1.0, 1.0])) < 1

@@ -15,6 +15,7 @@ from ekfslam_tutorial.graphics import (
     grab,
     map_picture,
 )
+from ekfslam_tutorial.graphics.artists import Labels
 
 
 def legend(ax):
@@ -189,6 +190,24 @@ def test_map_picture_is_not_stretched_by_a_landmark_at_the_horizon():
     mean, cov = np.array([[0.0, 1.0], [900.0, 0.0]]), np.array([0.01 * np.eye(2), 1e6 * np.eye(2)])
     ax, _ = map_picture(circle(), mean, cov)
     assert max(ax.get_xlim()) < 20
+
+
+def test_map_picture_has_room_for_whole_ellipses():
+    """A landmark at the edge of the world, of which the filter knows little."""
+    ax, _ = map_picture(circle(), np.array([[-5.0, 0.0]]), np.diag([1.0, 0.01])[None])
+    (drawn,) = (line for line in ax.lines if "3σ" in str(line.get_label()))
+    x, y = drawn.get_data()
+    assert min(ax.get_xlim()) < np.nanmin(x) == pytest.approx(-8, abs=0.01)
+    assert np.isfinite(x).sum() == np.isfinite(y).sum() == 60  # one closed curve: nothing is cut
+
+
+@pytest.mark.parametrize(("d", "most"), [(2, 100), (3, 40)])
+def test_map_picture_names_no_crowd(d, most):
+    for n in most, most + 1:
+        mean = np.random.default_rng(0).uniform(-4, 4, (n, d))
+        ax, _ = map_picture(circle(d=d), mean, np.broadcast_to(0.01 * np.eye(d), (n, d, d)))
+        (labels,) = (artist for artist in ax.collections if isinstance(artist, Labels))
+        assert len(labels.where) == (n if n == most else 0)
 
 
 def test_map_picture_draws_into_given_axes():

@@ -173,6 +173,9 @@ def test_every_sensor_has_a_space_that_draws(run, sensor, space):
         low, high = np.array([fig.axes.get_xlim(), fig.axes.get_ylim()]).T
         shown = rows(fig.raw)
         assert ((shown > low) & (shown < high)).all()
+    if space is Plain and m == 1:  # over the landmarks' ids, which are whole numbers
+        assert fig.axes.get_xlabel() == "measurement (m)"
+        assert (fig.axes.get_yticks() % 1 == 0).all()
 
 
 def test_a_bearing_alone_is_a_sector_of_three_sigma(run):

@@ -1,5 +1,6 @@
 """The course site, built once and served on loopback."""
 
+import contextlib
 import functools
 import http.server
 import shutil
@@ -43,7 +44,21 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
 
 @pytest.fixture
 def visit(chromium, address):
-    """Return a function that opens a page of the site and waits for its mathematics and pictures.
+    """Return a function that opens a page of the site: see `visits`."""
+    with visits(chromium, address) as visit:
+        yield visit
+
+
+@pytest.fixture(scope="module")
+def opened(request, chromium, address):
+    """A page of the site, named by the parameter, at 1280 x 720. Tests that ask for it one after the other share it."""
+    with visits(chromium, address) as visit:
+        yield visit(request.param)
+
+
+@contextlib.contextmanager
+def visits(chromium, address):
+    """Give a function that opens a page of the site and waits for its mathematics and pictures.
 
     At the end no page may have had an error, or have asked another host for anything.
     """

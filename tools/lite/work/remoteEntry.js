@@ -1,4 +1,4 @@
-// Two entries of the file menu: "Download my work" and "Take up my work".
+// Two entries of the file menu: "Download my work" and "Take up my work"; and on a phone room for the notebook.
 //
 // JupyterLite keeps what a student writes in the browser's own storage, where no other computer finds it. The first
 // entry packs all files that are not as the site delivers them (notebooks, my_slam.py, progress.json) into my_work.zip;
@@ -8,6 +8,7 @@
 "use strict";
 (() => {
   const NAME = "ekfslam-work", ZIP = "my_work.zip", TWIN = "progress.backup.json"; // the same records once more
+  const NARROW = 700; // CSS pixels
   let scope;
 
   async function shared(name) {
@@ -29,6 +30,20 @@
     window.addEventListener("keydown", ({ target }) => {
       if (target.closest?.(".jupyter-widgets")) target.setAttribute("data-lm-suppress-shortcuts", "true");
     }, true);
+    if (innerWidth < NARROW) app.restored.then(() => giveRoom(app));
+  }
+
+  // On a phone the list of files and the room for numbers of cells would leave a notebook a tenth of the window.
+  // JupyterLab opens the list more than once while it starts; who taps on it wants to see it.
+  function giveRoom(app) {
+    let touched = false;
+    window.addEventListener("pointerdown", () => (touched = true), { capture: true, once: true });
+    const collapse = () => touched || app.shell.leftCollapsed || app.shell.collapseLeft();
+    app.shell.layoutModified.connect(collapse);
+    collapse();
+    const root = document.documentElement.style;
+    root.setProperty("--jp-cell-prompt-width", "12px");
+    root.setProperty("--jp-notebook-padding", "2px");
   }
 
   // ---- out ----
