@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...models.observation import birth
 from ...slam.first_estimates import check_first_estimates
 from ..rings import rings_by
 
@@ -94,11 +95,11 @@ def started_by(data, sensor):
 
 
 def can_start(sensor, lmk):
-    """Return True if a sensor model can give birth to a landmark of a type: from a ray, or from a point.
+    """Return True if a sensor model can give birth to a landmark of a type: from a ray, from a point, or from two rays.
 
     A sensor without `retro` starts none: what it measures, a range for example, fixes neither.
     """
-    return hasattr(sensor, "retro") and hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
+    return hasattr(sensor, "retro") and hasattr(lmk, birth(sensor))
 
 
 def _rings(data, sensor):
