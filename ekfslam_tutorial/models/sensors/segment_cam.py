@@ -154,12 +154,10 @@ class SegmentCam(Imager):
         """The stretch between s = first and last that is in the image of a lens: sampled, its ends then halved down."""
         sees = lambda s: self.camera.visible(self.camera.project(q := a + s[..., None] * way)[0], q)
         s = first + np.linspace(0, 1, SAMPLES).reshape(-1, *[1] * first.ndim) * (last - first)
-        seen = np.stack([sees(each) for each in s])
-        i, j = seen.argmax(0), SAMPLES - 1 - seen[::-1].argmax(0)
-        ends = []
-        for k, step in ((i, -1), (j, 1)):
+        seen, ends = sees(s), []
+        for k, step in ((seen.argmax(0), -1), (SAMPLES - 1 - seen[::-1].argmax(0), 1)):
             good, bad = (np.take_along_axis(s, np.clip(m, 0, SAMPLES - 1)[None], 0)[0] for m in (k, k + step))
-            for _ in range(40):
+            for _ in range(40 if (good != bad).any() else 0):
                 middle = (good + bad) / 2
                 ok = sees(middle)
                 good, bad = np.where(ok, middle, good), np.where(ok, bad, middle)
