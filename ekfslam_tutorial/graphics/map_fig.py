@@ -15,7 +15,7 @@ from .artists import Labels, draw_legend, new_faces, new_line, put, put_path
 from .bodies import ground_grid, move_faces, nice_step, outline, robot_body, sensor_body
 from .clip import clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, sigma_label
-from .states import TruthInMap, lmk_lines, lmk_points, lmk_states
+from .states import TruthInMap, is_line, lmk_lines, lmk_points, lmk_states
 from .style import BLACK, ESTIMATE, LIGHT_GREY, REJECTED, ROBOTS, TRUTH, UPDATED, line, points
 from .views import View, fit_limits
 
@@ -202,7 +202,7 @@ class MapFig:
             entries["estimated landmark, id"] = self.est_lmk.mean
         if snapshot.sim_lmk is not None and len(snapshot.sim_lmk.points):
             entries["true landmark"] = self.sim_lmk
-        if edges or any(lmk.par is not None for lmk in snapshot.lmks.values()):
+        if edges or any(is_line(lmk) for lmk in snapshot.lmks.values()):
             entries["estimated line, id"] = self.est_lmk.stretch
         if edges:
             entries["true edge"] = self.sim_line
