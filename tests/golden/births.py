@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from ekfslam_tutorial.geometry import Frame3
-from ekfslam_tutorial.models.landmarks import AhmLin, AhmPnt, HmgLin, HmgPnt, PlkLin
+from ekfslam_tutorial.models.landmarks import AhmLin, AhmPnt, AplLin, HmgLin, HmgPnt, PlkLin
 from ekfslam_tutorial.models.motion import Odometry3
 
 
@@ -68,6 +68,20 @@ class FreePlkLin(PlkLin):
 
     def normalized(self, l):
         return l, np.eye(6)
+
+
+@dataclass(frozen=True)
+class FreeAplLin(AplLin):
+    """The same with an anchor; its abscissas count from the point nearest to the origin, as in the recorded program."""
+
+    def support(self, l):
+        L = np.concatenate([self.normal(l)[0], l[..., 6:]], -1)
+        L_l = np.concatenate([self.normal(l)[1], np.broadcast_to(np.eye(3, 9, 6), (*l.shape[:-1], 3, 9))], -2)
+        p0, d, P0_L, D_L = PlkLin().support(L)
+        return p0, d, P0_L @ L_l, D_L @ L_l
+
+    def normalized(self, l):
+        return l, np.eye(9)
 
 
 @dataclass(frozen=True)

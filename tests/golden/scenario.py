@@ -12,12 +12,13 @@ import numpy as np
 
 from ekfslam_tutorial.ekf import Map
 from ekfslam_tutorial.geometry import Frame3
-from ekfslam_tutorial.models.landmarks import AhmLin, AhmPnt, AplLin, EucPnt, HmgLin, HmgPnt, IdpLin, IdpPnt
+from ekfslam_tutorial.models.landmarks import AhmLin, AhmPnt, EucPnt, HmgLin, HmgPnt, IdpLin, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry3
 from ekfslam_tutorial.models.sensors import OmniCam, PinHole, PinHoleDepth, SegmentCam
 from ekfslam_tutorial.slam import KnownIds, Options, Rob, Sen, place
 
 from .births import (
+    FreeAplLin,
     FreePlkLin,
     RecordedAhmLin,
     RecordedAhmPnt,
@@ -28,7 +29,7 @@ from .births import (
 )
 
 POINTS = {"eucPnt": EucPnt(), "idpPnt": IdpPnt(), "ahmPnt": AhmPnt(), "hmgPnt": HmgPnt()}
-LINES = {"plkLin": FreePlkLin(), "aplLin": AplLin(), "idpLin": IdpLin(), "hmgLin": HmgLin(), "ahmLin": AhmLin()}
+LINES = {"plkLin": FreePlkLin(), "aplLin": FreeAplLin(), "idpLin": IdpLin(), "hmgLin": HmgLin(), "ahmLin": AhmLin()}
 LANDMARKS = POINTS | LINES
 BIRTHS = {  # types with a recorded derivative that is not the exact one
     "ahmPnt": RecordedAhmPnt(),
