@@ -7,6 +7,8 @@ small, so what is tested is every derivative on the way, births included, and no
 import numpy as np
 import pytest
 
+from ekfslam_tutorial.analysis.factors import graph_of
+from ekfslam_tutorial.cli.files import scenarios
 from ekfslam_tutorial.ekf import chi_square
 from ekfslam_tutorial.geometry import Frame3
 from ekfslam_tutorial.models import retro_project
@@ -17,6 +19,8 @@ from ekfslam_tutorial.models.observation import check_fit
 from ekfslam_tutorial.models.sensors import PinHole, SegmentCam
 from ekfslam_tutorial.simulation import SimLmk, SimRob, SimSen, sim_observation, worlds
 from ekfslam_tutorial.slam import Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, new_map, place
+from ekfslam_tutorial.toolbox import UserData, universal_slam
+from ekfslam_tutorial.toolbox.run_state import run_state
 
 TYPES = [PlkLin(), AplLin(), IdpLin(), HmgLin(), AhmLin()]
 NAMES = [type(kind).__name__ for kind in TYPES]
@@ -153,3 +157,31 @@ def test_worlds_of_edges_number_them_behind_their_points():
     assert all((points == end).all(1).any() for end in segments.reshape(-1, 3))
     ids, points, segment_ids, segments = worlds.columns()
     assert len(segments) == 36 and (segments[:, :2] == segments[:, 3:5]).all() and len(points) == 72
+
+
+# --- in scenarios ----------------------------------------------------------------------------------------------------
+
+
+def house(**overrides):
+    few = {"time.last": 3} | {key.replace("__", "."): value for key, value in overrides.items()}
+    return UserData.from_toml(scenarios()["house_idp"], few)
+
+
+def test_what_lines_cannot_do_is_one_sentence():
+    with pytest.raises(ValueError, match="sensor 1: lines are told apart by their ids only, known_ids, got Jcbb"):
+        house(options__association="jcbb")
+    with pytest.raises(ValueError, match="sensor 1 measures lines; the smoother knows points only"):
+        graph_of(house())
+    with pytest.raises(TypeError, match="sensor 1: IdpPnt landmarks cannot be started by a SegmentCam"):
+        house(landmark__type="idp_pnt")
+
+
+def test_a_run_of_lines_goes_on_where_it_stopped():
+    """The ends are no states; but they are kept with the rest."""
+    *_, whole = universal_slam(house())
+    run = universal_slam(house())
+    next(run)
+    kept = run_state(next(run), house())
+    *_, resumed = universal_slam(house(), resume=kept)
+    assert (resumed.map.x == whole.map.x).all()
+    assert all((resumed.lmks[id].par == lmk.par).all() for id, lmk in whole.lmks.items())

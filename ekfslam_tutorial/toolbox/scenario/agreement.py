@@ -36,6 +36,9 @@ def check_agreement(data):
         if sensor.robot not in robots:
             known = ", ".join(map(str, robots))
             raise ValueError(f"sensor {sensor.id} is on robot {sensor.robot}, which does not exist; robots: {known}")
+        if hasattr(sensor.model, "innovation") and not getattr(data.options.association, "by_id", False):
+            kind = type(data.options.association).__name__
+            raise ValueError(f"sensor {sensor.id}: lines are told apart by their ids only, known_ids, got {kind}")
     _check_dimensions(data)
     _check_capacity(data)
     if data.options.first_estimates:
