@@ -40,7 +40,7 @@ def tidy(map, lmk, camera, opt):
             lmk.type, lmk.r = EUCLIDEAN[len(p)], transform(map, lmk.r, p, P_l)
 
 
-VAGUE = 0.25
+VAGUE = 0.05
 """The ends of a line are vague while their standard deviation is more than this part of its length."""
 
 
