@@ -197,10 +197,11 @@ class MapFig:
         entries = {words: body.path for words, body in zip(said, self.est_rob.values(), strict=True)}
         if self.sim_rob:
             entries["true path and robot"] = next(iter(self.sim_rob.values())).path
-        edges = snapshot.sim_lmk is not None and len(snapshot.sim_lmk.segments) > 0
-        if not edges or len(snapshot.sim_lmk.points):
+        world = snapshot.sim_lmk
+        edges, corners = (False, False) if world is None else (len(world.segments) > 0, len(world.points) > 0)
+        if corners or not edges:
             entries["estimated landmark, id"] = self.est_lmk.mean
-        if snapshot.sim_lmk is not None and len(snapshot.sim_lmk.points):
+        if corners:
             entries["true landmark"] = self.sim_lmk
         if edges or any(is_line(lmk) for lmk in snapshot.lmks.values()):
             entries["estimated line, id"] = self.est_lmk.stretch

@@ -5,6 +5,8 @@ All artists are made once; `update` only gives them new points.
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -61,7 +63,7 @@ class SenFig:
         self.sen = sens[sensor] if sensor is not None else snapshot.sens[0]
         self.k, self.labels = k, labels
         self.fig = plt.figure(figsize=figsize)
-        self.space = measurement_space(self.fig, self.sen.model)
+        self.space: Any = measurement_space(self.fig, self.sen.model)
         self.axes = self.space.axes
         self._make()
         self.update(snapshot)

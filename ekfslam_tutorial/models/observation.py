@@ -4,6 +4,8 @@ Direct model (manual, section 5.1): landmark -> sensor frame in the world -> mea
 Inverse model (manual, section 5.2): measurement and prior -> sensor frame in the world -> landmark.
 """
 
+from typing import Any
+
 import numpy as np
 
 
@@ -48,7 +50,7 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
         V_l = V_m @ M_l + V_w @ W_l
     else:
         ls, LS_f, LS_l = lmk.to_frame(F, l)
-        point = getattr(lmk, "apparent", None) or getattr(lmk, "point", None)
+        point: Any = getattr(lmk, "apparent", None) or getattr(lmk, "point", None)
         v, V_ls = getattr(lmk, getattr(sensor, "asks", "ray"))(ls) if sensor.bearing_only else point(ls)
         V_f, V_l = V_ls @ LS_f, V_ls @ LS_l
     return v, V_f @ F_r, V_f @ F_s, V_l

@@ -161,7 +161,7 @@ def _edge_ids(snapshot):
     return [] if snapshot.sim_lmk is None else snapshot.sim_lmk.segment_ids
 
 
-def changed(ids: list[int], mean: Array, cov: Array, told: dict[int, Told]) -> tuple[Array, Array]:
+def changed(ids: list, mean: Array, cov: Array, told: dict[Any, Told]) -> tuple[Array, Array]:
     """Return which means and which covariances are not what the viewer was told, up to MOVED and GROWN.
 
     With P0 the covariance that was told, widened by FINE, and W W' = inv(P0): the move is |W' (m - m0)|, in sigmas,

@@ -6,6 +6,8 @@ a line, and how far a line is from the true one. The ends are no states. They ar
 Lmk.par), two abscissas t: the points p0 + t d of the line.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ...geometry import hat, unit
@@ -103,7 +105,7 @@ class TwoPoints:
     """
 
     dim = 3
-    kind: object
+    kind: Any
     anchor: int
 
     @property
