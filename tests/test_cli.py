@@ -96,7 +96,8 @@ def test_every_scenario_that_comes_with_the_package_runs(name, tmp_path, capsys,
     for file in ("map.png", *(f"sensor-{s.id}.png" for s in data.sensors if data.data is None)):
         assert (tmp_path / file).read_bytes().startswith(PNG)
     assert len(rows(tmp_path / "trajectory.csv")) == last * len(figures["robots"])
-    assert len(rows(tmp_path / "map.csv")) == figures["n_landmarks"]
+    mapped = [file for file in ("map.csv", "lines.csv") if (tmp_path / file).exists()]
+    assert sum(len(rows(tmp_path / file)) for file in mapped) == figures["n_landmarks"]
     assert sorted(p.name for p in tmp_path.iterdir() if p.name.startswith(".")) == []  # no temporary files
 
 

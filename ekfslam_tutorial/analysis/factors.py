@@ -222,6 +222,9 @@ def graph_of(data, recording=None, seed=None):
     --------
     smooth : Finds the best values of all variables.
     """
+    for sensor in data.sensors:
+        if hasattr(sensor.model, "innovation"):
+            raise ValueError(f"sensor {sensor.id} measures lines; the smoother knows points only")
     maker = None
     for now in universal_slam(data, recording, seed):
         if maker is None:

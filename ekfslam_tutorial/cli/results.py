@@ -90,6 +90,9 @@ def write(out, figures, history, data, recording=None, costs=None, richest=None)
     _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
     _write_csv(out / "map.csv", *landmarks(history))
     names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
+    if any(lmk.par is not None for lmk in history.last.lmks.values()):
+        _write_csv(out / "lines.csv", *lines(history))
+        names.append("lines.csv")
     with pictures(views.how_many(history, data, costs)):
         return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs, richest)]
 
@@ -134,8 +137,22 @@ def _stds(track):
     return np.sqrt(variances.clip(0))
 
 
+def lines(history):
+    """Header and rows of lines.csv: both ends of each line as far as it was seen, and the true edge where known."""
+    s = history.last
+    ends = [f"{axis}{i}" for i in (1, 2) for axis in "xyz"]
+    counts = ["n_search", "n_match", "n_inlier"]
+    header = ["id", "type", *ends, *(f"true_{name}" for name in ends), *counts]
+    edges = {} if s.sim_lmk is None else dict(zip(s.sim_lmk.segment_ids.tolist(), s.sim_lmk.segments, strict=True))
+    rows = []
+    for lmk in (lmk for lmk in s.lmks.values() if lmk.par is not None):
+        p, truth = lmk.ends(s.map)[0].ravel(), edges.get(lmk.id, np.full(6, np.nan))
+        rows.append([lmk.id, type(lmk.type).__name__, *p, *_blank(truth), *(getattr(lmk, n) for n in counts)])
+    return header, rows
+
+
 def landmarks(history):
-    """Header and rows of map.csv: Euclidean mean and covariance of each landmark, and the truth where known."""
+    """Header and rows of map.csv: Euclidean mean and covariance of each point, and the truth where known."""
     s = history.last
     axes = "xyz"[: s.robs[0].motion.frame.dim]
     i, j = np.triu_indices(len(axes))
@@ -144,7 +161,7 @@ def landmarks(history):
     header = ["id", "type", *axes, *names, *(f"true_{axis}" for axis in axes), *counts]
     places = {} if s.sim_lmk is None else dict(zip(s.sim_lmk.ids.tolist(), s.sim_lmk.points, strict=True))
     rows = []
-    for lmk in s.lmks.values():
+    for lmk in (lmk for lmk in s.lmks.values() if lmk.par is None):
         p, P = lmk.point(s.map)
         truth = places.get(lmk.id, np.full(len(axes), np.nan))
         rows.append([lmk.id, type(lmk.type).__name__, *p, *P[i, j], *_blank(truth), *(getattr(lmk, n) for n in counts)])

@@ -22,6 +22,7 @@ from ..graphics import (
     use_style,
     write_player_html,
 )
+from ..graphics.states import lmk_lines
 from .files import replacing, save_figure
 from .robot_views import write_robot_figures
 
@@ -69,7 +70,8 @@ def _costs(out, history, costs):
 def _landmarks(s, align):
     """The landmarks of the map and the true ones, as `map_picture` takes them."""
     dim = s.robs[0].motion.frame.dim
-    points = [lmk.point(s.map) for lmk in s.lmks.values()]
+    lmks = [lmk for lmk in s.lmks.values() if lmk.par is None]
+    points = [lmk.point(s.map) for lmk in lmks]
     mean = np.array([p for p, _ in points]).reshape(-1, dim)
     cov = np.array([P for _, P in points]).reshape(-1, dim, dim)
     if align is not None and len(mean):
@@ -78,10 +80,22 @@ def _landmarks(s, align):
     return {
         "mean": mean[finite],
         "cov": cov[finite],
-        "ids": np.array(list(s.lmks))[finite].tolist(),
+        "ids": np.array([lmk.id for lmk in lmks], int)[finite].tolist(),
         "true_points": None if s.sim_lmk is None else s.sim_lmk.points,
         "true_ids": None if s.sim_lmk is None else s.sim_lmk.ids,
-    }
+    } | _lines(s, align)
+
+
+def _lines(s, align):
+    """The lines of the map and the true edges, as `map_picture` takes them; nothing where there are none."""
+    ids, ends, cov = lmk_lines(s)
+    edges = None if s.sim_lmk is None else s.sim_lmk.segments.reshape(-1, 2, 3)
+    if not ids and (edges is None or not len(edges)):
+        return {}
+    if align is not None and ids:
+        ends, cov = align.from_frame(ends)[0], align.R @ cov @ align.R.T
+    good = np.isfinite(cov).all((1, 2, 3))
+    return {"lines": (np.array(ids, int)[good].tolist(), ends[good], cov[good]), "true_edges": edges}
 
 
 def _map(out, s, tracks, lmks, data, align, fixes):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from . import core
 from .checks import check_map
 from .core import (
     EUCLIDEAN,
@@ -26,6 +27,8 @@ NOTHING = np.zeros(0), np.zeros((0, 0))
 def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     """Start landmarks from measurements that belong to none: see `slam.init_new_lmks`."""
     check_map(map)
+    if hasattr(sen.model, "innovation"):
+        return core.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
     events = []
     if type(opt.association) is KnownIds and new:  # most often all of them are there
         ids = np.asarray(raw.ids).tolist()

@@ -9,7 +9,7 @@ from ..slam.first_estimates import check_first_estimates, first_jacobians, note_
 from ..slam.meetings import correct_met_robots
 from ..slam.objects import Event, Lmk, short
 from ..slam.projection import by_type
-from ..slam.steps import check_control, check_raw
+from ..slam.steps import check_control, check_raw, correct_known_lmks, init_new_lmks
 from ..slam.upkeep import EUCLIDEAN, delete_bad, free_slot, well_inside
 from .symbols import Symbol, Tape
 
@@ -29,12 +29,14 @@ __all__ = [
     "check_covariance",
     "check_first_estimates",
     "check_raw",
+    "correct_known_lmks",
     "correct_met_robots",
     "delete_bad",
     "faults",
     "first_jacobians",
     "free_slot",
     "gate",
+    "init_new_lmks",
     "map_html",
     "note_first_estimates",
     "real",

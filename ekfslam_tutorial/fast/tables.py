@@ -4,6 +4,7 @@ from math import isfinite
 
 import numpy as np
 
+from ..models.observation import fits
 from .core import first_jacobians
 from .expectation import may_be_seen
 from .extra import compiled
@@ -22,6 +23,8 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
     """
     groups, parts = map.notes.groups(lmks), []
     for group in groups.all:
+        if not fits(sen.model, group.kind):
+            continue
         part = _part(map, rob, sen, group, Rf, Sf, in_view)
         if part is not None and not _as_noted(part):
             groups.forget()

@@ -15,12 +15,13 @@ from .artists import Labels, draw_legend, new_faces, new_line, put, put_path
 from .bodies import ground_grid, move_faces, nice_step, outline, robot_body, sensor_body
 from .clip import clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, sigma_label
-from .states import TruthInMap, lmk_points, lmk_states
+from .states import TruthInMap, is_line, lmk_lines, lmk_points, lmk_states
 from .style import BLACK, ESTIMATE, LIGHT_GREY, REJECTED, ROBOTS, TRUTH, UPDATED, line, points
 from .views import View, fit_limits
 
 Array = np.ndarray
 RING = ROBOTS[2]
+UPDATES = ("updated", "rejected")
 
 
 @dataclass
@@ -35,9 +36,13 @@ class BodyArtists:
 
 @dataclass
 class LmkArtists:
-    """The estimated landmarks: one line of all means, one line of ellipses for each state, a label each."""
+    """The estimated landmarks: one line of all means, one line of ellipses for each state, a label each.
+
+    Of landmarks that are lines, one artist has all the stretches between their ends, which have ellipsoids.
+    """
 
     mean: Any
+    stretch: Any
     ellipse: dict[str, Any]
     label: Labels
 
@@ -150,6 +155,7 @@ class MapFig:
         wire = dict(linewidth=1.1, zorder=3)
         self.est_lmk = LmkArtists(
             mean=new_line(ax, **points(ESTIMATE, markersize=4.0), zorder=5),
+            stretch=new_line(ax, **line(ESTIMATE, linewidth=2.4, zorder=5)),
             ellipse={
                 "estimate": new_line(ax, **line(ESTIMATE, **wire)),
                 "updated": new_line(ax, **line(UPDATED, linewidth=1.8, zorder=4)),
@@ -165,6 +171,7 @@ class MapFig:
         self.rob_ellipse = {id: new_line(ax, **line(ESTIMATE, color=color, **wire)) for id, color in colors.items()}
         self.rob_label = Labels(ax, size=12, shift=(16.0, 13.0), color=list(colors.values()), zorder=9)
         self.sim_lmk = new_line(ax, **points(TRUTH, markersize=9.0, markeredgewidth=1.0), zorder=4)
+        self.sim_line = new_line(ax, **line(TRUTH, linewidth=1.0, zorder=4))
         for rob in snapshot.robs:
             self.est_rob[rob.id] = self._body(ESTIMATE, path=True, color=colors[rob.id])
         for sen in snapshot.sens:
@@ -190,9 +197,16 @@ class MapFig:
         entries = {words: body.path for words, body in zip(said, self.est_rob.values(), strict=True)}
         if self.sim_rob:
             entries["true path and robot"] = next(iter(self.sim_rob.values())).path
-        entries["estimated landmark, id"] = self.est_lmk.mean
-        if snapshot.sim_lmk is not None:
+        world = snapshot.sim_lmk
+        edges, corners = (False, False) if world is None else (len(world.segments) > 0, len(world.points) > 0)
+        if corners or not edges:
+            entries["estimated landmark, id"] = self.est_lmk.mean
+        if corners:
             entries["true landmark"] = self.sim_lmk
+        if edges or any(is_line(lmk) for lmk in snapshot.lmks.values()):
+            entries["estimated line, id"] = self.est_lmk.stretch
+        if edges:
+            entries["true edge"] = self.sim_line
         entries[sigma_label(self.k, self.dim)] = self.est_lmk.ellipse["estimate"]
         if getattr(snapshot, "rings", {}):
             entries["hypotheses of a beacon, 1 sigma"] = self.ring["likely"]
@@ -233,6 +247,8 @@ class MapFig:
             frame = frames[sen.robot].compose(sen.frame)[0]
             self._place(self.sim_sen[sen.id], self._sensor(sen.id), frame, region)
         put(self.sim_lmk, _keep(self._truth.points(snapshot, self.dim), region))
+        if self.dim == 3:
+            put(self.sim_line, clip_curves(self._truth.segments(snapshot), region))
 
     def _robot(self, id):
         return robot_body(self.dim, 0 if self._carries_the_eye(id) else self.size)
@@ -278,8 +294,24 @@ class MapFig:
         drawn_as = np.array([states[id] if states.get(id) in self.est_lmk.ellipse else "estimate" for id in ids])
         for state, artist in self.est_lmk.ellipse.items():
             put(artist, clip_curves(curves[drawn_as == state], region))
+        where = dict(zip(ids, mean, strict=True))
+        if self.dim == 3:
+            where |= self._update_lines(snapshot, states, region)
         if self.labels:
-            self.est_lmk.label.put(dict(zip(ids, mean, strict=True)))
+            self.est_lmk.label.put(where)
+
+    def _update_lines(self, snapshot, states, region) -> dict:
+        """Show lines between their ends, and how uncertain these are; return where the labels belong."""
+        ids, ends, cov = lmk_lines(snapshot)
+        put(self.est_lmk.stretch, clip_curves(ends, region))
+        drawn_as = np.repeat([states.get(id, "estimate") for id in ids], 2)
+        curves = self._ellipses(ends.reshape(-1, 3), cov.reshape(-1, 3, 3)) if ids else np.zeros((0, 1, 3))
+        each = len(curves) // max(len(drawn_as), 1)
+        for state, artist in self.est_lmk.ellipse.items():
+            as_this = np.repeat(drawn_as == state if state != "estimate" else ~np.isin(drawn_as, UPDATES), each)
+            rows = clip_curves(curves[as_this], region) if as_this.any() else np.zeros((0, 3))
+            put(artist, np.concatenate([np.reshape(artist.get_data_3d(), (3, -1)).T, rows]))
+        return dict(zip(ids, _keep(ends.mean(1), region), strict=True))
 
     def _update_rings(self, snapshot, region) -> None:
         """Show the hypotheses of beacons at 1 sigma; those with half the weight of the heaviest are likely."""
@@ -307,7 +339,8 @@ class MapFig:
         robs = [rob.frame(snapshot.map).t for rob in snapshot.robs]
         _, mean, cov = lmks
         world = np.concatenate([np.array(robs), *(f.t[None] for f in self._truth.frames(snapshot).values())])
-        world = np.concatenate([world, self._truth.points(snapshot, d)])
+        edges = self._truth.segments(snapshot).reshape(-1, 3) if d == 3 else np.zeros((0, d))
+        world = np.concatenate([world, self._truth.points(snapshot, d), edges])
         spread = self.k * np.sqrt(np.trace(cov, axis1=1, axis2=2))
         near = np.linalg.norm(mean - world[0], axis=1)
         return np.concatenate([world, mean[spread < 0.5 * near]])

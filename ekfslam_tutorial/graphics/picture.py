@@ -41,6 +41,8 @@ def map_picture(
     ax: Any = None,
     figsize=(9, 8),
     colors: Sequence[str] = (),
+    lines: tuple | None = None,
+    true_edges: Array | None = None,
 ):
     """Draw trajectories and map over the truth.
 
@@ -67,6 +69,10 @@ def map_picture(
         Of the new figure, inches.
     colors : sequence of colours, optional
         Of the estimated paths; by default those of the robots, in their order.
+    lines : (ids, (m, 2, 3), (m, 2, 3, 3)), optional
+        Estimated lines, in space: ids, both ends, and their covariances.
+    true_edges : (M, 2, 3), optional
+        True edges.
 
     Returns
     -------
@@ -81,6 +87,8 @@ def map_picture(
     mean, cov = np.asarray(mean, dtype=float).reshape(-1, d), np.asarray(cov, dtype=float).reshape(-1, d, d)
     true_points = np.zeros((0, d)) if true_points is None else np.asarray(true_points, dtype=float)
     ids = list(range(1, len(mean) + 1)) if ids is None else list(ids)
+    line_ids, ends, ends_cov = lines or ([], np.zeros((0, 2, d)), np.zeros((0, 2, d, d)))
+    edges = np.zeros((0, 2, d)) if true_edges is None else np.asarray(true_edges, dtype=float)
     view = None
     if ax is None:
         view = View(plt.figure(figsize=figsize), d)
@@ -89,7 +97,7 @@ def map_picture(
 
     axis = k * half_axes(cov)[..., -1]  # the longest half-axis of each ellipse
     spread = np.linalg.norm(axis, axis=-1)
-    world = np.concatenate([*paths.values(), *truths.values(), true_points])
+    world = np.concatenate([*paths.values(), *truths.values(), true_points, edges.reshape(-1, d)])
     size = np.ptp(fit_limits(world), axis=1).max()
     vague = (spread > VAGUE * size) & (d == 3)
     near = spread < 0.5 * size
@@ -117,12 +125,16 @@ def map_picture(
     if vague.any():
         rays = clip_curves(np.stack([mean - axis, mean + axis], axis=1)[vague], box(limits))
         ax.plot(*rays.T, **line(ESTIMATE, linewidth=0.7, alpha=0.35), zorder=1, label="its longest axis, where long")
+    if line_ids or len(edges):
+        _plot_lines(ax, ends, ends_cov, edges, k, limits)
     small = {"markersize": 2.5} if len(mean) > MANY else {}
-    ax.plot(*mean.T, **points(ESTIMATE, **small), zorder=6, label="estimated landmark")
+    if len(mean) or not line_ids:
+        ax.plot(*mean.T, **points(ESTIMATE, **small), zorder=6, label="estimated landmark")
     if len(true_points):
         ax.plot(*true_points.T, **points(TRUTH, markeredgewidth=1.1), zorder=5, label="true landmark")
-    shown = {id: p for id, p in zip(ids, mean, strict=True) if inside(p, box(limits))}
-    shown = shown if len(ids) <= NAMED[d] else {}
+    places = [*zip(ids, mean, strict=True), *zip(line_ids, ends.mean(1), strict=True)]
+    shown = {id: p for id, p in places if inside(p, box(limits))}
+    shown = shown if len(places) <= NAMED[d] else {}
     Labels(ax, size=12 if len(ids) <= 40 else 10, color=BLACK, zorder=7).put(shown)
     handles, names = ax.get_legend_handles_labels()
     if view is None:
@@ -133,7 +145,7 @@ def map_picture(
         ground = ground_grid(limits, nice_step(np.ptp(limits[:2], axis=1).max()), np.clip(0.0, *limits[-1]))
         ax.plot(*nan_separated(ground).T, color=LIGHT_GREY, linewidth=0.8, zorder=0)
         draw_legend(ax.figure, dict(zip(names, handles, strict=True)))
-    return ax, _caption(paths, truths, mean, spread, ids, true_points, true_ids, k)
+    return ax, _caption(paths, truths, mean, spread, ids, true_points, true_ids, k, len(line_ids))
 
 
 def _by_name(path) -> dict[str, Array]:
@@ -170,9 +182,19 @@ def _frame(ax, limits) -> None:
         ax.set_aspect("equal")
 
 
-def _caption(paths, truths, mean, spread, ids, true_points, true_ids, k) -> str:
+def _plot_lines(ax, ends, cov, edges, k, limits) -> None:
+    """Draw lines between their ends with the ellipsoids of these, over the true edges."""
+    ax.plot(*clip_curves(ends, box(limits)).T, **line(ESTIMATE, linewidth=2.4), zorder=5, label="estimated line")
+    if len(edges):
+        ax.plot(*nan_separated(edges).T, **line(TRUTH, linewidth=1.0), zorder=6, label="true edge")
+    sure = np.linalg.norm(half_axes(cov)[..., -1], axis=-1) * k < VAGUE * np.ptp(limits, axis=1).max()
+    wires = ellipsoid_wires(ends[sure], cov[sure], k)
+    ax.plot(*clip_curves(wires, box(limits)).T, **line(ESTIMATE, linewidth=1.1), zorder=3)
+
+
+def _caption(paths, truths, mean, spread, ids, true_points, true_ids, k, n_lines=0) -> str:
     """One or two sentences with the numbers that the picture shows."""
-    words = [f"{len(mean)} landmarks mapped"]
+    words = [f"{len(mean) + n_lines} landmarks mapped" + f", {n_lines} of them lines" * (n_lines > 0)]
     if len(mean):
         words.append(f"median {k:g}σ radius {np.median(spread):.2g} m")
     if len(true_points) and true_ids is not None:

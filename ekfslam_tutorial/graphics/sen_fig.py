@@ -5,6 +5,8 @@ All artists are made once; `update` only gives them new points.
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -61,7 +63,7 @@ class SenFig:
         self.sen = sens[sensor] if sensor is not None else snapshot.sens[0]
         self.k, self.labels = k, labels
         self.fig = plt.figure(figsize=figsize)
-        self.space = measurement_space(self.fig, self.sen.model)
+        self.space: Any = measurement_space(self.fig, self.sen.model)
         self.axes = self.space.axes
         self._make()
         self.update(snapshot)
@@ -78,15 +80,26 @@ class SenFig:
         self.new = new_line(ax, **points(ESTIMATE, fillstyle="none", markersize=13, marker="o"), zorder=4)
         self.label = Labels(ax, size=11, color=BLACK, zorder=7)
         self.heading = self.fig.text(0.5, 0.975, "", ha="center", va="top", fontsize=14)
+        self.of_lines = hasattr(self.sen.model, "segments")
+        if self.of_lines:
+            for artist in (self.raw, *self.expected.values()):
+                artist.set(linestyle="-", linewidth=2.0, marker="None")
+            self.raw.set(linewidth=3.5, alpha=0.5)
         entries = {
             "raw measurement": self.raw,
             "matched measurement": self.measure,
             "innovation": self.innovation,
             **{f"expected: {state}": artist for state, artist in self.expected.items()},
             "begins a landmark": self.new,
-            f"{sigma_label(self.k, 1 if len(self.sen.model.R) == 1 else 2)} of Z": self.ellipse["updated"],
+            self._sigmas(): self.ellipse["updated"],
         }
         draw_legend(self.fig, entries)
+
+    def _sigmas(self) -> str:
+        """Words for the curves of the innovation's covariance."""
+        if self.of_lines:
+            return f"{self.k:g}σ band of Z"
+        return f"{sigma_label(self.k, 1 if len(self.sen.model.R) == 1 else 2)} of Z"
 
     def update(self, snapshot) -> None:
         """Show another frame in the same artists. The caller decides when to draw the canvas."""
@@ -96,9 +109,10 @@ class SenFig:
         is_new = np.isin(raw_ids, new)
 
         p_raw = self.space.points(raw_y, raw_ids)
-        put(self.raw, p_raw)
+        put(self.raw, nan_separated(raw_y.reshape(-1, 2, 2)) if self.of_lines else p_raw)
         put(self.new, p_raw[is_new])
-        where = self._update_expected(seen) | dict(zip(raw_ids[is_new].tolist(), p_raw[is_new], strict=True))
+        expected = self._update_lines(seen) if self.of_lines else self._update_expected(seen)
+        where = expected | dict(zip(raw_ids[is_new].tolist(), p_raw[is_new], strict=True))
         self.space.show(np.concatenate([p_raw, np.array(list(where.values())).reshape(-1, 2)]))
         if self.labels:
             self.label.put(where)
@@ -136,6 +150,24 @@ class SenFig:
         put(self.measure, self.space.points(y, ids))
         ends = np.stack([self.space.points(y - z, ids), self.space.points(y, ids)], axis=1)
         put(self.innovation, nan_separated(ends))
+        return where
+
+    def _update_lines(self, seen) -> dict:
+        """Draw the lines that were expected, by state, with the band in which the ends of a segment may fall."""
+        gap, where = np.full((1, 2), np.nan), {}
+        for state in STATES:
+            some = [obs for obs in seen if obs_state(obs) == state]
+            drawn = [self.space.expected(obs, self.k) for obs in some]
+            put(self.expected[state], np.concatenate([gap, *(p for line, _ in drawn for p in (line, gap))]))
+            put(self.ellipse[state], np.concatenate([gap, *(p for _, band in drawn for p in (band, gap))]))
+            for obs, (middle, _) in zip(some, drawn, strict=True):
+                inside = middle[np.isfinite(middle).all(-1)]
+                where[obs.lmk] = inside[len(inside) // 2] if len(inside) else gap[0]
+        matched = [obs for obs in seen if obs.y is not None and obs.z is not None]
+        ends = np.array([obs.y for obs in matched], dtype=float).reshape(-1, 2)
+        feet = [self.space.bent(self.space.feet(obs)) for obs in matched]
+        put(self.measure, ends)
+        put(self.innovation, nan_separated(np.stack([np.reshape(feet, (-1, 2)), ends], axis=1)))
         return where
 
     def _Z(self, obs) -> Array:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from ..models.sensors.pin_hole import depixellise, pixellise
 from .ellipses import ellipse_points, half_axes
 from .style import GREY
 
@@ -37,6 +38,46 @@ class Picture:
 
     def show(self, p: Array) -> None:
         """Make room for points: the picture has its size."""
+
+
+class Segments(Picture):
+    """A picture of segments, whose measurement is both their ends. Expected lines are bent, if the lens bends them."""
+
+    def __init__(self, fig, model):
+        super().__init__(fig, model)
+        self.model = model
+
+    def points(self, y: Array, ids: Array) -> Array:
+        """Return the middles of segments."""
+        return y.reshape(-1, 2, 2).mean(1)
+
+    def bent(self, q: Array) -> Array:
+        """Return the pixels of curves (n, m, 2) in the ideal image; NaN where the lens does not show them."""
+        rays = np.concatenate([depixellise(q, self.model.k)[0], np.ones((*q.shape[:-1], 1))], -1)
+        u = self.model.camera.project(rays)[0]
+        return np.where(self.model.camera.visible(u, rays)[..., None], u, np.nan)
+
+    def expected(self, obs, k: float) -> tuple[Array, Array]:
+        """Return an expected line (m, 2), and the band round it (m, 2) in which its ends are measured, k sigma wide.
+
+        The band is known where there is a measurement. Without one the line goes through the whole image.
+        """
+        normal, c = obs.e[:2], obs.e[2]
+        if obs.y is None or obs.z is None:
+            centre = np.array(self.model.image_size) / 2
+            foot = centre - (normal @ centre + c) * normal
+            way = np.linspace(-2, 2, 161)[:, None] * np.hypot(*self.model.image_size)
+            return self.bent(foot + way * np.array([-normal[1], normal[0]])), np.full((1, 2), np.nan)
+        foot, std = self.feet(obs), np.sqrt(np.diag(obs.Z))[:, None]
+        s = np.linspace(0, 1, 25)[:, None]
+        along = lambda ends: ends[0] + s * (ends[1] - ends[0])
+        upper, lower = foot + k * std * normal, foot - k * std * normal
+        return self.bent(along(foot)), self.bent(np.concatenate([along(upper), along(lower)[::-1], upper[:1]]))
+
+    def feet(self, obs) -> Array:
+        """Return the points of an expected line that are nearest to the measured ends, (2, 2), in the ideal image."""
+        rays = self.model.retro(obs.y)[0].reshape(2, 3)
+        return pixellise(rays[:, :2], self.model.k)[0] - obs.z[:, None] * obs.e[:2]
 
 
 class Polar:
@@ -137,6 +178,8 @@ def room(fig, margin: float = 0.0) -> tuple[float, float, float, float]:
 def measurement_space(fig, model):
     """Return the space for a sensor model, by the units of its measurement."""
     units = tuple(getattr(model, "units", ()))
+    if hasattr(model, "segments"):
+        return Segments(fig, model)
     if units[:2] == ("px", "px"):
         return Picture(fig, model)
     return Polar(fig, model) if units in (("rad",), ("m", "rad"), ("rad", "m")) else Plain(fig, model)

@@ -34,12 +34,26 @@ def lmk_states(snapshot) -> dict[Any, str]:
     return best
 
 
+def is_line(lmk) -> bool:
+    """Return True for a landmark that is a line: it remembers where its ends are."""
+    return getattr(lmk, "par", None) is not None
+
+
 def lmk_points(snapshot, dim: int) -> tuple[list, Array, Array]:
-    """Return ids, Euclidean means (n, dim) and covariances (n, dim, dim) of the landmarks."""
-    lmks = list(snapshot.lmks.values())
+    """Return ids, Euclidean means (n, dim) and covariances (n, dim, dim) of the landmarks that are points."""
+    lmks = [lmk for lmk in snapshot.lmks.values() if not is_line(lmk)]
     points = [lmk.point(snapshot.map) for lmk in lmks]
     mean = np.array([p for p, _ in points], dtype=float).reshape(-1, dim)
     cov = np.array([P for _, P in points], dtype=float).reshape(-1, dim, dim)
+    return [lmk.id for lmk in lmks], mean, cov
+
+
+def lmk_lines(snapshot) -> tuple[list, Array, Array]:
+    """Return ids, ends (n, 2, 3) and their covariances (n, 2, 3, 3) of the landmarks that are lines."""
+    lmks = [lmk for lmk in snapshot.lmks.values() if is_line(lmk)]
+    ends = [lmk.ends(snapshot.map) for lmk in lmks]
+    mean = np.array([p for p, _ in ends], dtype=float).reshape(-1, 2, 3)
+    cov = np.array([P for _, P in ends], dtype=float).reshape(-1, 2, 3, 3)
     return [lmk.id for lmk in lmks], mean, cov
 
 
@@ -76,3 +90,10 @@ class TruthInMap:
             return np.zeros((0, dim))
         p = np.asarray(snapshot.sim_lmk.points, dtype=float)
         return self.origin.from_frame(p)[0] if self.align else p
+
+    def segments(self, snapshot) -> Array:
+        """Return the true edges (n, 2, 3), where they are known."""
+        if snapshot.sim_lmk is None or (self.align and self.origin is None):
+            return np.zeros((0, 2, 3))
+        p = np.asarray(snapshot.sim_lmk.segments, dtype=float).reshape(-1, 3)
+        return (self.origin.from_frame(p)[0] if self.align else p).reshape(-1, 2, 3)

@@ -7,10 +7,12 @@ still being written is tested as far as it goes; what is missing is said last.
 import numpy as np
 
 from ..geometry import Frame2, Frame3, check_jacobians
-from .observation import observe, retro_project
+from .line_contracts import check_line, check_line_pair, check_line_sensor
+from .observation import birth, check_fit, observe, retro_project
 from .trials import (
     check_complete,
     check_residual,
+    check_retro,
     check_stack,
     check_three,
     dim_of,
@@ -76,6 +78,8 @@ def check_sensor(model, dim=None):
     check_pair : Together with a landmark type.
     """
     refuse_class(model)
+    if hasattr(model, "innovation"):
+        return check_line_sensor(model)
     if written(model, "R"):
         R = np.asarray(model.R)
         assert R.ndim == 2 and np.allclose(R, R.T) and (np.linalg.eigvalsh(R) > 0).all(), "R is not a covariance"
@@ -101,20 +105,7 @@ def _check_sensor(model, dim, rng):
         far = p * (2 * reach / np.linalg.norm(p, axis=-1, keepdims=True))
         assert not np.any(seen(model, far)), "visible() accepts points beyond max_range"
     if written(model, "retro"):  # without, it corrects with landmarks that other sensors have started
-        _check_retro(model, p, y)
-
-
-def _check_retro(model, p, y):
-    """Test the way back, from the measurements y of some points p."""
-    check_jacobians(model.retro, y[0])
-    v, _ = check_stack(model.retro, "retro", y)
-    if written(model, "residual"):
-        back = model.project(v)[0]
-        assert np.allclose(model.residual(back, y), 0, atol=1e-6), "project(retro(y)) is not y"
-    scale = (v * p).sum(-1)
-    assert (scale > 0).all(), "retro points away from the landmark"
-    if written(model, "bearing_only") and not model.bearing_only:
-        assert np.allclose(v, p, atol=1e-6), "retro(project(p)) is not p, and the sensor is not bearing_only"
+        check_retro(model, p, y)
 
 
 def check_landmark(lmk, dim=None):
@@ -136,6 +127,8 @@ def check_landmark(lmk, dim=None):
     check_pair : Together with a sensor.
     """
     refuse_class(lmk)
+    if hasattr(lmk, "normal"):
+        return check_line(lmk)
     F = Frame2 if dim_of(lmk, dim) == 2 else Frame3
     births = [name for name in ("from_ray", "from_point") if written(lmk, name)]
     assert births, f"{type(lmk).__name__} has neither from_point nor from_ray: nothing can start it, or be tested"
@@ -195,6 +188,9 @@ def check_pair(sensor, lmk, dim=None):
     --------
     check_sensor, check_landmark : Each by itself.
     """
+    check_fit(sensor, lmk, birth(sensor))
+    if hasattr(sensor, "innovation"):
+        return check_line_pair(sensor, lmk)
     F = Frame2 if dim_of(lmk, dim) == 2 else Frame3
     n = np.array([0.3]) if sensor.bearing_only else np.zeros(0)
     for seed in SEEDS:

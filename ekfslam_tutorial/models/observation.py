@@ -1,8 +1,10 @@
-"""The observation chain, written once for 2D and 3D, every sensor and every point landmark.
+"""The observation chain, written once for 2D and 3D, every sensor and every landmark.
 
 Direct model (manual, section 5.1): landmark -> sensor frame in the world -> measurement space.
 Inverse model (manual, section 5.2): measurement and prior -> sensor frame in the world -> landmark.
 """
+
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +18,8 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
 
     Its direction is not written as angles in between: an inverse-depth point on a camera's axis is no special case.
 
-    A landmark that makes its own ranges wrong, as a radio beacon does, has `apparent`: where a sensor sees it.
+    A landmark that makes its own ranges wrong, as a radio beacon does, has `apparent`: where a sensor sees it. A sensor
+    that needs something else than a ray says what in `asks`: one that sees lines asks for the `normal` of a plane.
 
     Parameters
     ----------
@@ -47,9 +50,20 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
         V_l = V_m @ M_l + V_w @ W_l
     else:
         ls, LS_f, LS_l = lmk.to_frame(F, l)
-        v, V_ls = lmk.ray(ls) if sensor.bearing_only else getattr(lmk, "apparent", lmk.point)(ls)
+        point: Any = getattr(lmk, "apparent", None) or getattr(lmk, "point", None)
+        v, V_ls = getattr(lmk, getattr(sensor, "asks", "ray"))(ls) if sensor.bearing_only else point(ls)
         V_f, V_l = V_ls @ LS_f, V_ls @ LS_l
     return v, V_f @ F_r, V_f @ F_s, V_l
+
+
+def birth(sensor):
+    """Name of the method of a landmark that begins it: `from_ray`, `from_point`, or what the sensor says, `starts`."""
+    return getattr(sensor, "starts", "from_ray" if sensor.bearing_only else "from_point")
+
+
+def fits(sensor, lmk):
+    """Return True unless one of them is for lines and the other for points: no sensor sees both."""
+    return hasattr(sensor, "innovation") == hasattr(lmk, "normal")
 
 
 def expect(Rf, Sf, sensor, lmk, l):
@@ -139,9 +153,10 @@ def retro_project(Rf, Sf, sensor, lmk, y, n):
     retro_project_parameters : With respect to the sensor's parameters.
     check_fit : Which sensor can start which landmark.
     """
-    check_fit(sensor, lmk, "from_ray" if sensor.bearing_only else "from_point")
+    check_fit(sensor, lmk, birth(sensor))
     v, V_y = sensor.retro(y)
-    ls, LS_v, LS_n = lmk.from_ray(v, n) if sensor.bearing_only else lmk.from_point(v)
+    start = getattr(lmk, birth(sensor))
+    ls, LS_v, LS_n = start(v, n) if sensor.bearing_only else start(v)
     F, F_r, F_s = Rf.compose(Sf)
     l, L_f, L_ls = lmk.from_frame(F, ls)
 
@@ -217,7 +232,7 @@ def check_fit(sensor, lmk, needed=None):
     dims = getattr(sensor, "dim", None), getattr(lmk, "dim", None)
     if None not in dims and dims[0] != dims[1]:
         raise TypeError(f"{sensor_name} measures in {dims[0]} dimensions, and {lmk_name} is a landmark in {dims[1]}")
-    needed = needed or ("ray" if sensor.bearing_only else "point")
+    needed = needed or getattr(sensor, "asks", "ray" if sensor.bearing_only else "point")
     if needed.startswith("from") and not hasattr(sensor, "retro"):
         raise TypeError(f"{lmk_name} cannot be started by {sensor_name}: it has no method retro")
     if not hasattr(lmk, needed):

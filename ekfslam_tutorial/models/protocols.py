@@ -10,11 +10,13 @@ METHODS = {
     "motion": ("move",),
     "sensor": ("project", "residual", "visible"),
     "landmark": ("to_frame", "from_frame", "point", "ray"),
+    "line": ("to_frame", "from_frame", "normal", "support", "from_rays"),
 }
 VALUES = {
     "motion": ("frame", "size", "control_fields", "state_fields"),
     "sensor": ("R", "bearing_only"),
     "landmark": ("size",),
+    "line": ("size",),
 }
 """What no run can do without; `contracts.py` says what else a model may have."""
 
@@ -55,6 +57,10 @@ class SensorModel(Protocol):
     """Sensor model, what a sensor measures: see `models.sensors`.
 
     It may have a `max_range`, m: `visible` is false for all that is further away, and large maps are searched by it.
+
+    Its innovation need not be y - e. With `innovation(y, e)`, which returns z, Z_y, Z_e, it is what that says; E and R
+    are carried to it by the Jacobians. Such a sensor says in `asks` which method of a landmark it asks for, and in
+    `starts` which one begins it: `SegmentCam` asks lines for their `normal`, and starts them `from_rays`.
 
     See Also
     --------
@@ -115,4 +121,33 @@ class LmkType(Protocol):
 
     def ray(self, l) -> tuple:
         """Point up to a positive scale: v, V_l."""
+        ...
+
+
+class LineType(Protocol):
+    """Line type, how a map stores a line: see `models.landmarks.lines`.
+
+    `to_frame` and `from_frame` are those of a `LmkType`. A type whose numbers must keep a condition has
+    `normalized(l)`, which returns l, L_l: it is called after each correction.
+
+    See Also
+    --------
+    check_landmark : Tests one, too.
+    """
+
+    size: int
+    priors: (
+        Any  # what the prior's mean is times, where the user gives one number for the two that a segment leaves open
+    )
+
+    def normal(self, l) -> tuple:
+        """Normal of the plane through the origin in which the line lies, of any length: n, N_l."""
+        ...
+
+    def support(self, l) -> tuple:
+        """A point of the line and its direction: p0, d, P0_l, D_l."""
+        ...
+
+    def from_rays(self, v, n) -> tuple:
+        """Line that is seen along two rays v = [v1; v2], with a prior n of two numbers: l, L_v, L_n."""
         ...

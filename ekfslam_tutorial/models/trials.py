@@ -5,6 +5,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from ..geometry import check_jacobians
 from .protocols import METHODS, VALUES, lacking
 
 AXES = "let arrays have leading axes: p[..., 0] instead of p[0] or x, y = p, and np.where instead of if"
@@ -111,3 +112,16 @@ def check_residual(model, y):
                 f"residual does not wrap: units[{i}] is 'rad', and an angle y[{i}] one turn further, by 2 pi, "
                 f"gives {np.abs(z).max():.6g}; it must give 0"
             )
+
+
+def check_retro(model, p, y):
+    """Test the way back, from the measurements y of some points p."""
+    check_jacobians(model.retro, y[0])
+    v, _ = check_stack(model.retro, "retro", y)
+    if written(model, "residual"):
+        back = model.project(v)[0]
+        assert np.allclose(model.residual(back, y), 0, atol=1e-6), "project(retro(y)) is not y"
+    scale = (v * p).sum(-1)
+    assert (scale > 0).all(), "retro points away from the landmark"
+    if written(model, "bearing_only") and not model.bearing_only:
+        assert np.allclose(v, p, atol=1e-6), "retro(project(p)) is not p, and the sensor is not bearing_only"

@@ -73,15 +73,34 @@ class SimSen:
 
 @dataclass(frozen=True)
 class SimLmk:
-    """The true landmarks: `ids` of shape (N,), `points` of shape (N, 2) or (N, 3), metres."""
+    """The true landmarks: points and, in space, straight edges.
+
+    Parameters
+    ----------
+    ids : ndarray, shape (N,)
+    points : ndarray, shape (N, 2) or (N, 3)
+        Metres.
+    segment_ids : ndarray, shape (M,)
+        None of them is the id of a point.
+    segments : ndarray, shape (M, 6)
+        Both ends of each edge, [p1; p2].
+    """
 
     ids: np.ndarray
     points: np.ndarray
+    segment_ids: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+    segments: np.ndarray = field(default_factory=lambda: np.zeros((0, 6)))
 
     @property
     def lims(self):
         """Smallest and largest coordinate on each axis, shape (d, 2)."""
-        return np.stack([self.points.min(0), self.points.max(0)], -1)
+        ends = self.segments.reshape(-1, 3) if len(self.segments) else self.points[:0]
+        all = np.concatenate([self.points, ends])
+        return np.stack([all.min(0), all.max(0)], -1)
+
+    def seen_by(self, sensor):
+        """Return ids and coordinates of what a sensor model can measure: its points, or its segments."""
+        return (self.segment_ids, self.segments) if hasattr(sensor, "segments") else (self.ids, self.points)
 
     @property
     def dims(self):
@@ -147,14 +166,15 @@ def sim_observation(rob, sen, lmk, rng, clutter_rng=None):
     SimObs
         By ascending position in `lmk`; false measurements come last, with id -1.
     """
-    y, seen = _measure(rob, sen, lmk.points, rng)
-    ids, y = lmk.ids[seen], y[seen]
+    ids, points = lmk.seen_by(sen.model)
+    y, seen = _measure(rob, sen, points, rng)
+    n, ids, y = len(ids), ids[seen], y[seen]
     if clutter_rng is None:
         if sen.p_detect < 1 or sen.clutter > 0:
             raise ValueError(f"sensor {sen.id} misses measurements or makes false ones: a clutter_rng is needed")
         return SimObs(sen.id, ids, y)
     if sen.p_detect < 1:
-        hit = clutter_rng.random(len(lmk.ids))[seen] < sen.p_detect
+        hit = clutter_rng.random(n)[seen] < sen.p_detect
         ids, y = ids[hit], y[hit]
     if sen.clutter > 0:
         false = _false_measurements(rob, sen, lmk, clutter_rng)
@@ -164,6 +184,8 @@ def sim_observation(rob, sen, lmk, rng, clutter_rng=None):
 
 def _measure(rob, sen, points, rng):
     """Noisy measurements of all points, and which of them the sensor can make."""
+    if hasattr(sen.model, "segments"):
+        return _measure_segments(rob, sen, points, rng)
     pr = rob.frame.to_frame(points)[0]
     ps = sen.frame.to_frame(pr)[0]
     with np.errstate(all="ignore"):  # a point in the plane of a camera has no image; it is not visible either
@@ -174,14 +196,24 @@ def _measure(rob, sen, points, rng):
         return y, np.broadcast_to(seen, (len(points),))  # True alone: of all
 
 
+def _measure_segments(rob, sen, segments, rng):
+    """The same of all segments [p1; p2]: of each, the part that the sensor sees."""
+    pr = rob.frame.to_frame(segments.reshape(-1, 3))[0]
+    y, seen = sen.model.segments(sen.frame.to_frame(pr)[0].reshape(-1, 6))
+    return y + draw(rng, sen.model.R, (len(segments),)), seen
+
+
 def _false_measurements(rob, sen, lmk, rng):
     """Measurements of things that are not there: points at random in the box of the world that the sensor could see.
 
-    Of many random points those in view are taken, up to a Poisson number with the mean `sen.clutter`.
+    For a sensor of segments, edges between two of them. Of many random ones those in view are taken, up to a Poisson
+    number with the mean `sen.clutter`.
     """
     if sen.clutter > MOST_CLUTTER:
         raise ValueError(f"sensor {sen.id}: clutter must be {MOST_CLUTTER} a frame at most, got {sen.clutter:g}")
     low, high = lmk.lims.T
     wanted = rng.poisson(sen.clutter)
+    if hasattr(sen.model, "segments"):
+        low, high = np.tile(low, 2), np.tile(high, 2)
     y, seen = _measure(rob, sen, rng.uniform(low, high, (50 * wanted + 50, len(low))), rng)
     return y[seen][:wanted]

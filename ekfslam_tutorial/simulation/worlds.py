@@ -1,6 +1,8 @@
 """Worlds: where the landmarks of a simulated scenario are. Each function is one world type of the user's file.
 
-Every world returns `ids, points`: identifiers 1, 2, ... of shape (N,), and positions in metres, (N, 2) or (N, 3).
+Every world returns `ids, points`: identifiers 1, 2, ... of shape (N,), and positions in metres, (N, 2) or (N, 3). One
+with straight edges returns `segment_ids, segments` behind them, (M,) and both ends of each, (M, 6); their identifiers
+go on where those of the points end.
 A world that needs chance takes a `numpy.random.Generator` called `rng`.
 """
 
@@ -65,6 +67,53 @@ def cloister(x_min=-6.0, x_max=6.0, y_min=-6.0, y_max=6.0, n=7, height=1.0):
     if height is None:
         return _numbered(plan)
     return _numbered([[*p, z] for z in (0.0, height) for p in plan])
+
+
+def columns(x_min=-6.0, x_max=6.0, y_min=-6.0, y_max=6.0, n=7, height=2.0):
+    """The cloister, seen as edges and points: its columns are vertical segments, their lower and upper ends points.
+
+    Parameters are those of `cloister`; the height must be a number.
+    """
+    ids, p = cloister(x_min, x_max, y_min, y_max, n, height)
+    return ids, p, *_segments(len(ids), np.concatenate(np.split(p, 2), 1))
+
+
+def house(width=5.0, depth=5.0, wall=2.6, ridge=1.4, corners=False):
+    """A house with a gable roof, a door and a window: 23 straight edges. Its middle is the origin, its floor at z = 0.
+
+    Parameters
+    ----------
+    width, depth : float
+        Along x and along y, m. The ridge of the roof goes along x.
+    wall, ridge : float
+        Height of the walls, and of the ridge above them, m.
+    corners : bool
+        The ends of the edges are landmarks, too: points.
+
+    Returns
+    -------
+    ids, points : ndarray, shape (N,), (N, 3)
+        The corners, or none.
+    segment_ids, segments : ndarray, shape (23,), (23, 6)
+    """
+    x, y, top = width / 2, depth / 2, wall + ridge
+    plan = [(-x, -y), (x, -y), (x, y), (-x, y)]
+    ring = lambda z: [((*plan[i], z), (*plan[(i + 1) % 4], z)) for i in range(4)]
+    edges = ring(0.0) + ring(wall) + [((*c, 0.0), (*c, wall)) for c in plan]
+    edges += [((s * x, t * y, wall), (s * x, 0.0, top)) for s in (-1, 1) for t in (-1, 1)] + [
+        ((-x, 0, top), (x, 0, top))
+    ]
+    door = [(-x, 0.2 * y, 0.0), (-x, 0.2 * y, 2.0), (-x, 0.6 * y, 2.0), (-x, 0.6 * y, 0.0)]
+    window = [(-x, -0.2 * y, 1.0), (-x, -0.2 * y, 2.0), (-x, -0.7 * y, 2.0), (-x, -0.7 * y, 1.0)]
+    edges += list(zip(door[:-1], door[1:], strict=True)) + list(zip(window[:-1], window[1:], strict=True))
+    edges = np.array(edges, float).reshape(-1, 6)
+    points = np.unique(edges.reshape(-1, 3), axis=0) if corners else np.zeros((0, 3))
+    return *_numbered(points), *_segments(len(points), edges)
+
+
+def _segments(n, edges):
+    """Edges behind n points, numbered on from there."""
+    return np.arange(n + 1, n + len(edges) + 1), edges
 
 
 def ring(n=20, radius=6.0, centre=(0.0, 0.0)):

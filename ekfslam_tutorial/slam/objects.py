@@ -12,6 +12,7 @@ import numpy as np
 
 from ..ekf import Innovation
 from ..ekf.html import table_html
+from ..models.landmarks.lines import ends
 
 
 def _state(map, obj):
@@ -160,6 +161,8 @@ class Lmk(_Shown):
         Index in the manual's `Lmk()` array: the first free one at birth.
     n, N : ndarray
         Prior of what its first measurement left open (manual: `nom`), mean and covariance.
+    par : ndarray or None
+        Parameters that are known of it and are no states (manual: `par`). Of a line: where its ends are, two abscissas.
     n_search, n_match, n_inlier : int
         How often it was looked for, found, and used.
     n_refused : int
@@ -175,6 +178,7 @@ class Lmk(_Shown):
     slot: int = 0
     n: np.ndarray | None = None
     N: np.ndarray | None = None
+    par: Any = None
     n_search: int = 1
     n_match: int = 1
     n_inlier: int = 1
@@ -200,9 +204,23 @@ class Lmk(_Shown):
             P_l P_ll P_l'; zero for a known landmark.
         """
         p, P_l = self.type.point(self.state(map))
-        if self.r is None:
-            return p, np.zeros((len(p), len(p)))
-        return p, P_l @ map.block(self.r) @ P_l.T
+        return p, self._spread(map, P_l)
+
+    def ends(self, map):
+        """Ends of a line, as far as it has been seen, and their covariances.
+
+        Returns
+        -------
+        p : ndarray, shape (2, 3)
+            Metres.
+        P : ndarray, shape (2, 3, 3)
+        """
+        p, P_l = ends(self.type, self.state(map), self.par)
+        return p, np.array([self._spread(map, J) for J in P_l])
+
+    def _spread(self, map, P_l):
+        """Covariance of what depends on its state by the Jacobian P_l; zero for a known landmark."""
+        return np.zeros((len(P_l), len(P_l))) if self.r is None else P_l @ map.block(self.r) @ P_l.T
 
 
 @dataclass(eq=False)

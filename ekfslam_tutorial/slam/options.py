@@ -9,6 +9,7 @@ from ..ekf import check_covariance, real
 from .association import KnownIds
 
 ERRORS = "invariant", "additive"
+ENDS = "extend", "keep"
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +22,8 @@ class Options:
         How new landmarks are stored; None for Euclidean points of the sensor's world.
     n, N : array_like, shape (k,) and (k, k)
         Prior of what a bearing-only sensor does not measure, mean and covariance: an inverse distance, 1/m
-        (manual: nonObsMean, nonObsStd). Used where the sensor leaves something open.
+        (manual: nonObsMean, nonObsStd). Used where the sensor leaves something open. A line leaves two
+        numbers open: one that is given here stands for both.
     association : callable
         `KnownIds()`, `NearestNeighbour(...)` or `Jcbb(...)`.
     n_updates : int or None
@@ -56,6 +58,10 @@ class Options:
         Landmarks looked for at least so often may be deleted.
     min_match_ratio, min_inlier_ratio : float
         They are, if found in less than this share of the searches, or used in less than this share of the matches.
+    ends : str
+        What is done with the ends of a line when it has corrected the map. "extend": the stretch that is remembered
+        grows by what was seen, or is replaced by it as long as the line is vague. "keep": it stays what it was at birth
+        (manual: extPolicy).
     min_rho : float
         An inverse distance that a correction turned negative is set to this (1/m).
     error : str or None
@@ -85,6 +91,7 @@ class Options:
     min_search: int = 10
     min_match_ratio: float = 0.0
     min_inlier_ratio: float = 0.0
+    ends: str = "extend"
     min_rho: float = 1e-3
     joint: bool = False
     error: str | None = None
@@ -97,6 +104,13 @@ class Options:
         self._settle_error()
         self._check()
         object.__setattr__(self, "md2_threshold", float(self.md2_threshold))  # whatever type, flags are plain bools
+
+    def prior(self, kind):
+        """Prior n, N for a landmark type; a single number for each of its `priors`, times that."""
+        k = np.array(getattr(kind, "priors", self.n))
+        if len(k) == len(self.n):
+            return self.n, self.N
+        return self.n[0] * k, self.N[0, 0] * np.eye(len(k))
 
     def _settle_error(self):
         """Say which error there is, where the user has not."""
@@ -121,6 +135,7 @@ class Options:
         made = callable(self.association) and not isinstance(self.association, type)
         self._need("association", made, "an object to call, such as KnownIds()")
         self._need("error", self.error in ERRORS, " or ".join(map(repr, ERRORS)))
+        self._need("ends", self.ends in ENDS, " or ".join(map(repr, ENDS)))
         cured = "'additive' with first_estimates (both cure the same illness: take one of them)"
         self._need("error", not self.first_estimates or self.error == "additive", cured)
 

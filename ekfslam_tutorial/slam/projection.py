@@ -4,6 +4,7 @@ import numpy as np
 
 from ..ekf import carry, correct, covariance, cross, real, transform
 from ..geometry import ORIGIN
+from ..models.landmarks.lines import ends
 from ..models.observation import expect
 from ..models.turning import turning
 from .first_estimates import first_jacobians
@@ -49,9 +50,8 @@ def normalize(map, *objs):
     """
     for obj in objs:
         if obj.r is not None:
-            F = obj.frame(map)
-            N, N_f = F.normalized()
-            transform(map, frame_range(obj, F), N.x, N_f)
+            N, N_f = obj.frame(map).normalized()
+            transform(map, frame_range(obj, N), N.x, N_f)
 
 
 def correct_invariant(map, rob, lmks, PHt, inn, opt):
@@ -121,7 +121,8 @@ def gauge(map, rob, lmks):
 def project_lmks(map, rob, sen, lmks):
     """Expected observations of landmarks by one sensor.
 
-    A landmark at the lens, or in the plane of a camera, has no finite expectation; it is not visible.
+    A landmark at the lens, or in the plane of a camera, has no finite expectation; it is not visible. Points are not
+    asked for by a sensor for lines, nor lines by one for points: they are left out.
 
     Parameters
     ----------
@@ -137,8 +138,9 @@ def project_lmks(map, rob, sen, lmks):
     """
     lmks, found = list(lmks), {}
     for group in by_type(lmks):
-        found |= {id(lmk): o for lmk, o in zip(group, _project(map, rob, sen, group), strict=True)}
-    return [found[id(lmk)] for lmk in lmks]
+        if hasattr(group[0].type, "normal") == hasattr(sen.model, "innovation"):
+            found |= {id(lmk): o for lmk, o in zip(group, _project(map, rob, sen, group), strict=True)}
+    return [found[id(lmk)] for lmk in lmks if id(lmk) in found]
 
 
 def by_type(lmks):
@@ -153,17 +155,23 @@ def by_type(lmks):
     return groups
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def _project(map, rob, sen, lmks):
     """Expected observations of landmarks of one type."""
-    Rf, Sf, obs = rob.frame(map), sen.frame(map), []
-    r = frame_range(rob, Rf)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        e, v, *E_ = expect(Rf, Sf, sen.model, lmks[0].type, states(map, lmks))
-        if rob.first is not None:
-            E_ = first_jacobians(rob, sen, Sf, lmks)
-        visible = np.broadcast_to(sen.model.visible(e, v), (len(lmks),))  # True alone: of all
-        for k, (lmk, E_r, E_s, E_l) in enumerate(zip(lmks, *E_, strict=True)):
-            blocks = (r, E_r), (sen.r, E_s), (lmk.r, E_l)
-            E = covariance(cross(map, blocks), blocks)
-            obs.append(Obs(sen.id, lmk.id, e[k], E, v[k], blocks, bool(visible[k] and np.isfinite(E).all())))
+    Rf, Sf, r, obs = rob.frame(map), sen.frame(map), frame_range(rob, rob.motion.frame), []
+    e, v, *E_ = expect(Rf, Sf, sen.model, lmks[0].type, states(map, lmks))
+    if rob.first is not None:
+        E_ = first_jacobians(rob, sen, Sf, lmks)
+    v = v if lmks[0].par is None else _ends_seen(map, Rf.compose(Sf)[0], lmks)
+    visible = np.broadcast_to(sen.model.visible(e, v), (len(lmks),))  # True alone: of all
+    for k, (lmk, E_r, E_s, E_l) in enumerate(zip(lmks, *E_, strict=True)):
+        blocks = (r, E_r), (sen.r, E_s), (lmk.r, E_l)
+        E = covariance(cross(map, blocks), blocks)
+        obs.append(Obs(sen.id, lmk.id, e[k], E, v[k], blocks, bool(visible[k] and np.isfinite(E).all())))
     return obs
+
+
+def _ends_seen(map, F, lmks):
+    """Ends of lines in the frame F of a sensor, (K, 6): what can be seen of a line is the stretch between them."""
+    p, _ = ends(lmks[0].type, states(map, lmks), np.array([lmk.par for lmk in lmks]))
+    return F.to_frame(p)[0].reshape(len(lmks), -1)

@@ -14,7 +14,7 @@ from ..models.observation import observe, retro_project
 from .first_estimates import check_first_estimates, note_first_estimates, transport
 from .objects import Event, Lmk
 from .projection import correct_invariant, frame_range, normalize, project_lmks
-from .upkeep import EUCLIDEAN, delete_bad, free_slot, most_uncertain, tidy, well_inside
+from .upkeep import EUCLIDEAN, delete_bad, free_slot, most_uncertain, tidy, tidy_line, well_inside
 
 
 def new_map(capacity=None):
@@ -129,12 +129,13 @@ def _correct_one_by_one(map, rob, sen, lmks, found, opt):
     for o in found:
         if stale and opt.reproject:
             _project_again(map, rob, sen, lmks[o.lmk], o)
+        if hasattr(sen.model, "innovation"):
+            _to_innovation(sen.model, o)
         PHt = cross(map, o.blocks)
         o.z, o.E = sen.model.residual(o.y, o.e), covariance(PHt, o.blocks)
         inn = innovation(o.z, o.E, o.R)
-        o.updated = inn.md2 < opt.md2_threshold
-        if o.updated:
-            stale, camera = True, rob.frame(map).compose(sen.frame(map))[0].t
+        if inn.md2 < opt.md2_threshold:
+            o.updated, stale, camera = True, True, rob.frame(map).compose(sen.frame(map))[0].t
             correct_invariant(map, rob, lmks, PHt, inn, opt)
             _after(map, rob, sen, lmks, [o], camera, opt)
 
@@ -142,6 +143,8 @@ def _correct_one_by_one(map, rob, sen, lmks, found, opt):
 def _correct_jointly(map, rob, sen, lmks, found, opt):
     """Gate each that was found on its own; correct once, by all that pass: z, P H' and R side by side."""
     for o in found:
+        if hasattr(sen.model, "innovation"):
+            _to_innovation(sen.model, o)
         o.z = sen.model.residual(o.y, o.e)
         o.updated = innovation(o.z, o.E, o.R).md2 < opt.md2_threshold
     used = [o for o in found if o.updated]
@@ -154,11 +157,20 @@ def _correct_jointly(map, rob, sen, lmks, found, opt):
         _after(map, rob, sen, lmks, used, camera, opt)
 
 
+def _to_innovation(sensor, o):
+    """Carry an observation to a sensor's own innovation z(y, e), where that is not y - e: its blocks, E and R."""
+    _, Z_y, Z_e = sensor.innovation(o.y, o.e)
+    o.blocks = tuple((r, -Z_e @ E) for r, E in o.blocks)
+    o.E, o.R = Z_e @ o.E @ Z_e.T, Z_y @ o.R @ Z_y.T
+
+
 def _after(map, rob, sen, lmks, used, camera, opt):
     """Bring frames, and the landmarks that have corrected the map, to their normal form; `camera` saw them."""
     normalize(map, rob, sen)
     for o in used:
         tidy(map, lmks[o.lmk], camera, opt)
+        if lmks[o.lmk].par is not None:
+            tidy_line(map, rob, sen, lmks[o.lmk], o.y, opt)
 
 
 def _project_again(map, rob, sen, lmk, o):
@@ -231,7 +243,7 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     kind = sen.lmk_type or opt.lmk_type or EUCLIDEAN[sen.frame_type.dim]
     Rf, Sf = rob.frame(map), sen.frame(map)
     R = sen.model.R if R is None else np.asarray(R, float)
-    n, N = (opt.n, opt.N) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
+    n, N = opt.prior(kind) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
 
     l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sen.model, kind, y, n)
     if opt.first_estimates:
@@ -240,7 +252,10 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
     r = augment(map, l, blocks, L_y @ R @ L_y.T + L_n @ N @ L_n.T)
     first = l if opt.first_estimates else None
-    return Lmk(id, kind, r=r, slot=free_slot(lmks.values()), n=n, N=N, first=first)
+    lmk = Lmk(id, kind, r=r, slot=free_slot(lmks.values()), n=n, N=N, first=first)
+    if hasattr(kind, "normal"):
+        tidy_line(map, rob, sen, lmk, y, opt)
+    return lmk
 
 
 # --- what is refused, before anything has been changed --------------------------------------------------------------

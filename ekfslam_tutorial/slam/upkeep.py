@@ -4,6 +4,7 @@ import numpy as np
 
 from ..ekf import transform
 from ..models.landmarks import EucPnt
+from ..models.landmarks.lines import abscissas
 from .objects import Event
 
 EUCLIDEAN = {2: EucPnt(2), 3: EucPnt(3)}
@@ -30,15 +31,47 @@ def tidy(map, lmk, camera, opt):
     opt : Options
         `min_rho`, `reparametrize` and `lin_test`.
     """
-    if lmk.r is None:
-        return
-    if hasattr(lmk.type, "ahead"):
+    if lmk.r is not None and hasattr(lmk.type, "ahead"):
         map.x[lmk.r] = lmk.type.ahead(lmk.state(map), opt.min_rho)
-    if opt.reparametrize and hasattr(lmk.type, "linearity"):
+    if opt.reparametrize and lmk.r is not None and hasattr(lmk.type, "linearity"):
         l = lmk.state(map)
         if lmk.type.linearity(l, map.block(lmk.r), camera) < opt.lin_test:
             p, P_l = lmk.type.point(l)
             lmk.type, lmk.r = EUCLIDEAN[len(p)], transform(map, lmk.r, p, P_l)
+
+
+VAGUE = 0.05
+"""The ends of a line are vague while their standard deviation is more than this part of its length."""
+
+
+def tidy_line(map, rob, sen, lmk, y, opt):
+    """Bring a line to its normal form, if it has one, and note where its ends are: those of the segment y, or more.
+
+    Each end is the point of the line that is nearest to the ray of its pixel. While the line is vague, what is seen now
+    replaces what was remembered: it would be extended for ever by a first bad guess of its distance. Of a line that is
+    seen in parts, the stretch between the outermost ends is kept.
+
+    Parameters
+    ----------
+    map, rob, sen, opt
+        As in `correct_known_lmks`.
+    lmk : Lmk
+        Its ends are None at birth.
+    y : ndarray, shape (4,)
+        Measured segment.
+    """
+    if hasattr(lmk.type, "normalized") and lmk.r is not None:
+        transform(map, lmk.r, *lmk.type.normalized(lmk.state(map)))
+    if opt.ends == "keep" and lmk.par is not None:
+        return
+    F = rob.frame(map).compose(sen.frame(map))[0]
+    rays = F.from_frame(sen.model.retro(y)[0].reshape(2, 3), 0.0)[0]
+    t = abscissas(lmk.type, lmk.state(map), F.t, rays)
+    if lmk.par is not None:
+        p, P = lmk.ends(map)
+        if np.sqrt(np.trace(P, axis1=1, axis2=2).max()) < VAGUE * np.linalg.norm(p[1] - p[0]):
+            t = np.array([min(*lmk.par, *t), max(*lmk.par, *t)])
+    lmk.par = t
 
 
 def delete_bad(map, rob, sen, lmks, seen, opt):

@@ -221,7 +221,7 @@ class OnlineSlam:
     def landmarks(self):
         """All landmarks by all that was measured: id -> point and its covariance, metres."""
         self.update()
-        return {id: lmk.point(self._loop.map) for id, lmk in self._loop.lmks.items()}
+        return {id: lmk.point(self._loop.map) for id, lmk in self._loop.lmks.items() if lmk.par is None}
 
     # --- forwards and back -------------------------------------------------------------------------------------------
 

@@ -109,7 +109,7 @@ def _create_sim_lmk(data, rng):
     name = data.world.type
     with errors_at(f"the world {name!r}"):
         landmarks = checked_landmarks(*data.world.build(rng))
-        if not len(landmarks.ids):
+        if not len(landmarks.ids) + len(landmarks.segment_ids):
             raise ValueError("there is no landmark in it")
     dim = landmarks.points.shape[1]
     if dim != data.frame.dim:

@@ -100,6 +100,7 @@ def check_model(what, value, role):
         raise TypeError(f"{what} must be a model, got a class; write {value.__name__}(...)")
     if not hasattr(value, MAIN[role]):
         raise TypeError(f"{what} must be a model, with the method {MAIN[role]}, got {short_text(value)}")
+    role = "line" if hasattr(value, "normal") else role
     needed = (*VALUES[role], *METHODS[role])
     if absent := lacking(value, needed):
         raise TypeError(f"{type(value).__name__} has {absent}; a {role} has {', '.join(needed)}")

@@ -18,8 +18,10 @@ SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
 TWINS = {"victoria_park": "victoria_park_twin"}
 TWINS |= {f"mrclam_{name}": "mrclam_twin" for name in ("joint", "localisation", "single", "twin")}
 LOGS = "lost_in_the_woods", "starry_night"
-ELSEWHERE = ("plaza",)
-"""Its beacons take a hundred frames to become landmarks: `tests/toolbox/test_rings.py` holds rings to the law."""
+LINES = "house_ahm"
+ELSEWHERE = ("plaza", *(f"house_{kind}" for kind in ("plk", "apl", "idp", "hmg", "ahm")))
+"""The beacons of `plaza` take a hundred frames to become landmarks: `tests/toolbox/test_rings.py` holds rings to the
+law. Lines are computed as they are written in `slam`: one scenario, of points and lines, and few frames are enough."""
 
 SIMULATED = sorted({path.stem for path in SCENARIOS.glob("*.toml")} - {*TWINS, *LOGS, *ELSEWHERE})
 FRAMES = 30
@@ -45,6 +47,13 @@ def test_simulated_scenarios(name, joint):
     """Their options: a gate, deletions, reparametrisation, a limit of updates, self-calibration, several robots."""
     seen = assert_same_runs(scenario(name, joint=joint))[1]
     assert seen >= EXPECTED.get(name, {("correction", True)})
+
+
+@interpreted
+@both_ways
+def test_points_and_lines_in_one_map(joint):
+    seen = assert_same_runs(scenario(LINES, frames=2, joint=joint))[1]
+    assert seen >= {("correction", True)}
 
 
 @interpreted

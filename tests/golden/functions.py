@@ -12,12 +12,13 @@ import sys
 from pathlib import Path
 
 from .adapters_geometry import FRAMES, ROTATIONS
+from .adapters_lines import LINES
 from .adapters_models import CAMERA
 from .adapters_motion import MATH, MOTION
 from .adapters_points import OTHER, POINTS
 from .records import compare
 
-ADAPTERS = ROTATIONS | FRAMES | MOTION | MATH | CAMERA | POINTS | OTHER
+ADAPTERS = ROTATIONS | FRAMES | MOTION | MATH | CAMERA | POINTS | LINES | OTHER
 
 
 def check_file(path):

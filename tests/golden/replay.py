@@ -6,8 +6,9 @@ import numpy as np
 
 from ekfslam_tutorial import fast, slam
 from ekfslam_tutorial.geometry import Frame3
+from ekfslam_tutorial.models.landmarks.lines import offsets
 
-from .scenario import LANDMARKS, TYPES
+from .scenario import FAR, LANDMARKS, LINES, TYPES
 
 ENGINES = {"plain": slam, "fast": fast}
 KINDS = {"search": 0, "innovation": 1, "correction": 2, "initialisation": 3, "deletion": 4}
@@ -25,7 +26,8 @@ class Run:
     poses : ndarray, shape (F, robots, 7)
         At the end of each frame, with unit quaternions.
     points : dict of int to ndarray, shape (3,), or None
-        Landmarks at the end, as Euclidean points, by id; None where a reference does not hold them.
+        Landmarks at the end, as Euclidean points, by id; None where a reference does not hold them. Of a line, the four
+        numbers of `offsets` from the true one.
     covariances : dict of int to ndarray, shape (3, 3), or None
     """
 
@@ -62,11 +64,20 @@ def replay(scenario, births=False, engine="plain"):
                 raw = scenario.raw(frame, s)
                 happened, new = steps.correct_known_lmks(map, rob, sensors[s], lmks, obs, raw, opt)
                 happened += steps.init_new_lmks(map, rob, sensors[s], lmks, raw, new, opt, n_max)
+                if scenario.type in ("plkLin", "aplLin"):
+                    for lmk in lmks.values():
+                        lmk.par = np.array([-FAR, FAR])
                 events += [row(event, frame + 1) for event in happened if event.kind in KINDS]
         poses.append([rob.state(map)[:7].copy() for rob in robots.values()])
-    found = {id: lmk.point(map) for id, lmk in lmks.items()}
+    found = {id: place(scenario, id, lmk.type, lmk.state(map), map.block(lmk.r)) for id, lmk in lmks.items()}
     points, covariances = ({id: f[k] for id, f in found.items()} for k in (0, 1))
     return Run(np.array(events).reshape(-1, 6), unit_poses(poses), points, covariances)
+
+
+def place(scenario, id, kind, l, P):
+    """Where a landmark is, and the covariance of that: a point; or how far a line is from the true one, 4 numbers."""
+    p, P_l = offsets(kind, l, *scenario.segment(id)) if scenario.type in LINES else kind.point(l)
+    return p, P_l @ P @ np.transpose(P_l)
 
 
 def row(event, frame):
@@ -85,11 +96,12 @@ def recorded(scenario):
     arrays, ev = scenario.arrays, scenario.arrays["ev_int"]
     events = np.column_stack([ev[:, [0, 1, 2, 3, 5]], accepted(ev)])
     poses = np.stack([arrays[f"est_x_rob{i}"][:, :7] for i in range(1, scenario.n_robots + 1)], 1)
-    return Run(events, unit_poses(poses), *recorded_landmarks(arrays))
+    return Run(events, unit_poses(poses), *recorded_landmarks(scenario))
 
 
-def recorded_landmarks(arrays):
+def recorded_landmarks(scenario):
     """Points and covariances at the end; None for both in an extract of the first frames."""
+    arrays = scenario.arrays
     if "P_frame" not in arrays:
         return None, None
     x, P = arrays["map_x"][-1], arrays[f"P_{int(arrays['P_frame'][0]):04d}"]
@@ -97,8 +109,8 @@ def recorded_landmarks(arrays):
     for (used, id, code, *_), positions in zip(arrays["lmk_table"][-1], arrays["lmk_range"][-1], strict=True):
         if used:
             r = positions[positions > 0] - 1
-            p, P_l = LANDMARKS[TYPES[code - 1]].point(x[r])
-            points[int(id)], covariances[int(id)] = p, P_l @ P[np.ix_(r, r)] @ np.transpose(P_l)
+            kind = LANDMARKS[TYPES[code - 1]]
+            points[int(id)], covariances[int(id)] = place(scenario, int(id), kind, x[r], P[np.ix_(r, r)])
     return points, covariances
 
 

@@ -12,17 +12,35 @@ import numpy as np
 
 from ekfslam_tutorial.ekf import Map
 from ekfslam_tutorial.geometry import Frame3
-from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
+from ekfslam_tutorial.models.landmarks import AhmLin, AhmPnt, EucPnt, HmgLin, HmgPnt, IdpLin, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity, Odometry3
-from ekfslam_tutorial.models.sensors import OmniCam, PinHole, PinHoleDepth
+from ekfslam_tutorial.models.sensors import OmniCam, PinHole, PinHoleDepth, SegmentCam
 from ekfslam_tutorial.slam import KnownIds, Options, Rob, Sen, place
 
-from .births import RecordedAhmPnt, RecordedHmgPnt
+from .births import (
+    FreeAplLin,
+    FreePlkLin,
+    RecordedAhmLin,
+    RecordedAhmPnt,
+    RecordedHmgLin,
+    RecordedHmgPnt,
+    RecordedOdometry3,
+    RecordedPlkLin,
+)
 
-LANDMARKS = {"eucPnt": EucPnt(), "idpPnt": IdpPnt(), "ahmPnt": AhmPnt(), "hmgPnt": HmgPnt()}
-BIRTHS = {"ahmPnt": RecordedAhmPnt(), "hmgPnt": RecordedHmgPnt()}  # types with an approximate recorded birth
+POINTS = {"eucPnt": EucPnt(), "idpPnt": IdpPnt(), "ahmPnt": AhmPnt(), "hmgPnt": HmgPnt()}
+LINES = {"plkLin": FreePlkLin(), "aplLin": FreeAplLin(), "idpLin": IdpLin(), "hmgLin": HmgLin(), "ahmLin": AhmLin()}
+LANDMARKS = POINTS | LINES
+BIRTHS = {  # types with a recorded derivative that is not the exact one
+    "ahmPnt": RecordedAhmPnt(),
+    "hmgPnt": RecordedHmgPnt(),
+    "ahmLin": RecordedAhmLin(),
+    "hmgLin": RecordedHmgLin(),
+    "plkLin": RecordedPlkLin(),
+}
 MOTIONS = {"odometry": Odometry3(), "constVel": ConstantVelocity()}
-TYPES = ("eucPnt", "idpPnt", "ahmPnt", "hmgPnt")  # type codes 1 to 4; the others are lines
+TYPES = tuple(LANDMARKS)  # in the order of their type codes, 1 to 9
+FAR = 8.0  # metres from the point nearest to the origin: how far the recorded Plücker lines reach to both sides
 
 
 @dataclass
@@ -85,6 +103,8 @@ class Scenario:
         """
         map = new_map(self.arrays["map_x"].shape[1])
         robots = {i: self._robot(i, robot) for i, robot in numbered(self.data["Robot"])}
+        if births and self.type == "plkLin":
+            robots = {i: replace(rob, motion=RecordedOdometry3()) for i, rob in robots.items()}
         sensors = {i: self._sensor(i, sensor) for i, sensor in numbered(self.data["Sensor"])}
         for i, sensor in sensors.items():
             robots[sensor.robot].sensors.append(i)
@@ -108,7 +128,12 @@ class Scenario:
         carried = self.data["robSensors"]
         carried = [vector(c) for c in (carried if self.n_robots > 1 else [carried])]
         robot = next(k for k, ids in enumerate(carried, 1) if i in ids)
-        return Sen(i, robot, camera(sensor, several(self.data["senPar"])[i - 1]), Frame3, name=sensor["name"])
+        model = camera(sensor, several(self.data["senPar"])[i - 1])
+        if self.type in LINES:
+            least = 1.0 if self.type in ("plkLin", "aplLin") else self.data["Opt"]["obs"]["lines"]["minLength"]
+            names = ("k", "d", "c", "image_size", "pixel_std")
+            model = SegmentCam(**{name: getattr(model, name) for name in names}, min_length=least)
+        return Sen(i, robot, model, Frame3, name=sensor["name"])
 
     def options(self):
         """The recorded options in this package's words."""
@@ -130,6 +155,7 @@ class Scenario:
             min_match_ratio=0.1,
             min_inlier_ratio=0.5,
             min_rho=0.001,
+            ends="keep",
             error="additive",  # the recorded program is the textbook's filter
         )
 
@@ -139,12 +165,16 @@ class Scenario:
 
     def raw(self, frame, sen):
         """Measurements of a sensor in a frame, and which landmarks were started then, where chance decided it."""
-        off = self.arrays[f"pts_sen{sen}_off"]
+        kind = "seg" if self.type in LINES else "pts"
+        off, ids, y = (self.arrays[f"{kind}_sen{sen}_{name}"] for name in ("off", "id", "y"))
         rows = slice(off[frame], off[frame + 1])
-        ids = self.arrays[f"pts_sen{sen}_id"][rows].astype(int)
-        return SimpleNamespace(
-            ids=ids, y=self.arrays[f"pts_sen{sen}_y"][rows], R=None, started=self._started(frame, sen)
-        )
+        return SimpleNamespace(ids=ids[rows].astype(int), y=y[rows], R=None, started=self._started(frame, sen))
+
+    def segment(self, id):
+        """True ends of a segment, as two points."""
+        of = self.data["SimLmk"]["segments"]
+        x = matrix(of["coord"])[:, vector(of["id"]).astype(int).tolist().index(id)]
+        return x[:3], x[3:]
 
     def _started(self, frame, sen):
         if self.data["branch"] != "graph":
@@ -157,15 +187,15 @@ class Scenario:
 class RecordedChoice:
     """Known ids, and new landmarks as the recorded program chooses them.
 
-    Those that lie inside the image by a 25th of its width, the lowest id first; or, where it chose at random, the
-    recorded ones.
+    Those that lie inside the image by a 25th of its width, the lowest id first; lines wherever they are; or, where it
+    chose at random, the recorded ones.
     """
 
     def __call__(self, map, obs, raw, sensor):
         matches = KnownIds()(map, obs, raw, sensor)
         if raw.started is not None:
             matches.new = [int(np.flatnonzero(raw.ids == id)[0]) for id in raw.started]
-        else:
+        elif not hasattr(sensor, "innovation"):
             u = raw.y[:, :2]
             size = np.asarray(sensor.image_size)
             margin = size[0] / 25

@@ -10,7 +10,7 @@ from ekfslam_tutorial.geometry import check_jacobians
 
 from .births import RecordedAhmPnt, RecordedHmgPnt, approximate_unit
 from .replay import ENGINES, Run
-from .runs import LINES, compare_run, main, names
+from .runs import compare_run, main, names
 from .scores import score, sigmas
 from .synthetic import KNOWN_KINDS, make
 
@@ -24,8 +24,11 @@ TWO_ROBOTS = dict(per_frame=0.98, births_deaths=1, pose_mm=15, pose_deg=0.25, la
 ANCHORED = dict(per_frame=0.92, births_deaths=1, pose_mm=20, pose_deg=0.4, landmark_sigma=2.5)
 OMNI = dict(per_frame=0.995, births_deaths=1, pose_mm=1.5)
 CHAOTIC = dict(births_deaths=1)  # noisy constant velocity: a small difference grows; reported only
+LINE = dict(in_order=0.998, per_frame=1, births_deaths=1, pose_mm=0.1, pose_deg=0.001, landmark_sigma=0.01)
+PLUECKER = dict(births_deaths=1, pose_mm=20, pose_deg=0.3)  # its covariance has a part along the quaternion: see births
 BIRTH = dict(in_order=1, births_deaths=1, pose_mm=0.1)
 CHAOTIC_BIRTH = dict(per_frame=1, births_deaths=1, pose_mm=4)
+BIRTHS = {"constvel_noise": CHAOTIC_BIRTH, "lin_ahm": {}, "lin_hmg": {}}  # {}: reported only
 
 RECORDED = {
     "multi_2rob_4sen": TWO_ROBOTS,
@@ -33,6 +36,11 @@ RECORDED = {
     "pnt_hmg": ANCHORED,
     "omni_ahm": OMNI,
     "constvel_noise": CHAOTIC,
+    "lin_idp": LINE,
+    "lin_plk": PLUECKER,
+    "lin_apl": {},
+    "lin_hmg": {},
+    "lin_ahm": {},  # a block of the recorded birth is a row too high: another filter
 }
 AT_LEAST = {"in_order", "per_frame", "births_deaths"}
 
@@ -43,7 +51,7 @@ def limits(line):
         return EXACT
     if line["against"] == "recorded":
         return RECORDED.get(line["run"], INVERSE_DEPTH)
-    return CHAOTIC_BIRTH if line["run"] == "constvel_noise" else BIRTH
+    return BIRTHS.get(line["run"], BIRTH)
 
 
 def broken(line):
@@ -60,8 +68,7 @@ def check(folder, name, engine="plain"):
     lines = list(compare_run(folder, name, engine))
     assert lines
     for line in lines:
-        if "skipped" not in line:
-            assert broken(line) == {}, line
+        assert broken(line) == {}, line
     return lines
 
 
@@ -79,12 +86,7 @@ def test_kept_runs(name, engine):
 @both_engines
 def test_all_runs(golden_dir, engine):
     lines = [line for name in names(golden_dir) for line in check(golden_dir, name, engine)]
-    compared = {line["run"] for line in lines if "against" in line}
-    assert compared == {name for name in names(golden_dir) if not name.startswith("lin_")}
-
-
-def test_lines_are_skipped_and_say_so(golden_dir):
-    assert list(compare_run(golden_dir, "lin_idp")) == [{"run": "lin_idp", "skipped": LINES}]
+    assert {line["run"] for line in lines} == set(names(golden_dir))
 
 
 @pytest.mark.parametrize("name", KNOWN_KINDS)

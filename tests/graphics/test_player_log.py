@@ -335,3 +335,21 @@ def test_a_text_that_is_no_log(text):
 def test_bad_options(options):
     with pytest.raises(ValueError, match="period|sigmas"):
         StateLog(**options)
+
+
+# --- lines ---
+
+
+def test_lines_are_read_back_with_both_ends():
+    data = UserData.from_toml(SCENARIOS / "house_idp.toml", {"time.last": 4})
+    log, ends = StateLog("a house"), []
+    for s in universal_slam(data):
+        log.add(s)
+        ends.append({id: lmk.ends(s.map) for id, lmk in s.lmks.items()})
+    for frame, true in zip(StateLog.from_json(log.to_json()).frames(), ends, strict=True):
+        assert frame.lmks == {} and frame.lines.keys() == true.keys()
+        for id, (p, P) in true.items():
+            for i in (0, 1):
+                assert_close_enough(frame.lines[id][0][i], frame.lines[id][1][i], p[i], P[i])
+        assert len(frame.edges) == 23 and all(len(o.z) == 2 for o in frame.obs)
+    assert frame.obs and "edge" not in log.records[-1]

@@ -21,6 +21,7 @@ from ekfslam_tutorial.models.sensors import (
     PinHoleDepth,
     Range,
     RangeBearing,
+    SegmentCam,
     StereoPinHole,
 )
 
@@ -37,6 +38,7 @@ EXAMPLES = {
     "RangeBearing": [RangeBearing(0.1, 0.02), RangeBearing(0.1, 0.02, max_range=8.0, fov=2.0)],
     "DavisonCam": [DavisonCam(), DavisonCam(k1=0.0, margin=10.0), DavisonCam(k1=-2e-6)],
     "StereoPinHole": [StereoPinHole(K, 0.3, margin=4.0)],
+    "SegmentCam": [SegmentCam(K, d) for d in LENSES],
     "Range": [Range(0.1), Range(0.1, bias=0.5, max_range=9.0, dim=3)],
     "BearingOnly2": [BearingOnly2(0.02), BearingOnly2(0.02, fov=2.0)],
     "EucPnt": [EucPnt(2), EucPnt(3)],
@@ -104,3 +106,5 @@ PAIRS = [
     for l in LANDMARKS
     if isinstance(s.values[0], str) or isinstance(l.values[0], str) or dim(s.values[0]) == dim(l.values[0])
 ]
+
+POINT_PAIRS = [p for p in PAIRS if not (hasattr(p.values[0], "innovation") or hasattr(p.values[1], "normal"))]

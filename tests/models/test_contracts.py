@@ -11,6 +11,7 @@ from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.models import check_landmark, check_motion, check_pair, check_sensor, retro_project
 from ekfslam_tutorial.models.landmarks import EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import Odometry2
+from ekfslam_tutorial.models.observation import birth
 from ekfslam_tutorial.models.sensors import RangeBearing, RangeBearingElevation
 from ekfslam_tutorial.models.trials import check_stack
 
@@ -33,7 +34,7 @@ def test_landmark(lmk):
 
 
 def can_start(sensor, lmk):
-    return hasattr(sensor, "retro") and hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
+    return hasattr(sensor, "retro") and hasattr(lmk, birth(sensor))
 
 
 @pytest.mark.parametrize("sensor, lmk", PAIRS)

@@ -8,7 +8,7 @@ from ekfslam_tutorial.models import observe, retro_project, to_sensor
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.sensors import OmniCam, PinHole, PinHoleDepth, RangeBearingElevation
 
-from .examples import LENSES, OMNI_D, OMNI_K, PAIRS, K, dim, ready
+from .examples import LENSES, OMNI_D, OMNI_K, POINT_PAIRS, K, dim, ready
 
 RDF = e2q(np.radians([-90, 0, -90]))[0]  # a camera that looks ahead
 HALF_TURNS = [np.array([0.0, 1, 0, 0]), np.array([0.0, 0, 1, 0]), np.array([0.0, 0, 0, 1])]
@@ -60,7 +60,7 @@ def check_inverse(Rf, Sf, sensor, lmk, y, n, **tolerances):
     check_jacobians(f, Rf, Sf, y, n, **tolerances)
 
 
-@pytest.mark.parametrize("sensor, lmk", PAIRS)
+@pytest.mark.parametrize("sensor, lmk", POINT_PAIRS)
 @pytest.mark.parametrize("off_axis, rtol", [(1e-1, 1e-6), (1e-3, 1e-5)])
 def test_near_the_axis(sensor, lmk, off_axis, rtol, rng):
     """The error of a difference quotient of step h is (h / off_axis)^2 for a camera with a pole on its axis."""
@@ -70,7 +70,7 @@ def test_near_the_axis(sensor, lmk, off_axis, rtol, rng):
         check_direct(Rf, Sf, sensor, lmk, placed(Rf, Sf, lmk, p), rtol)
 
 
-@pytest.mark.parametrize("sensor, lmk", PAIRS)
+@pytest.mark.parametrize("sensor, lmk", POINT_PAIRS)
 def test_on_the_axis(sensor, lmk, rng):
     """An omnidirectional camera has no derivative there, and says so; all others have."""
     sensor, lmk = ready(sensor), ready(lmk)
@@ -82,7 +82,7 @@ def test_on_the_axis(sensor, lmk, rng):
     assert np.isfinite(e).all() and np.isfinite(E_p).all() == (not isinstance(sensor, OmniCam))
 
 
-@pytest.mark.parametrize("sensor, lmk", PAIRS)
+@pytest.mark.parametrize("sensor, lmk", POINT_PAIRS)
 def test_behind(sensor, lmk, rng):
     """The formulas hold behind the sensor as well; only a sensor that sees all round sees anything there."""
     sensor, lmk = ready(sensor), ready(lmk)
@@ -96,7 +96,7 @@ def test_behind(sensor, lmk, rng):
         assert bool(sensor.visible(e, v)) == all_round
 
 
-PROJECTIVE = [p for p in PAIRS if p.values[0].bearing_only and hasattr(p.values[1], "from_ray")]
+PROJECTIVE = [p for p in POINT_PAIRS if p.values[0].bearing_only and hasattr(p.values[1], "from_ray")]
 
 
 @pytest.mark.parametrize("rho", [0.3, 1e-3, 1e-9, 0.0])

@@ -19,8 +19,11 @@ def make(function):
 
 @pytest.mark.parametrize("function", functions(worlds).values(), ids=lambda f: f.__name__)
 def test_every_world_has_distinct_ids_and_finite_points(function):
-    ids, points = make(function)
+    ids, points, *edges = make(function)
     assert ids.shape == points.shape[:1] and points.shape[1] in (2, 3)
+    if edges:
+        assert edges[1].shape == (len(edges[0]), 6) and np.isfinite(edges[1]).all()
+        ids = np.concatenate([ids, edges[0]])
     assert len(set(ids.tolist())) == len(ids) and (ids > 0).all() and ids.dtype.kind == "i"
     assert np.isfinite(points).all() and len(np.unique(points, axis=0)) == len(points)
 

@@ -11,7 +11,24 @@ from .coding import unpack, unpack_factor
 
 Array = np.ndarray
 
-KEYS = {"k", "t", "rob", "true", "sen", "lmk", "gone", "new", "used", "rejected", "missed", "world", "note", "whole"}
+KEYS = {
+    "k",
+    "t",
+    "rob",
+    "true",
+    "sen",
+    "lmk",
+    "gone",
+    "new",
+    "lin",
+    "edge",
+    "used",
+    "rejected",
+    "missed",
+    "world",
+    "note",
+    "whole",
+}
 
 
 @dataclass
@@ -56,12 +73,14 @@ class LogFrame:
     sens : dict of int to ndarray
         Poses of the sensors on their robots.
     lmks : dict of int to (mean, L)
+    lines : dict of int to (ends, L)
+        Both ends (2, 3) of each, and a factor for each of them (2, 3, 3).
     obs : list of LogObs
     missed : list of (int, int)
         Sensor and landmark: looked for, and not found.
     new, gone : list of int
-    world : dict of int to ndarray
-        True landmarks.
+    world, edges : dict of int to ndarray
+        True landmarks; both ends of true edges.
     notes : list of (str, int)
     """
 
@@ -77,6 +96,8 @@ class LogFrame:
     gone: list[int]
     world: dict[int, Array]
     notes: list[tuple[str, int]]
+    lines: dict[int, tuple[Array, Array]]
+    edges: dict[int, Array]
 
 
 class Decoder:
@@ -109,6 +130,8 @@ class Decoder:
         self.lmks: dict[int, tuple[Array, Array]] = {}
         self.sens: dict[int, Array] = {}
         self.world: dict[int, Array] = {}
+        self.lines: dict[int, tuple[Array, Array]] = {}
+        self.edges: dict[int, Array] = {}
 
     def read(self, record: dict[str, Any]) -> LogFrame:
         """Return the next frame."""
@@ -126,10 +149,15 @@ class Decoder:
         d, n = self.d, self.n
         factor = 1 + d * (d + 1) // 2
         if record.get("whole"):
-            self.lmks, self.sens, self.world = {}, {}, {}
+            self.lmks, self.sens, self.world, self.lines, self.edges = {}, {}, {}, {}, {}
         self.lmks = {id: value for id, value in self.lmks.items() if id not in record.get("gone", ())}
         for id, *x in _rows(record, "lmk", (0, d, d + 1, d + factor), null=d + 1):
             self.lmks[id] = self._lmk(x, *self.lmks.get(id, (np.full(d, np.nan), np.full((d, d), np.nan))))
+        self.lines = {id: value for id, value in self.lines.items() if id not in record.get("gone", ())}
+        self.lines |= {id: self._line(x) for id, *x in _rows(record, "lin", (2 * (d + factor),))}
+        self.edges = self.edges | {
+            id: unpack(x, 2 * d, 2 * d).reshape(2, d) for id, *x in _rows(record, "edge", (2 * d,))
+        }
         self.sens = self.sens | {id: unpack(x, n, d) for id, *x in _rows(record, "sen", (n,))}
         self.world = self.world | {id: unpack(x, d, d) for id, *x in _rows(record, "world", (0, d))}
         robots = {id: self._robot(x) for id, *x in _rows(record, "rob", (0, n, n + factor + (d == 2)))}
@@ -151,6 +179,8 @@ class Decoder:
             gone=list(record.get("gone", ())),
             world=self.world,
             notes=[(what, lmk) for what, lmk in record.get("note", ())],
+            lines=self.lines,
+            edges=self.edges,
         )
 
     def _robot(self, x) -> tuple[Array, Array, float]:
@@ -168,6 +198,12 @@ class Decoder:
             return np.full(d, np.nan), np.full((d, d), np.nan)
         factor = L if len(x) == d else unpack_factor([] if x[d] is None else x[d:], d)
         return np.where(np.isfinite(mean), mean, 0.0) + unpack(x[:d], d, d), factor
+
+    def _line(self, x) -> tuple[Array, Array]:
+        """Return both ends and their factors."""
+        d = self.d
+        cov = np.reshape(x[2 * d :], (2, -1)).tolist()
+        return unpack(x[: 2 * d], 2 * d, 2 * d).reshape(2, d), np.array([unpack_factor(c, d) for c in cov])
 
     def _obs(self, sen, row, updated) -> LogObs:
         m, d = self.units[sen], self.d

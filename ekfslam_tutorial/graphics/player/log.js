@@ -26,6 +26,9 @@ export class Log {
     const lmks = new Map(before.lmks)
     const lost = rows('gone').map(id => last?.lmks.get(id)?.p).filter(Boolean)
     rows('gone').forEach(id => lmks.delete(id))
+    const lines = new Map(before.lines)
+    rows('gone').forEach(id => lines.delete(id))
+    for (const [id, ...x] of rows('lin')) lines.set(id, this.line(x))
     for (const [id, ...x] of rows('lmk')) lmks.set(id, this.landmark(x, lmks.get(id)))
     this.frames.push({
       k: record.k,
@@ -34,6 +37,8 @@ export class Log {
       truth: new Map(poses('true')),
       sens: new Map([...before.sens ?? [], ...poses('sen')]),
       lmks,
+      lines,
+      edges: new Map([...before.edges ?? [], ...rows('edge').map(([id, ...x]) => [id, [this.point(x), this.point(x.slice(3))]])]),
       world: new Map([...before.world ?? [], ...rows('world').map(([id, ...x]) => [id, this.point(x)])]),
       obs: [...this.observations(record.used, true), ...this.observations(record.rejected, false)],
       missed: Object.values(record.missed ?? {}).flat(),
@@ -81,6 +86,15 @@ export class Log {
       p: before?.p ? plus(before.p, step) : step,
       L: x.length > this.d ? this.factor(x.slice(this.d)) : before?.L ?? null,
     }
+  }
+
+  // Both ends of a line.
+  line(x) {
+    const n = 6 + (x.length - 6) / 2
+    return [
+      { p: this.point(x), L: this.factor(x.slice(6, n)) },
+      { p: this.point(x.slice(3)), L: this.factor(x.slice(n)) },
+    ]
   }
 
   observations(record, used) {

@@ -175,7 +175,7 @@ export class Player {
     const words = [element('b', { textContent: title })]
     if (frame) {
       const used = frame.obs.filter(o => o.used).length, rejected = frame.obs.length - used
-      const parts = [`frame ${frame.k}`, `t = ${frame.t.toFixed(1)} s`, `${frame.lmks.size} landmarks`, `${used} corrected`]
+      const parts = [`frame ${frame.k}`, `t = ${frame.t.toFixed(1)} s`, `${frame.lmks.size + frame.lines.size} landmarks`, `${used} corrected`]
       if (rejected) parts.push(`${rejected} rejected`)
       if (frame.missed.length) parts.push(`${frame.missed.length} not found`)
       if (frame.fresh.length) parts.push(`${frame.fresh.length} new`)

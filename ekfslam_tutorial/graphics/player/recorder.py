@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..states import TruthInMap, lmk_points
+from ..states import TruthInMap, is_line, lmk_lines, lmk_points
 from ..views import picture_half
 from .coding import METRE, RADIAN, hundredths, lower_factor, pack, pack_factor, short
 
@@ -29,11 +29,16 @@ class Told:
 
 @dataclass
 class Memory:
-    """Memory of what a viewer knows already: landmarks and sensor poses by id, and the true landmarks."""
+    """Memory of what a viewer knows already: landmarks and sensor poses by id, and the true landmarks.
+
+    Of lines it has both ends, by (id, 0) and (id, 1).
+    """
 
     lmks: dict[int, Told] = field(default_factory=dict)
+    lines: dict[tuple[int, int], Told] = field(default_factory=dict)
     sens: dict[int, list[int]] = field(default_factory=dict)
     world: list = field(default_factory=list)
+    edges: list = field(default_factory=list)
 
 
 def header(snapshot) -> dict[str, Any]:
@@ -47,6 +52,7 @@ def header(snapshot) -> dict[str, Any]:
 
 def _sensor(sen) -> dict[str, Any]:
     units = getattr(sen.model, "units", None) or [""] * len(sen.model.R)
+    units = units[:2] if hasattr(sen.model, "segments") else units  # of the innovation, two distances
     about = {"id": int(sen.id), "robot": int(sen.robot), "name": sen.name or f"sensor {sen.id}"}
     about |= {"units": list(units), "point": not sen.model.bearing_only}
     field_of_view = {"fov": getattr(sen.model, "fov", None), "reach": getattr(sen.model, "max_range", None)}
@@ -77,6 +83,7 @@ def frame_record(snapshot, events, truth: TruthInMap, memory: Memory) -> dict[st
         "true": [[int(id), *x] for id, F in true.items() if (x := pack(F.x, dim))],
         "sen": _sensors(snapshot, memory, dim),
         **_landmarks(snapshot, events, memory, dim),
+        **(_lines(snapshot, truth, memory) if dim == 3 else {}),
         **_observations(snapshot, frames, dim),
         "world": _world(snapshot, truth, memory, dim),
         "note": [[e.kind, int(e.lmk)] for e in events if e.kind in ("refused", "recovery")],
@@ -109,9 +116,11 @@ def _landmarks(snapshot, events, memory, dim) -> dict[str, list]:
     """Return the landmarks that have changed, were deleted, and were started."""
     ids, mean, cov = lmk_points(snapshot, dim)
     ids = [int(id) for id in ids]
+    lines = [int(id) for id, lmk in snapshot.lmks.items() if is_line(lmk)]
     started = {int(e.lmk) for e in events if e.kind == "initialisation"}
     deleted = {int(e.lmk) for e in events if e.kind == "deletion"}
-    gone = [id for id in memory.lmks if id not in ids or id in deleted & started]
+    known = [*memory.lmks, *(id for id, end in memory.lines if not end)]
+    gone = [id for id in known if id not in {*ids, *lines} or id in deleted & started]
     told = {id: memory.lmks[id] for id in ids if id in memory.lmks and id not in gone}
     moved, grown = changed(ids, mean, cov, told)
     memory.lmks, rows = {}, []
@@ -122,10 +131,37 @@ def _landmarks(snapshot, events, memory, dim) -> dict[str, list]:
             rows.append([id, *step, *((pack_factor(L) or [None]) if x and (grows or not before) else [])])
             told[id] = Told(m, P if grows else told[id].cov, x)
         memory.lmks[id] = told[id]
-    return {"lmk": rows, "gone": gone, "new": [id for id in ids if id in started]}
+    return {"lmk": rows, "gone": gone, "new": [id for id in [*ids, *lines] if id in started]}
 
 
-def changed(ids: list[int], mean: Array, cov: Array, told: dict[int, Told]) -> tuple[Array, Array]:
+def _lines(snapshot, truth, memory) -> dict[str, list]:
+    """Return the lines of which an end has changed, both ends and their covariances; and the true edges, once."""
+    ids, ends, cov = lmk_lines(snapshot)
+    keys = [(int(id), i) for id in ids for i in (0, 1)]
+    mean, cov, told = (
+        ends.reshape(-1, 3),
+        cov.reshape(-1, 3, 3),
+        {k: memory.lines[k] for k in keys if k in memory.lines},
+    )
+    differ = np.logical_or(*changed(keys, mean, cov, told)).reshape(-1, 2).any(1)
+    memory.lines, rows = told, []
+    for n in np.flatnonzero(differ).tolist():
+        both = slice(2 * n, 2 * n + 2)
+        x, L = [pack(p, 3) for p in mean[both]], [pack_factor(L) for L in lower_factor(cov[both])]
+        if all(x) and all(L):
+            rows.append([keys[2 * n][0], *x[0], *x[1], *L[0], *L[1]])
+            told |= {key: Told(p, P, []) for key, p, P in zip(keys[both], mean[both], cov[both], strict=True)}
+    edges = [] if memory.edges else truth.segments(snapshot)
+    known = [[int(id), *pack(p[0], 3), *pack(p[1], 3)] for id, p in zip(_edge_ids(snapshot), edges, strict=False)]
+    memory.edges += known
+    return {"lin": rows, "edge": known}
+
+
+def _edge_ids(snapshot):
+    return [] if snapshot.sim_lmk is None else snapshot.sim_lmk.segment_ids
+
+
+def changed(ids: list, mean: Array, cov: Array, told: dict[Any, Told]) -> tuple[Array, Array]:
     """Return which means and which covariances are not what the viewer was told, up to MOVED and GROWN.
 
     With P0 the covariance that was told, widened by FINE, and W W' = inv(P0): the move is |W' (m - m0)|, in sigmas,

@@ -34,6 +34,7 @@ export class Scene extends Pen {
     }
     const from = points.at(-1) ?? Array(this.log.d).fill(0)
     for (const p of last?.world.values() ?? []) if (p) points.push(p)
+    for (const ends of last?.edges.values() ?? []) points.push(...ends)
     for (const { p, L } of last?.lmks.values() ?? []) {
       if (p && L && this.k * Math.hypot(...L.flat()) < 0.5 * Math.hypot(...p.map((v, i) => v - from[i]))) points.push(p)
     }

@@ -49,7 +49,7 @@ export class Space extends Scene {
       stage.lines(this.trails(i), 0)
       stage.shapes('robot', this.robots(frame), 0)
       if (shown.fan) stage.shapes('view', this.pyramids(frame), 1)
-      stage.lines([...this.stems(frame), ...this.edges(frame), ...this.sights(frame), ...this.ringLines(frame, chosen)], 0)
+      stage.lines([...this.stems(frame), ...this.edges(frame), ...this.lines(frame, states), ...this.sights(frame), ...this.ringLines(frame, chosen)], 0)
       if (shown.ellipse) stage.shapes('ball', this.ellipsoids(frame, states), 2)
     }
     if (stage.gl) {
@@ -108,6 +108,9 @@ export class Space extends Scene {
       const state = states.get(id)
       add(lmk, ((state !== 'missed' && styles[state]) || styles.estimate).color)
     }
+    for (const [id, ends] of frame.lines) {
+      for (const end of ends) add(end, ((states.get(id) !== 'missed' && styles[states.get(id)]) || styles.estimate).color)
+    }
     return rows
   }
 
@@ -147,6 +150,17 @@ export class Space extends Scene {
         }
       }
     }
+    return rows
+  }
+
+  // Lines between their ends, in the colour of their state; the true edges thin and dark.
+  lines(frame, states) {
+    const { styles } = this, rows = []
+    for (const [id, [a, b]] of frame.lines) {
+      const state = states.get(id)
+      rows.push({ from: a.p, to: b.p, color: ((state !== 'missed' && styles[state]) || styles.estimate).color, width: 3 })
+    }
+    if (this.shown.truth) for (const [from, to] of frame.edges.values()) rows.push({ from, to, color: styles.truth.color, width: 1.2 })
     return rows
   }
 

@@ -54,6 +54,8 @@ class StateLog:
     lmk        of the landmarks that have changed ``[id, dx]``, the step from where it was (at first, from the
                origin), or ``[id, dx, cov]``. A known one has a zero ``cov``; null stands for a ``cov`` that is not
                finite; one without a finite place has nothing but its id
+    lin        ``[id, x1, x2, cov1, cov2]`` of the lines of which an end has changed: both ends, as far as it was seen
+    edge       ``[id, x1, x2]`` of the true edges, once
     gone, new  ids of landmarks that were deleted, then of those that were started
     used,      ``{sensor id: [[landmark id, md2, z ..., std of z ...], ...]}``: the innovations that corrected the map,
     rejected   and those outside the gate. md2 is in hundredths, z in hundredths of its std. Where the sensor measures

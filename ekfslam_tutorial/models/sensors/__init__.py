@@ -9,6 +9,7 @@ from .point import PointXY, PointXYZ
 from .range import Range
 from .range_bearing import RangeBearing
 from .range_bearing_elevation import RangeBearingElevation
+from .segment_cam import SegmentCam
 from .stereo_pin_hole import StereoPinHole
 
 __all__ = [
@@ -22,5 +23,6 @@ __all__ = [
     "Range",
     "RangeBearing",
     "RangeBearingElevation",
+    "SegmentCam",
     "StereoPinHole",
 ]

@@ -104,8 +104,8 @@ class RawLog(Sequence):
         return SimObs(self.sen, self.ids[rows], self.y[rows], None if self.R is None else self.R[rows])
 
 
-def checked_landmarks(ids, points):
-    """Check true landmarks: points in 2D or 3D, each with a whole number of its own, 0 or more.
+def checked_landmarks(ids, points, segment_ids=(), segments=()):
+    """Check true landmarks: points in 2D or 3D, and edges, each with a whole number of its own, 0 or more.
 
     Raises
     ------
@@ -115,12 +115,17 @@ def checked_landmarks(ids, points):
     ids = np.asarray(ids)
     if ids.shape != points.shape[:1] or not np.issubdtype(ids.dtype, np.integer) or points.shape[1] not in (2, 3):
         raise ValueError(f"landmarks need N whole ids and N points in 2D or 3D, got {_kind(ids)} and {points.shape}")
-    unique, counts = np.unique(ids, return_counts=True)
-    if len(unique) != len(ids):
+    segments = finite_array("landmark segments", np.reshape(segments, (-1, 6)), 2)
+    segment_ids = np.asarray(segment_ids, int)
+    if segment_ids.shape != segments.shape[:1] or (len(segments) and points.shape[1] != 3):
+        raise ValueError(f"segments need M ids and M pairs of points in 3D, got {_kind(segment_ids)}, {segments.shape}")
+    all = np.concatenate([ids, segment_ids])
+    unique, counts = np.unique(all, return_counts=True)
+    if len(unique) != len(all):
         raise ValueError(f"landmark ids must differ from each other, but {unique[counts > 1][0]} stands twice")
-    if len(ids) and unique[0] < 0:
+    if len(all) and unique[0] < 0:
         raise ValueError(f"landmark ids must be 0 or more, got {unique[0]}")
-    return SimLmk(ids, points)
+    return SimLmk(ids, points, segment_ids, segments)
 
 
 def _kind(a):

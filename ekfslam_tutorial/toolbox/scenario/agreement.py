@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...models.observation import birth
 from ...slam.first_estimates import check_first_estimates
 from ..rings import rings_by
 
@@ -35,6 +36,9 @@ def check_agreement(data):
         if sensor.robot not in robots:
             known = ", ".join(map(str, robots))
             raise ValueError(f"sensor {sensor.id} is on robot {sensor.robot}, which does not exist; robots: {known}")
+        if hasattr(sensor.model, "innovation") and not getattr(data.options.association, "by_id", False):
+            kind = type(data.options.association).__name__
+            raise ValueError(f"sensor {sensor.id}: lines are told apart by their ids only, known_ids, got {kind}")
     _check_dimensions(data)
     _check_capacity(data)
     if data.options.first_estimates:
@@ -94,11 +98,11 @@ def started_by(data, sensor):
 
 
 def can_start(sensor, lmk):
-    """Return True if a sensor model can give birth to a landmark of a type: from a ray, or from a point.
+    """Return True if a sensor model can give birth to a landmark of a type: from a ray, from a point, or from two rays.
 
     A sensor without `retro` starts none: what it measures, a range for example, fixes neither.
     """
-    return hasattr(sensor, "retro") and hasattr(lmk, "from_ray" if sensor.bearing_only else "from_point")
+    return hasattr(sensor, "retro") and hasattr(lmk, birth(sensor))
 
 
 def _rings(data, sensor):
