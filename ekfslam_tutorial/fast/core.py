@@ -9,7 +9,7 @@ from ..slam.first_estimates import check_first_estimates, first_jacobians, note_
 from ..slam.meetings import correct_met_robots
 from ..slam.objects import Event, Lmk, short
 from ..slam.projection import by_type
-from ..slam.steps import check_control, check_raw
+from ..slam.steps import check_control, check_raw, travel
 from ..slam.upkeep import EUCLIDEAN, delete_bad, free_slot, well_inside
 from .symbols import Symbol, Tape
 
@@ -42,5 +42,6 @@ __all__ = [
     "short",
     "table_html",
     "transport",
+    "travel",
     "well_inside",
 ]

