@@ -158,7 +158,7 @@ def _means(imu):
 
 def _between(imu, a, b):
     t = imu[:, 0] - imu[0, 0]
-    return imu[(t >= a) & (t <= b)]
+    return imu[(t >= a) & (t < b - 1e-6)]
 
 
 def _true(file, t):
@@ -191,7 +191,7 @@ def _read(file):
     except (OSError, EOFError, KeyError, TypeError, ValueError, csv.Error) as error:
         raise ValueError(f"{file} is not the file of EuRoC V1_01: {' '.join(str(error).split())[:100]}") from error
     imu[:, 0], seen[:, 0] = np.round(imu[:, 0], 5), np.round(seen[:, 0], 5)
-    if not (np.isfinite(imu).all() and np.isfinite(seen).all()) or len(imu) < 200 or not len(seen):
+    if not (np.isfinite(imu).all() and np.isfinite(seen).all()) or len(imu) < 60 or not len(seen):
         raise ValueError(f"{file} is not whole: wanted are rows of an IMU and of a camera, all numbers finite")
     if not (np.diff(imu[:, 0]) > 0).all() or not (np.diff(seen[:, 0]) >= 0).all():
         raise ValueError(f"{file}: the times of its rows do not rise")

@@ -12,7 +12,7 @@ from .options import Options
 from .projection import normalize, place, project_lmks
 from .recovery import reopen_gate
 from .steps import add_landmark, correct_known_lmks, init_new_lmks, move, new_map, travel
-from .upkeep import let_go, wander
+from .upkeep import let_go, tilt, wander
 
 __all__ = [
     "Event",
@@ -39,6 +39,7 @@ __all__ = [
     "project_robots",
     "reopen_gate",
     "retry_lmks",
+    "tilt",
     "travel",
     "wander",
 ]

@@ -124,6 +124,8 @@ class Sen(_Shown):
         Frame2 or Frame3.
     lmk_type : LmkType or None
         How landmarks that this sensor finds are stored; `Options.lmk_type` if None.
+    tilt : float
+        Its mounting gives way, with the frame in the map: random walk of each of its angles, rad/sqrt(s).
     """
 
     id: int
@@ -134,6 +136,7 @@ class Sen(_Shown):
     x: Any = None
     r: slice | None = None
     lmk_type: Any = None
+    tilt: float = 0.0
 
     def __repr__(self):
         return f"Sen({_title(self)}, {type(self.model).__name__} on robot {self.robot}, frame {_where(self)})"

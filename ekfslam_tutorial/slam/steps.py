@@ -297,8 +297,11 @@ def check_control(rob, dt):
         each = f", one for each of {many[0]} controls" if many else ""
         raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds{each}, got {dt}")
     if rob.r is not None:
-        for U in rob.U if many and len(np.shape(rob.U)) == 3 and len(rob.U) == len(u) else [rob.U]:
-            check_covariance(U, m, f"robot {rob.id}: the control covariance")
+        what = f"robot {rob.id}: the control covariance"
+        if many and np.shape(rob.U) != (*many, m, m):
+            raise ValueError(f"{what} of {many[0]} controls must have the shape {(*many, m, m)}, got {np.shape(rob.U)}")
+        for U in rob.U if many else [rob.U]:
+            check_covariance(U, m, what)
 
 
 def check_raw(raw, sen):

@@ -116,6 +116,26 @@ def wander(map, lmks, dt, opt):
         map.P[at[:, :, None], at[:, None, :]] += opt.wander**2 * dt * L_t @ np.swapaxes(L_t, -1, -2)
 
 
+def tilt(map, sens, dt):
+    """Process noise of mountings that give way: a random walk of the angles of each sensor in the map.
+
+        P_ss = P_ss + S_v s^2 dt S_v'
+
+    Parameters
+    ----------
+    map : Map
+    sens : list of Sen
+        `tilt` s, rad/sqrt(s).
+    dt : float
+        s.
+    """
+    for sen in sens:
+        if sen.tilt and sen.r is not None:
+            O = ORIGIN[sen.frame_type.dim]
+            S_v = (sen.frame(map).compose(O)[2] @ O.X_step)[:, O.dim :]
+            map.P[sen.r, sen.r] += sen.tilt**2 * dt * S_v @ S_v.T
+
+
 def free_slot(lmks):
     """Return the first index that no landmark has."""
     slots = {lmk.slot for lmk in lmks}

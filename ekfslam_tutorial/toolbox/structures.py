@@ -53,6 +53,7 @@ def _create_rob(map, robot, data, pose):
 
 def _create_sen(map, sensor, frame):
     sen = Sen(sensor.id, sensor.robot, sensor.model, frame, sensor.name, lmk_type=sensor.landmark)
+    sen.tilt = np.deg2rad(sensor.orientation_walk_deg)
     x, P = sensor.start(frame)
     place(map, sen, x, P if sensor.frame_in_map else None)
     return sen

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..ekf.html import map_html
-from ..slam import let_go, reopen_gate, retry_lmks, wander
+from ..slam import let_go, reopen_gate, retry_lmks, tilt, wander
 from . import engines
 from .rings import Rings
 from .run_state import restore
@@ -211,6 +211,7 @@ class Loop:
         for key in [key for key in obs if key[0] in now.idle]:
             del obs[key]
         wander(map, lmks, now.dt, opt)
+        tilt(map, self.sens, now.dt)
         for rob in robs:
             if rob.id in now.controls:
                 self.move(rob, now)
