@@ -233,7 +233,7 @@ class History:
         if len(_surveyed(self.last)[0]):
             e, P = map(np.array, zip(*self._in_map_gauge[id], strict=True))
             return e[track.known], P[track.known]
-        if id in self._velocities:
+        if self.error_of(id) != "pose":
             v, P = map(np.array, zip(*self._velocities[id], strict=True))
             return motion_errors(track.t, track.x[:, :3], v, P, track.truth[:, :3])
         k = track.known
@@ -241,6 +241,11 @@ class History:
         _, E_x = x.minus(x)
         e, P = start_gauge(x, E_x @ track.P[k] @ np.swapaxes(E_x, -1, -2), truth) if k.any() else track.errors()
         return (e, P) if np.asarray(k)[:1].all() else (e * np.nan, P * np.nan)
+
+    def error_of(self, id):
+        """What `errors` are of: "pose", or of a robot with an IMU in a gauge of its own "position and velocity"."""
+        own = self.gauge == "free" and id in self._velocities and not len(_surveyed(self.last)[0])
+        return "position and velocity" if own else "pose"
 
     def summary(self):
         """The figures of the run, for `result.json`; None where the truth is not known.

@@ -28,10 +28,12 @@ def upright(points, targets):
     ValueError
         If the points do not fix a turn about the vertical.
     """
+    if len(points) < 3:
+        raise ValueError(f"{len(points)} points do not fix a turn about the vertical")
     a, b = points - points.mean(0), targets - targets.mean(0)
     (x, y), (X, Y) = a[:, :2].T, b[:, :2].T
     s, c = x @ Y - y @ X, x @ X + y @ Y
-    if len(points) < 2 or np.hypot(s, c) <= 1e-12 * max(x @ x + y @ y, 1e-12):
+    if np.hypot(s, c) <= 1e-12 * max(x @ x + y @ y, 1e-12):
         raise ValueError(f"{len(points)} points do not fix a turn about the vertical")
     F = Frame3(np.concatenate([np.zeros(3), v2q(np.array([0.0, 0.0, np.arctan2(s, c)]))[0]]))
     return Frame3(np.concatenate([targets.mean(0) - F.R @ points.mean(0), F.q]))
@@ -74,19 +76,17 @@ def motion_errors(t, p, v, P, truth):
 
     Returns
     -------
-    e : ndarray, shape (m, 6)
-        In the axes of the estimate, of the known positions from `SETTLED` seconds after the first.
-    P : ndarray, shape (m, 6, 6)
+    e : ndarray, shape (K, 6)
+        In the axes of the estimate, where the true position is known; NaN until `SETTLED` seconds after the first.
+    P : ndarray, shape (K, 6, 6)
     """
     k = np.flatnonzero(np.isfinite(truth).all(1))
-    none = np.zeros((0, 6)), np.zeros((0, 6, 6))
-    if len(k) < 3:
-        return none
     t, p, v, P, g = t[k], p[k], v[k], P[k], truth[k]
     try:
         g = upright(g, p).from_frame(g)[0]
     except ValueError:
-        return none
+        return np.full((len(k), 6), np.nan), P
     e = np.concatenate([(p - p[0]) - (g - g[0]), v - np.gradient(g, t, axis=0)], 1)
     settled = (t >= t[0] + SETTLED) & (np.arange(len(t)) < len(t) - 1)  # at the end there is half a difference only
-    return e[settled], P[settled]
+    e[~settled] = np.nan
+    return e, P

@@ -10,6 +10,7 @@ import gzip
 from dataclasses import replace
 
 import numpy as np
+from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation, Slerp
 
 from ..geometry import Frame3
@@ -35,6 +36,8 @@ MOUNT = Frame3(np.array([-0.0216401455, -0.064676986768, 0.00981073059, 0.712301
 
 WINDOW = 0.25
 """Seconds in which the IMU is looked at, to see whether the robot is still where it stood."""
+SMOOTH = 41
+"""Rows of the IMU that tell how quickly what it measures changes: 0.2 s."""
 SAME_TURN, SAME_FORCE = 0.03, 0.3
 """By so much the means of two windows differ if the robot still stands, rad/s and m/s^2: its propellers shake it."""
 
@@ -124,12 +127,17 @@ def _controls(imu, t):
 
 
 def with_clock(log, imu, t, start, clock_std):
-    """The same controls and start for `ImuClock`."""
-    knots = t[0] + np.append(0.0, np.cumsum(log.dt))
-    at = np.stack([np.interp(knots, imu[:, 0], column) for column in imu[:, 1:].T], -1)
+    """The same controls and start for `ImuClock`.
+
+    Rates are those of parabolas through `SMOOTH` rows. Rates of single rows are nearly all noise: the filter would look
+    for a motion like that, find none at any offset, and believe that there is no offset.
+    """
+    rates = savgol_filter(imu[:, 1:], SMOOTH, 2, deriv=1, delta=np.median(np.diff(imu[:, 0])), axis=0)
+    middles = t[0] + np.cumsum(log.dt) - log.dt / 2
+    at = np.stack([np.interp(middles, imu[:, 0], column) for column in rates.T], -1)
     x, P = np.append(start[0], 0.0), np.zeros((17, 17))
     P[:16, :16], P[16, 16] = start[1], clock_std**2
-    return replace(log, u=np.concatenate([log.u, np.diff(at, axis=0) / log.dt[:, None]], 1)), (x, P)
+    return replace(log, u=np.concatenate([log.u, at], 1)), (x, P)
 
 
 def start(imu, t):

@@ -13,8 +13,8 @@ class ImuClock(Imu):
     """Robot state [t; q; v; b_w; b_a; s]: that of `Imu`, and by how many seconds s the clock of the IMU is ahead.
 
     What the IMU measures at the time t of the camera, it has stamped with t + s. So to the control belong the rates r
-    at which its w and a change, and the control of `Imu` is [w; a] + s r: exact to first order in s, and over several
-    steps the rates add up to the difference of the last and the first measurement. M. Li, A. I. Mourikis, "Online
+    at which its w and a change, and the control of `Imu` is [w; a] + s r, exact to first order in s. Take the rates
+    of the motion, not of the noise: of a curve through many measurements. M. Li, A. I. Mourikis, "Online
     temporal calibration for camera-IMU systems", Int. J. Robotics Research 33(7):947-964, 2014, has the same state in
     another form.
 
