@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from ..geometry import align
+from ..slam.steps import travel
 from .consistency import honesty, md2
 from .corrections import GROSS, SecondSums, correction_ratio
 from .gauge import MapGauge, distance_weights, start_gauge
+from .inertial import motion_errors, rotation_rmse, upright
 from .tracks import Track, rmse
 
 SURPRISING = 60.0
@@ -44,6 +46,7 @@ class History:
             raise ValueError(f"unknown gauge {gauge!r}; known: auto, free, fixed")
         self._asked = gauge
         self._rows, self._states, self._frames = {}, {}, {}
+        self._velocities = {}  # of robots that know what is down: velocity, and the covariance of position and velocity
         self._in_map_gauge = {}
         self._starts = False
         self._nis, self._seen, self._sums = {}, {}, {}
@@ -98,12 +101,17 @@ class History:
         n = rob.motion.frame.size
         state = rob.state(s.map)
         if rob.id in self._states:
-            self._states[rob.id] = rob.motion.move(self._states[rob.id], rob.u, s.dt)[0]
+            dt = s.dt if rob.dt is None else rob.dt
+            self._states[rob.id] = travel(rob.motion.move, self._states[rob.id], rob.u, None, dt)[0]
         else:
             self._states[rob.id], self._frames[rob.id] = np.array(state), rob.motion.frame
             self._rows[rob.id], self._nis[rob.id], self._seen[rob.id] = [], [], set()
             self._sums[rob.id] = SecondSums(rob.motion.frame)
-        P = np.zeros((n, n)) if rob.r is None else s.map.block(rob.r)[:n, :n]
+        P = np.zeros((len(state), len(state))) if rob.r is None else s.map.block(rob.r)
+        if hasattr(rob.motion, "gravity") and "vel" in rob.motion.state_fields:
+            at = np.r_[:3, 7:10]  # [t; q; v; ...]
+            self._velocities.setdefault(rob.id, []).append((state[7:10].copy(), P[np.ix_(at, at)]))
+        P = P[:n, :n].copy()
         truth = np.array(s.truth.get(rob.id, np.full(n, np.nan)), float)
         self._rows[rob.id].append((s.t, np.array(state[:n]), P, truth, self._states[rob.id][:n]))
 
@@ -191,9 +199,10 @@ class History:
         weights = distance_weights(points, P) if ids else None
         tracks = [self.track(i) for i in self.robots]
         trajectories = [np.concatenate([track.positions(name) for track in tracks]) for name in ("x", "truth")]
-        for basis, pairs in (("landmarks", (points, truth, weights)), ("trajectories", trajectories)):
+        lay = upright if self._velocities else align  # an IMU knows what is down
+        for basis, fit, pairs in (("landmarks", align, (points, truth, weights)), ("trajectories", lay, trajectories)):
             try:
-                return align(*pairs), basis
+                return fit(*pairs), basis
             except ValueError:  # too few of them
                 continue
         return None, "none"
@@ -203,7 +212,8 @@ class History:
 
         With a fixed gauge that is the frame of the truth. With a free gauge it is the map's, frame by frame: pose and
         landmarks of that instant, with their joint covariance, after the alignment of these landmarks with their true
-        places. Where no landmark has a true place it is the start's: poses relative to the first one.
+        places. Where no landmark has a true place it is the start's: poses relative to the first one; of a robot with
+        an IMU, instead of a pose, position and velocity, with the yaw that fits best (`inertial.motion_errors`).
 
         Returns
         -------
@@ -223,11 +233,19 @@ class History:
         if len(_surveyed(self.last)[0]):
             e, P = map(np.array, zip(*self._in_map_gauge[id], strict=True))
             return e[track.known], P[track.known]
+        if self.error_of(id) != "pose":
+            v, P = map(np.array, zip(*self._velocities[id], strict=True))
+            return motion_errors(track.t, track.x[:, :3], v, P, track.truth[:, :3])
         k = track.known
         x, truth = track.frame(track.x[k]), track.frame(track.truth[k])
         _, E_x = x.minus(x)
         e, P = start_gauge(x, E_x @ track.P[k] @ np.swapaxes(E_x, -1, -2), truth) if k.any() else track.errors()
         return (e, P) if np.asarray(k)[:1].all() else (e * np.nan, P * np.nan)
+
+    def error_of(self, id):
+        """What `errors` are of: "pose", or of a robot with an IMU in a gauge of its own "position and velocity"."""
+        own = self.gauge == "free" and id in self._velocities and not len(_surveyed(self.last)[0])
+        return "position and velocity" if own else "pose"
 
     def summary(self):
         """The figures of the run, for `result.json`; None where the truth is not known.
@@ -236,8 +254,9 @@ class History:
         -------
         dict
             frames, n_landmarks, gauge ('fixed' or 'free'), alignment (what map and truth were aligned by, if the
-            gauge is free), ate_rmse_m, heading_rmse_deg, landmark_rmse_m, dead_reckoning_ate_m; nees_mean, nis_mean
-            with the degrees of freedom nees_dof and nis_dof they should be near to; ate_aligned_m and
+            gauge is free), ate_rmse_m, heading_rmse_deg, rotation_rmse_deg (after one constant rotation of each robot
+            has been taken away), landmark_rmse_m, dead_reckoning_ate_m; nees_mean, nis_mean with the degrees of
+            freedom nees_dof and nis_dof they should be near to, nees_per_dof; ate_aligned_m and
             landmark_rmse_aligned_m, after alignment in any case; correction_ratio (see `analysis.corrections`: 1 is
             right), the length of the blocks that it was found with, correction_ratio_s, and what an honest filter stays
             below, correction_ratio_limit; n_innovations, of which n_refused did not pass the gate, which nis_mean does
@@ -276,6 +295,7 @@ class History:
         if not np.isfinite(n).any():
             R = F.R if free and F is not None else np.eye(d)
             n, nees_dof = md2(lmk_aligned if free else lmk, R @ covs @ R.T), d
+        turned = [rotation_rmse(t.x[t.known], t.truth[t.known]) ** 2 for t in (moved or plain) if t.known.any()]
         pairs = np.concatenate([self.nis(id) for id in robots])[:, 1:]
         ratio = self.correction_ratio(robots)
         return {
@@ -283,11 +303,13 @@ class History:
             "ate_rmse_m": _known(rmse(e[:, :d])),
             "ate_aligned_m": _known(rmse(e_aligned[:, :d])),
             "heading_rmse_deg": _known(np.rad2deg(rmse(e[:, d:]))),
+            "rotation_rmse_deg": _known(np.rad2deg(np.sqrt(np.mean(turned)))) if turned else None,
             "landmark_rmse_m": _known(rmse(lmk_aligned if free else lmk)),
             "landmark_rmse_aligned_m": _known(rmse(lmk_aligned)),
             "dead_reckoning_ate_m": _known(rmse(np.concatenate([_dead(t, free) for t in plain])[:, :d])),
             "nees_mean": _known(_mean(n)),
             "nees_dof": nees_dof,
+            "nees_per_dof": _known(_mean(n) / nees_dof),
             "nis_mean": _known(_mean(pairs[:, 0])),
             "nis_dof": _known(_mean(pairs[:, 1])),
             "correction_ratio": _known(ratio.value),

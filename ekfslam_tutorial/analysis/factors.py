@@ -266,6 +266,8 @@ class _Maker:
                 self.graph.truth[key] = now.truth[rob.id].copy()
             if rob.r is not None:
                 self._note(key, rob.state(now.map), now.map.block(rob.r))
+                if np.ndim(rob.u) == 2:
+                    raise ValueError(f"robot {rob.id}: a graph takes one control a frame, this log has many")
                 before = ("robot", rob.id, self.k - 1)
                 step = Motion(rob.motion, before, key, np.array(rob.u, float), np.array(rob.U, float), now.dt)
                 step.loosened = self.loosened.pop(rob.id, None)

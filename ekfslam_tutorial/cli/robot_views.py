@@ -13,6 +13,8 @@ AXES = {
     2: [("x error", "m"), ("y error", "m"), ("heading error", "deg")],
     3: [*((f"{a} error", "m") for a in "xyz"), *((f"rotation about {a}", "deg") for a in "xyz")],
 }
+MOTION = [*((f"{a} error", "m") for a in "xyz"), *((f"velocity {a} error", "m/s") for a in "xyz")]
+"""Errors of a robot with an IMU."""
 MOST_POINTS = 120
 """NIS of a long run is averaged: single values would only zigzag, and a mean of many has a narrower band."""
 
@@ -39,10 +41,14 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
             names.append(save_figure(_path(track, lmks, data, fixes.get(id), color), out / f"map-{id}.png"))
         e, P = history.errors(id)
         if track.known.sum() > 1:
-            names.append(save_figure(_errors(track, e, P, data.figure.k), out / f"errors-{id}.png"))
+            names.append(
+                save_figure(_errors(track, e, P, data.figure.k, history.error_of(id)), out / f"errors-{id}.png")
+            )
         nees, nis = md2(e, P), history.nis(id)
         if len(nis) > 1 or np.isfinite(nees).any():
-            names.append(save_figure(_consistency(track, nees, nis), out / f"consistency-{id}.png"))
+            names.append(
+                save_figure(_consistency(track, nees, nis, history.error_of(id)), out / f"consistency-{id}.png")
+            )
     return names
 
 
@@ -60,11 +66,11 @@ def _path(track, lmks, data, fixes, color):
     return axes.figure
 
 
-def _errors(track, e, P, k):
+def _errors(track, e, P, k, of="pose"):
     """Errors over time where the truth is known, each inside its band: both in one gauge, see `History.errors`."""
     sigma = np.sqrt(np.diagonal(P, axis1=1, axis2=2).clip(0))
-    names = AXES[track.frame.dim]
-    scale = np.array([1.0 if unit == "m" else 180 / np.pi for _, unit in names])
+    names = AXES[track.frame.dim] if of == "pose" else MOTION
+    scale = np.array([180 / np.pi if unit == "deg" else 1.0 for _, unit in names])
     columns = len(names) // 3  # in space rotations stand beside positions
     size = (9 + 5 * (columns - 1), 7.6)
     fig, table = plt.subplots(3, columns, figsize=size, sharex=True, squeeze=False, layout="constrained")
@@ -83,13 +89,13 @@ def _errors(track, e, P, k):
     return fig
 
 
-def _consistency(track, value, nis):
+def _consistency(track, value, nis, of="pose"):
     """NEES of the pose, where the truth is known, and below it NIS of the innovations used; each with its 95 % band."""
     t = track.t[track.known]
     rows = int(np.isfinite(value).any()) + int(len(nis) > 0)
     fig, panels = plt.subplots(rows, 1, figsize=(9, 0.5 + 3 * rows), sharex=True, squeeze=False, layout="constrained")
     if np.isfinite(value).any():
-        consistency_panel(t, value, track.frame.dof, name="NEES of the pose", ax=panels[0, 0])
+        consistency_panel(t, value, track.frame.dof, name=f"NEES of the {of}", ax=panels[0, 0])
     if len(nis):
         t, value, dof, n = _averaged(nis)
         name = "NIS" if n.max() == 1 else f"NIS, means of {n.max()}"

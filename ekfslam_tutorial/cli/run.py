@@ -111,7 +111,7 @@ def run_into(folder, options, models, written_data):
             written = results.write(new, summary, history, data, recording, costs if recording else None, richest.kept)
             written.append(replay.write(new))
             if options.record:
-                written += results.write_recording(new, recorder, data.name, recording and recording.fixes)
+                written += results.write_recording(new, recorder, data.name, recording)
                 written += results.write_record(new, history, innovations)
         if movie:
             written.append(movie.name)

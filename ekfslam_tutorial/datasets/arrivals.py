@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from ..toolbox.files.archives import brief, check_regular, check_zip, read_member, read_npz
 from ..toolbox.files.writing import replacing
 from ..toolbox.user_input import errors_at
-from . import lost_in_the_woods, plaza, victoria_park
+from . import euroc_v101, lost_in_the_woods, plaza, victoria_park
 from . import victoria_park_raw as raw
 from .matlab import read_mat
 from .mrclam_log import ROBOTS, read_set
@@ -90,6 +90,8 @@ def whole(path, part):
             read_set(Source(path), ROBOTS)
         elif part == lost_in_the_woods.FILE:
             lost_in_the_woods.load(path)
+        elif part == euroc_v101.PART:
+            euroc_v101.load(path)
         elif part in plaza.FILES.values():
             plaza.load(path=path)
         elif part == victoria_park.FILE:
@@ -107,6 +109,8 @@ def recognise(path):
 
     Both sets of Plaza have the same arrays: they are told apart by the name, else by the checksum.
     """
+    if _is_euroc(path):
+        return euroc_v101.PART
     names = _names_of_arrays(path)
     parts = [part for part, wanted in ARRAYS.items() if wanted <= names]
     if len(parts) > 1 and path.name not in parts:
@@ -120,10 +124,10 @@ def _bring_all(path, folder, force):
     inside = [p for pattern in ("*", "*/*") for p in sorted(path.glob(pattern)) if not p.is_symlink()]
     sets = [p for p in inside if p.is_dir() and (p / "Barcodes.dat").is_file()]
     lines = [_put_folder(p, folder / f"MRCLAM_Dataset{_number(p.name)}", force) for p in sets]
-    for file in (
-        p for p in inside if p.is_file() and p.parent not in sets and p.suffix in (".zip", ".whl", ".mat", ".npz")
-    ):
-        lines += _bring_file(file, folder, force)
+    files = [p for p in inside if p.is_file() and p.parent not in sets]
+    for file in files:
+        if file.suffix in (".zip", ".whl", ".mat", ".npz") or (file.suffix == ".csv" and _is_euroc(file)):
+            lines += _bring_file(file, folder, force)
     if not lines:
         raise ValueError(f"{path} holds no data set that is known; see `ekfslam data`")
     return lines
@@ -150,7 +154,7 @@ def _bring_zip(path, folder, force):
                 part = f"MRCLAM_Dataset{_number(members['Barcodes.dat'].filename, path.name)}"
                 return [_put(path, folder / f"{part}.zip", part, force)]
             lines = []
-            for name in sorted(set(members) & set(ARRAYS)):
+            for name in sorted(set(members) & {*ARRAYS, euroc_v101.PART}):
                 with tempfile.TemporaryDirectory(dir=folder) as own:
                     file = Path(own, name)
                     file.write_bytes(read_member(archive, members[name]))
@@ -202,6 +206,12 @@ def _number(*names):
         if found:
             return found[1]
     raise ValueError(f"this is a set of MRCLAM, but which one? Let its name end in its number, as in MRCLAM_Dataset{7}")
+
+
+def _is_euroc(path):
+    """True of a table whose columns are those of EuRoC V1_01."""
+    with open(path, "rb") as file:
+        return file.readline(200).startswith(b"row_type,t_abs,t_rel,seq,frame_idx,landmark_id")
 
 
 def _names_of_arrays(path):

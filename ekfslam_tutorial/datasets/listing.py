@@ -1,11 +1,12 @@
 """Which data sets of others there are, which of them are here, and whether they are whole: `ekfslam data`."""
 
+import gzip
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import lost_in_the_woods, mrclam, plaza, starry_night, victoria_park
+from . import euroc_v101, lost_in_the_woods, mrclam, plaza, starry_night, victoria_park
 from .mrclam_log import ROBOTS, read_set
 from .sources import ENVIRONMENT, Source, data_folders, find_file
 
@@ -43,6 +44,16 @@ def _park_whole(path):
 def _stars_whole(path):
     rec = starry_night.load(path)
     return f"{len(rec)} frames, {len(rec.raw[1].y)} sightings"
+
+
+def _euroc_whole(path):
+    rec = euroc_v101.load(path)
+    return f"{len(rec)} frames, {len(rec.raw[1].y)} sightings"
+
+
+def _unpacked_digest(path):
+    data = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
+    return hashlib.sha256(data).hexdigest()
 
 
 def _plaza_whole(path):
@@ -161,7 +172,21 @@ PLAZA = DataSet(
     whole=_plaza_whole,
     wheel=plaza.WHEEL,
 )
-DATASETS = (MRCLAM, PARK, WOODS, STARS, PLAZA)
+EUROC = DataSet(
+    name="euroc_v101",
+    title="EuRoC V1_01_easy, ETH Zurich: a flying robot with an IMU and a camera, 30 s",
+    home=euroc_v101.HOME,
+    citation=(
+        "M. Burri et al., The EuRoC micro aerial vehicle datasets, Int. J. Robotics Research 35(10):1157-1163, 2016"
+    ),
+    parts=(euroc_v101.PART,),
+    sha256={euroc_v101.PART: euroc_v101.SHA256},
+    find=lambda part: find_file(f"{part}*"),
+    whole=_euroc_whole,
+    digest=_unpacked_digest,
+    wheel=euroc_v101.WHEEL,
+)
+DATASETS = (MRCLAM, PARK, WOODS, STARS, PLAZA, EUROC)
 
 
 @dataclass(frozen=True)

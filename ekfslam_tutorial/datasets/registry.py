@@ -4,6 +4,8 @@ from ..toolbox.rendezvous import find_starts
 from ..toolbox.scenario.keys import arguments, look_up
 from ..toolbox.user_input import errors_at
 from . import (
+    euroc_twin,
+    euroc_v101,
     lecture,
     lost_in_the_woods,
     mrclam,
@@ -43,6 +45,16 @@ def _mrclam(set: int = 9, robots: tuple = (3,), path: str | None = None):
 
 def _mrclam_twin(robots: tuple = (1,), seed: int = 1, duration: float = 300.0):
     return mrclam_twin.load(robots, seed, duration)
+
+
+def _euroc_v101(path: str | None = None, first: int = 0, last: int | None = None, clock_std: float | None = None):
+    """EuRoC V1_01; when it is not here and no path was given, the simulated twin, which says so."""
+    if path is not None or find_file(euroc_v101.FILE) is not None:
+        return euroc_v101.load(path, first, last, clock_std)
+    twin = euroc_twin.twin(clock_std=clock_std)
+    missing = f"EuRoC V1_01 is not found {_nowhere()}"
+    twin.notes.insert(0, f"{missing}: the simulated twin runs instead. See `ekfslam data`.")
+    return twin
 
 
 def _lecture():
@@ -97,6 +109,7 @@ def _nowhere():
 
 
 LOADERS = {
+    "euroc_v101": _euroc_v101,
     "mrclam": _mrclam,
     "mrclam_twin": _mrclam_twin,
     "lecture": _lecture,

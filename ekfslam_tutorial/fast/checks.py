@@ -18,8 +18,11 @@ def check_motion(map, rob, dt):
     check_map(map)
     noted, u, U = map.notes.of(rob), rob.u, rob.U
     motion, shape, covariance = noted.control
-    good = motion is rob.motion and _floats(u) and u.shape == shape and isfinite(sum(u.tolist()))
-    good = good and isinstance(dt, float | int) and 0 <= dt < np.inf
+    good = motion is rob.motion and _floats(u) and u.shape == shape and isfinite(sum(u.ravel().tolist()))
+    if good and u.ndim == 2:
+        good = _floats(dt) and dt.shape == shape[:1] and 0 <= dt.min(initial=0.0) and dt.max(initial=0.0) < np.inf
+    else:
+        good = good and isinstance(dt, float | int) and 0 <= dt < np.inf
     if not good or (rob.r is not None and _written(U) != covariance):
         check_control(rob, dt)
         noted.control = rob.motion, np.shape(u), None if rob.r is None else _written(U)

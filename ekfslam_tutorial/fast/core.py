@@ -9,7 +9,7 @@ from ..slam.first_estimates import check_first_estimates, first_jacobians, note_
 from ..slam.meetings import correct_met_robots
 from ..slam.objects import Event, Lmk, short
 from ..slam.projection import by_type
-from ..slam.steps import check_control, check_raw, correct_known_lmks, init_new_lmks
+from ..slam.steps import check_control, check_raw, correct_known_lmks, init_new_lmks, travel
 from ..slam.upkeep import EUCLIDEAN, delete_bad, free_slot, well_inside
 from .symbols import Symbol, Tape
 
@@ -44,5 +44,6 @@ __all__ = [
     "short",
     "table_html",
     "transport",
+    "travel",
     "well_inside",
 ]

@@ -1,12 +1,14 @@
 """The steps of `slam`, quicker: the same signatures, events, messages, and the same numbers to rounding."""
 
+from functools import partial
+
 import numpy as np
 
 from . import core
 from .carrying import all_parts, before, follow
 from .checks import check_measurements, check_motion
 from .compressed_map import CompressedMap
-from .core import note_first_estimates, transport
+from .core import note_first_estimates, transport, travel
 from .extra import compiled
 from .fast_map import FastMap
 from .filter import predict
@@ -40,20 +42,27 @@ def move(map, rob, dt):
     if kind.dim == 3:
         map.notes.forget_normal()
     normalize(map, rob, kind)
-    if map.compiled and rob.r is not None and rob.first is None:
-        if compiled().move(map, rob.r, rob.motion, rob.u, rob.U, dt):
-            normalize(map, rob, kind)
-            return
+    if map.compiled and rob.r is not None and rob.first is None and _moved_compiled(map, rob, dt):
+        normalize(map, rob, kind)
+        return
     before = rob.state(map)
-    x, X_x, X_u = moved(rob.motion, before, np.asarray(rob.u, float), dt)
+    x, X_x, X_u, U = travel(partial(moved, rob.motion), before, np.asarray(rob.u, float), rob.U, dt)
     if rob.r is None:
         rob.x = normalized_state(rob.motion, x)
     else:
         X_x = X_x if rob.first is None else X_x @ transport(rob.first, before)
-        predict(map, rob.r, x, X_x, X_u, np.asarray(rob.U, float))
+        predict(map, rob.r, x, X_x, X_u, np.asarray(U, float))
         normalize(map, rob, kind)
     if rob.first is not None:
         rob.first = rob.state(map)
+
+
+def _moved_compiled(map, rob, dt):
+    """Motion by one control, or by several one after the other. Returns True if done."""
+    if np.ndim(rob.u) == 1:
+        return compiled().move(map, rob.r, rob.motion, rob.u, rob.U, dt)
+    steps = zip(rob.u, rob.U, dt, strict=True)
+    return all(compiled().move(map, rob.r, rob.motion, u, U, h) for u, U, h in steps)  # the first one fails, or none
 
 
 def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):

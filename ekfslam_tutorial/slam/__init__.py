@@ -11,7 +11,8 @@ from .objects import Event, Lmk, Obs, Rob, Sen, Tim
 from .options import Options
 from .projection import normalize, place, project_lmks
 from .recovery import reopen_gate
-from .steps import add_landmark, correct_known_lmks, init_new_lmks, move, new_map
+from .steps import add_landmark, correct_known_lmks, init_new_lmks, move, new_map, travel
+from .upkeep import let_go, tilt, wander
 
 __all__ = [
     "Event",
@@ -29,6 +30,7 @@ __all__ = [
     "correct_known_lmks",
     "correct_met_robots",
     "init_new_lmks",
+    "let_go",
     "move",
     "new_map",
     "normalize",
@@ -37,4 +39,7 @@ __all__ = [
     "project_robots",
     "reopen_gate",
     "retry_lmks",
+    "tilt",
+    "travel",
+    "wander",
 ]

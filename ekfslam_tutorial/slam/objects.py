@@ -70,7 +70,9 @@ class Rob(_Shown):
     r : slice or None
         Range of the state in the map: the frame first, then velocities if the motion model has them.
     u, U : ndarray
-        Control of this frame and its covariance.
+        Control of this frame and its covariance; or several, one after the other, a row for each.
+    dt : float or ndarray
+        For how many seconds it acts, or each of them.
     sensors : list of int
         Ids of the sensors it carries.
     n_refused : int
@@ -87,6 +89,7 @@ class Rob(_Shown):
     r: slice | None = None
     u: Any = None
     U: Any = None
+    dt: Any = None
     sensors: list = field(default_factory=list)
     n_refused: int = 0
     first: Any = field(default=None, repr=False)
@@ -122,6 +125,8 @@ class Sen(_Shown):
         Frame2 or Frame3.
     lmk_type : LmkType or None
         How landmarks that this sensor finds are stored; `Options.lmk_type` if None.
+    tilt : float
+        Its mounting gives way, with the frame in the map: random walk of each of its angles, rad/sqrt(s).
     """
 
     id: int
@@ -132,6 +137,7 @@ class Sen(_Shown):
     x: Any = None
     r: slice | None = None
     lmk_type: Any = None
+    tilt: float = 0.0
 
     def __repr__(self):
         return f"Sen({_title(self)}, {type(self.model).__name__} on robot {self.robot}, frame {_where(self)})"
@@ -167,6 +173,8 @@ class Lmk(_Shown):
         How often it was looked for, found, and used.
     n_refused : int
         How many of its innovations in a row have failed the gate; counted with `retry_after`.
+    n_missed : int
+        How often in a row it has not been found; counted with `lost_after` and `wander`.
     first : ndarray or None
         The state at birth, for first-estimates Jacobians; None without them.
     """
@@ -183,6 +191,7 @@ class Lmk(_Shown):
     n_match: int = 1
     n_inlier: int = 1
     n_refused: int = 0
+    n_missed: int = 0
     first: Any = field(default=None, repr=False)
 
     def __repr__(self):

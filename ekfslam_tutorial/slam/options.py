@@ -10,6 +10,7 @@ from .association import KnownIds
 
 ERRORS = "invariant", "additive"
 ENDS = "extend", "keep"
+LEAST = {"n_updates": 0, "max_lmks": 0, "reopen_after": 1, "retry_after": 1, "lost_after": 1}
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,14 @@ class Options:
         What is done with the ends of a line when it has corrected the map. "extend": the stretch that is remembered
         grows by what was seen, or is replaced by it as long as the line is vague. "keep": it stays what it was at birth
         (manual: extPolicy).
+    lost_after : int or None
+        A landmark that was not found so many times in a row is lost and leaves the map: tracks in images come and go;
+        None for never.
+    keep_lost : int
+        So many of the lost ones stay in the map, those that were used most often.
+    wander : float
+        Landmarks are no points that stand still, but tracks that creep over what they are on: process noise of a random
+        walk of each that was found last time, m/sqrt(s).
     min_rho : float
         An inverse distance that a correction turned negative is set to this (1/m).
     error : str or None
@@ -92,6 +101,9 @@ class Options:
     min_match_ratio: float = 0.0
     min_inlier_ratio: float = 0.0
     ends: str = "extend"
+    lost_after: int | None = None
+    keep_lost: int = 0
+    wander: float = 0.0
     min_rho: float = 1e-3
     joint: bool = False
     error: str | None = None
@@ -119,15 +131,17 @@ class Options:
 
     def _check(self):
         """Refuse what no run can begin with, or what would stop one on the way."""
-        for name, least in (("n_updates", 0), ("max_lmks", 0), ("reopen_after", 1), ("retry_after", 1)):
+        for name, least in LEAST.items():
             value = getattr(self, name)
             self._need(name, value is None or _whole(value, least), f"a whole number of {least} or more, or None")
         two = self.n_inits is None or _two(self.n_inits, _whole)
         self._need("n_inits", two, "two whole numbers of 0 or more, or None")
         two = _two(self.reopen_std, _number) and max(self.reopen_std) < np.inf
         self._need("reopen_std", two, "two finite numbers of 0 or more")
-        self._need("min_search", _whole(self.min_search), "a whole number of 0 or more")
-        self._need("init_margin", _number(self.init_margin), "a number of 0 or more")
+        for name in ("min_search", "keep_lost"):
+            self._need(name, _whole(getattr(self, name)), "a whole number of 0 or more")
+        for name in ("init_margin", "wander"):
+            self._need(name, _number(getattr(self, name)) and getattr(self, name) < np.inf, "a number of 0 or more")
         for name in ("md2_threshold", "lin_test", "min_rho"):
             self._need(name, _number(getattr(self, name)) and getattr(self, name) > 0, "a positive number")
         for name in ("min_match_ratio", "min_inlier_ratio"):

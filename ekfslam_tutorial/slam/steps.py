@@ -33,8 +33,8 @@ def move(map, rob, dt):
     map : Map
     rob : Rob
         With a known state (r is None) only the state moves: the control is taken as true.
-    dt : float
-        Duration of the step, s.
+    dt : float, or ndarray of shape (k,)
+        Duration of the step, s; or of each of k controls, one after the other, `rob.u` (k, nu) and `rob.U` (k, nu, nu).
 
     Raises
     ------
@@ -44,17 +44,46 @@ def move(map, rob, dt):
     check_control(rob, dt)
     normalize(map, rob)
     before = rob.state(map)
-    x, X_x, X_u = rob.motion.move(before, np.asarray(rob.u, float), dt)
+    x, X_x, X_u, U = travel(rob.motion.move, before, np.asarray(rob.u, float), rob.U, dt)
     if rob.r is None:
         n = rob.motion.frame.size
         rob.x = np.concatenate([rob.motion.frame(x[:n]).normalized()[0].x, x[n:]])
     else:
         if rob.first is not None:
             X_x = X_x @ transport(rob.first, before)
-        predict(map, rob.r, x, X_x, X_u, np.asarray(rob.U, float))
+        predict(map, rob.r, x, X_x, X_u, np.asarray(U, float))
         normalize(map, rob)
     if rob.first is not None:
         rob.first = rob.state(map)
+
+
+def travel(move, x, u, U, dt):
+    """One control, or k of them one after the other, which together are one motion.
+
+        x = f(x, u_i),    X = X_x X,    Q = X_x Q X_x' + X_u U_i X_u'
+
+    Parameters
+    ----------
+    move : callable
+        Of a motion model.
+    x : ndarray, shape (n,)
+    u, U, dt : (nu,), (nu, nu) and float; or (k, nu), (k, nu, nu) and (k,)
+        U is not used where it is None.
+
+    Returns
+    -------
+    x2, X_x, X_u, U
+        As `predict` takes them; of k controls X_u = I and U = Q.
+    """
+    if np.ndim(u) == 1:
+        return *move(x, u, dt), U
+    X, Q = np.eye(len(x)), np.zeros((len(x), len(x)))
+    for i, u_i in enumerate(u):
+        x, X_x, X_u = move(x, u_i, float(dt[i]))
+        X = X_x @ X
+        if U is not None:
+            Q = X_x @ Q @ X_x.T + X_u @ U[i] @ X_u.T
+    return x, X, np.eye(len(x)), Q
 
 
 # --- corrections -----------------------------------------------------------------------------------------------------
@@ -267,20 +296,27 @@ def check_control(rob, dt):
     Parameters
     ----------
     rob : Rob
-    dt : float
+    dt : float, or ndarray of shape (k,) for k controls
 
     Raises
     ------
     ValueError
     """
     m, u = sum(rob.motion.control_fields.values()), real(f"robot {rob.id}: the control", rob.u)
-    if u.shape != (m,) or not np.isfinite(u).all():
+    many = u.shape[:-1] if u.ndim == 2 else ()  # controls one after the other
+    if u.shape != (*many, m) or not np.isfinite(u).all():
         fields = ", ".join(rob.motion.control_fields).replace("_deg", "")
         raise ValueError(f"robot {rob.id}: the control must be {m} finite numbers [{fields}], got {rob.u}")
-    if real(f"robot {rob.id}: the duration of a step", dt).shape or not 0 <= dt < np.inf:
-        raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds, got {dt}")
+    h = real(f"robot {rob.id}: the duration of a step", dt)
+    if h.shape != many or not (np.all(h >= 0) and np.all(h < np.inf)):
+        each = f", one for each of {many[0]} controls" if many else ""
+        raise ValueError(f"robot {rob.id}: the duration of a step must be a number of seconds{each}, got {dt}")
     if rob.r is not None:
-        check_covariance(rob.U, m, f"robot {rob.id}: the control covariance")
+        what = f"robot {rob.id}: the control covariance"
+        if many and np.shape(rob.U) != (*many, m, m):
+            raise ValueError(f"{what} of {many[0]} controls must have the shape {(*many, m, m)}, got {np.shape(rob.U)}")
+        for U in rob.U if many else [rob.U]:
+            check_covariance(U, m, what)
 
 
 def check_raw(raw, sen):

@@ -3,9 +3,11 @@
 import numpy as np
 
 from ..ekf import transform
+from ..geometry import ORIGIN
 from ..models.landmarks import EucPnt
 from ..models.landmarks.lines import abscissas
 from .objects import Event
+from .projection import by_type
 
 EUCLIDEAN = {2: EucPnt(2), 3: EucPnt(3)}
 """Euclidean points by the dimension of their world: the types of reparametrised landmarks."""
@@ -97,6 +99,74 @@ def delete_bad(map, rob, sen, lmks, seen, opt):
         if lmk.r is not None:
             map.remove(lmk.r)
     return [Event("deletion", rob.id, sen.id, id) for id in bad]
+
+
+def let_go(map, rob, sen, lmks, events, opt):
+    """Let landmarks leave the map that have been lost: tracks come and go, and a map has a budget. Returns the events.
+
+    Parameters
+    ----------
+    map, rob, sen, lmks
+        As in `correct_known_lmks`.
+    events : list of Event
+        What was done with what this sensor saw: who was found, or born.
+    opt : Options
+        `lost_after` looks in a row in which it was not found, None for never; `keep_lost` of the lost ones stay.
+    """
+    if opt.lost_after is None and not opt.wander:
+        return []
+    found = {e.lmk for e in events if e.kind == "initialisation" or (e.kind == "search" and e.flag)}
+    for id, lmk in lmks.items():
+        lmk.n_missed = 0 if id in found else lmk.n_missed + 1
+    if opt.lost_after is None:
+        return []
+    lost = [lmk for lmk in lmks.values() if lmk.r is not None and lmk.n_missed >= opt.lost_after]
+    going = sorted(lost, key=lambda lmk: -lmk.n_inlier)[opt.keep_lost :]
+    for lmk in going:
+        map.remove(lmks.pop(lmk.id).r)
+    return [Event("deletion", rob.id, sen.id, lmk.id) for lmk in going]
+
+
+def wander(map, lmks, dt, opt):
+    """Process noise of landmarks: each that was found last time creeps a little, a random walk of its point in space.
+
+        P_ll = P_ll + L_t w^2 dt L_t'
+
+    Parameters
+    ----------
+    map : Map
+    lmks : dict of int to Lmk
+    dt : float
+        s.
+    opt : Options
+        `wander` w, m/sqrt(s).
+    """
+    moving = [lmk for lmk in lmks.values() if lmk.r is not None and lmk.n_missed == 0]
+    for group in by_type(moving) if opt.wander else ():
+        at = np.array([range(lmk.r.start, lmk.r.stop) for lmk in group])
+        O = ORIGIN[group[0].type.dim]
+        L_t = group[0].type.from_frame(O, map.x[at])[1][..., : O.dim]  # to move the frame is to move the landmark
+        map.P[at[:, :, None], at[:, None, :]] += opt.wander**2 * dt * L_t @ np.swapaxes(L_t, -1, -2)
+
+
+def tilt(map, sens, dt):
+    """Process noise of mountings that give way: a random walk of the angles of each sensor in the map.
+
+        P_ss = P_ss + S_v s^2 dt S_v'
+
+    Parameters
+    ----------
+    map : Map
+    sens : list of Sen
+        `tilt` s, rad/sqrt(s).
+    dt : float
+        s.
+    """
+    for sen in sens:
+        if sen.tilt and sen.r is not None:
+            O = ORIGIN[sen.frame_type.dim]
+            S_v = (sen.frame(map).compose(O)[2] @ O.X_step)[:, O.dim :]
+            map.P[sen.r, sen.r] += sen.tilt**2 * dt * S_v @ S_v.T
 
 
 def free_slot(lmks):

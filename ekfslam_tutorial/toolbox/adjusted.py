@@ -61,7 +61,13 @@ def _controls(t, log, robot):
         log = ControlLog(*moved_in_time(t, log.u, log.U, robot.clock_offset, robot.motion))
     if robot.noise_factor == 1:
         return log
-    return ControlLog(log.u, robot.noise_factor * (np.tile(robot.U(), (len(log), 1, 1)) if log.U is None else log.U))
+    return replace(log, U=robot.noise_factor * (_noises(t, log, robot) if log.U is None else log.U))
+
+
+def _noises(t, log, robot):
+    """The covariance of each control, by what the scenario says."""
+    lengths = np.diff(t, prepend=0.0) if log.dt is None else log.dt
+    return np.array([robot.U(h) for h in lengths.tolist()])
 
 
 def _measurements(log, sensor):

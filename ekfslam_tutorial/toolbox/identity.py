@@ -77,11 +77,12 @@ def of_recording(recording):
         "times of the recording": (recording.t, recording.by_event),
         "landmarks of the recording": None if landmarks is None else (landmarks.ids, landmarks.points),
     }
-    parts |= {f"controls of robot {i}": (log.u, log.U) for i, log in recording.robots.items()}
+    parts |= {f"controls of robot {i}": (log.u, log.U, log.offsets, log.dt) for i, log in recording.robots.items()}
     for what, logs in (("measurements of sensor", recording.raw), ("sightings of robots by sensor", recording.met)):
         parts |= {f"{what} {i}": (log.offsets, log.ids, log.y, log.R) for i, log in logs.items()}
     parts |= {f"truth of robot {i}": x for i, x in recording.truth.items()}
     parts |= {f"fixes of robot {i}": table for i, table in recording.fixes.items()}
+    parts |= {f"start of robot {i}": start for i, start in recording.starts.items()}
     return {what: _digest(_parts(value, set())) for what, value in parts.items()}
 
 

@@ -378,6 +378,11 @@ def _insert(times, t):
         times.insert(i, t)
 
 
+def _each(ends, u, U):
+    """Time, control and covariance of each control of a frame."""
+    return zip(ends, u, U, strict=True) if np.ndim(u) == 2 else [(ends[0], u, U)]
+
+
 def _own(value) -> Any:
     """A copy of nested values, arrays included."""
     if isinstance(value, dict):
@@ -416,7 +421,9 @@ def as_stream(data, recording, horizon=1.0):
     source, messages = Replay(data, recording), []
     for i in range(len(recording)):
         now = source.frame(i)
-        messages += [Control(now.t, u, id, U) for id, (u, U, _) in now.controls.items()]
+        for id, (u, U, dt) in now.controls.items():
+            ends = now.t - np.sum(dt) + np.cumsum(dt) if np.ndim(u) == 2 else [now.t]  # of many the last one ends now
+            messages += [Control(min(t, now.t), u, id, U) for t, u, U in _each(ends, u, U)]
         for seen, of_robots in ((now.raw, False), (now.met, True)):
             for id, o in seen.items():
                 if id not in now.idle if not of_robots else len(o):

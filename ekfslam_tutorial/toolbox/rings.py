@@ -503,6 +503,8 @@ class _Moved:
     def _move(self, x):
         """The motion of one state or of a stack, quaternions brought to length one; headings are not wrapped."""
         n, motion = self.rob.motion.frame.size, self.rob.motion
+        if np.ndim(self.rob.u) == 2:
+            raise ValueError(f"robot {self.rob.id}: rings take one control a frame, this log has many")
         x, X_x, X_u = motion.move(x, np.asarray(self.rob.u, float), self.dt)
         if motion.frame.dim == 3:
             F, N_f = motion.frame(x[..., :n]).normalized()

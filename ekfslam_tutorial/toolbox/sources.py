@@ -11,6 +11,8 @@ from ..simulation import Streams, draw, sim_motion, sim_observation
 from .adjusted import adjusted
 from .structures import create_sim_structures
 
+MANY = 256
+"""Covariances of controls of different lengths that are kept."""
 TURN = 2 * np.pi * (1 + 1e-12)
 """No angle is beyond it, but for rounding."""
 
@@ -24,7 +26,8 @@ class Frame:
     t, dt : float
         Seconds since the start, and since the frame before.
     controls : dict of int to (ndarray, ndarray, float)
-        Control u, its covariance U, and for how many seconds it acts, by robot id. A robot without does not move.
+        Control u, its covariance U, and for how many seconds it acts, by robot id. A robot without does not move. Of
+        several controls one after the other each has a row: u (k, nu), U (k, nu, nu), seconds (k,).
     raw : dict of int to SimObs
         Measurements, by sensor id.
     truth : dict of int to ndarray
@@ -91,7 +94,7 @@ class Simulation:
     def __init__(self, data, seed):
         self.sim_robs, self.sim_sens, self.sim_lmk, self._rngs = create_sim_structures(data, Streams(seed))
         self._sen = {sen.id: sen for sen in self.sim_sens}
-        self._controls = {robot.id: (robot.controls(), robot.U()) for robot in data.robots}
+        self._controls = {robot.id: (robot.controls(), robot.U(data.time.dt)) for robot in data.robots}
         self._told = Told(data)
         self._dt = data.time.dt
         self.starts = {}
@@ -139,15 +142,17 @@ class Replay:
         if not len(recording):
             raise ValueError(f"the recording {recording.name!r} has no frames")
         self._check_landmarks()
-        self._U = {robot.id: robot.U() for robot in data.robots}  # where the recording has none
+        self._robots, self._U = {robot.id: robot for robot in data.robots}, {}
         _check_has("robot", [r.id for r in data.robots], recording.robots, recording.name)
         _check_has("sensor", [s.id for s in data.sensors], recording.raw, recording.name)
         for robot in data.robots:
             self._check_robot(robot)
         for sensor in data.sensors:
             self._check_sensor(sensor)
-        begun = [r.id for r in data.robots if r.position is None and r.id in recording.truth]
-        self.starts = {i: recording.truth[i][0] for i in begun if np.isfinite(recording.truth[i][0]).all()}
+        left_open = [r.id for r in data.robots if r.position is None]
+        begun = [i for i in left_open if i in recording.truth]
+        self.starts: dict = {i: recording.truth[i][0] for i in begun if np.isfinite(recording.truth[i][0]).all()}
+        self.starts |= {i: recording.starts[i] for i in left_open if i in recording.starts}
         self._dt = np.diff(recording.t, prepend=0.0)
 
     def _check_landmarks(self):
@@ -168,6 +173,10 @@ class Replay:
             )
         if truth is not None and truth.shape[1] != robot.frame.size:
             raise ValueError(f"robot {robot.id}: its truth has {truth.shape[1]} columns, needed are {robot.frame.size}")
+        start = rec.starts.get(robot.id)
+        if start is not None and len(start[0]) != robot.motion.size:
+            what = f"{len(start[0])} numbers, needed are {robot.motion.size} ({type(robot.motion).__name__})"
+            raise ValueError(f"robot {robot.id}: its start in the recording {rec.name!r} has {what}")
         if not robot.in_map and (truth is None or not np.isfinite(truth).all()):
             raise ValueError(
                 f"robot {robot.id} is not in the map (in_map = false), so its pose must be known in every frame, "
@@ -209,9 +218,23 @@ class Replay:
     def _control(self, robot, i):
         """Control, covariance and duration. A robot that starts at the truth of the first frame is there already."""
         log = self._rec.robots[robot]
-        U = self._U[robot] if log.U is None else log.U[i]
-        u, U = (0 * log.u[i], 0 * U) if i == 0 and robot in self.starts else (log.u[i], U)
-        return u, U, float(self._dt[i])
+        rows = log.rows(i)
+        dt = float(self._dt[i]) if log.dt is None else log.dt[rows]
+        U = self._noise(robot, dt) if log.U is None else log.U[rows]
+        u, U = (0 * log.u[rows], 0 * U) if i == 0 and robot in self.starts else (log.u[rows], U)
+        return u, U, dt
+
+    def _noise(self, robot, dt):
+        """Covariance of a control of a robot, or of several, where the recording has none."""
+        known = self._U.setdefault(robot, {})  # most steps are of the same length
+        for h in np.ravel(dt).tolist():
+            if h not in known:
+                if len(known) >= MANY:
+                    known.clear()
+                known[h] = self._robots[robot].U(h)
+        if np.ndim(dt) == 0:
+            return known[dt]
+        return np.array([known[h] for h in dt.tolist()]).reshape(len(dt), *[self._rec.robots[robot].u.shape[1]] * 2)
 
 
 def _check_has(kind, ids, there, name):

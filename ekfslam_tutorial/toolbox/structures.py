@@ -20,8 +20,9 @@ def create_slam_structures(data, landmarks=None, poses=None):
     data : UserData
     landmarks : SimLmk, optional
         The landmarks of the world; needed where they are known (localisation).
-    poses : dict of int to ndarray, optional
-        Where robots start whose position the user has left open, as frame vectors.
+    poses : dict of int to ndarray, or to (ndarray, ndarray), optional
+        Where robots start whose position the user has left open, as frame vectors; or their whole states with the
+        covariance.
 
     Returns
     -------
@@ -42,7 +43,9 @@ def create_slam_structures(data, landmarks=None, poses=None):
 def _create_rob(map, robot, data, pose):
     rob = Rob(robot.id, robot.motion, robot.name, robot.type, U=robot.U(), sensors=_sensors_of(robot, data))
     x, P = robot.start()
-    if robot.position is None and pose is not None:
+    if robot.position is None and isinstance(pose, tuple):
+        x, P = pose
+    elif robot.position is None and pose is not None:
         x[: len(pose)] = pose
     place(map, rob, x, P if robot.in_map else None)
     return rob
@@ -50,6 +53,7 @@ def _create_rob(map, robot, data, pose):
 
 def _create_sen(map, sensor, frame):
     sen = Sen(sensor.id, sensor.robot, sensor.model, frame, sensor.name, lmk_type=sensor.landmark)
+    sen.tilt = np.deg2rad(sensor.orientation_walk_deg)
     x, P = sensor.start(frame)
     place(map, sen, x, P if sensor.frame_in_map else None)
     return sen

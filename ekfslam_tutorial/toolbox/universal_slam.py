@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..ekf.html import map_html
-from ..slam import reopen_gate, retry_lmks
+from ..slam import let_go, reopen_gate, retry_lmks, tilt, wander
 from . import engines
 from .rings import Rings
 from .run_state import restore
@@ -210,6 +210,8 @@ class Loop:
         events, watch = [], Watch(map, robs, opt)
         for key in [key for key in obs if key[0] in now.idle]:
             del obs[key]
+        wander(map, lmks, now.dt, opt)
+        tilt(map, self.sens, now.dt)
         for rob in robs:
             if rob.id in now.controls:
                 self.move(rob, now)
@@ -218,13 +220,14 @@ class Loop:
                 with watch, rings.carried(map, rob, opt):
                     done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 done += reopen_gate(map, rob, done, opt, lmks)
-                events += done + retry_lmks(map, rob, done, opt, lmks)
+                done += retry_lmks(map, rob, done, opt, lmks)
                 n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
                 if self._starts[sen.id]:
-                    events += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
+                    done += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
                 elif rings.starts(sen.model):
                     with watch:
-                        events += rings.see(map, rob, sen, lmks, raw, opt, n_max)
+                        done += rings.see(map, rob, sen, lmks, raw, opt, n_max)
+                events += done + let_go(map, rob, sen, lmks, done, opt)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
                 with watch, rings.carried(map, rob, opt):
@@ -235,6 +238,7 @@ class Loop:
     def move(self, rob, now):
         """Move a robot by its control in this frame; or put it where it is known to be."""
         rob.u, rob.U, dt = now.controls[rob.id]
+        rob.dt = dt
         if rob.r is None:
             rob.x[: rob.motion.frame.size] = now.truth[rob.id]
         else:

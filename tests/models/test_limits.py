@@ -217,7 +217,7 @@ TINY = 1e-300
         (lambda v: sensors.PinHole(pixel_std=v), [TINY], [0.0, INF, np.nan]),
         (lambda v: sensors.PinHoleDepth(depth_std=v), [TINY], [0.0, INF, np.nan]),
         (lambda v: sensors.PinHole(image_size=v), [(TINY, 1), [3, 4]], [(0, 1), (1, 0), (1, -1), (1,), (1, INF)]),
-        (lambda v: sensors.PinHole(margin=v), [0.0, np.nextafter(240, 0)], [-TINY, 240.0, np.nan]),
+        (lambda v: sensors.PinHole(margin=v), [-1e9, 0.0, np.nextafter(240, 0)], [-np.inf, 240.0, np.nan]),
         (sensors.PinHole, [(0, 0, -1, 1), (0, 0, 1, TINY)], [(0, 0, 0, 1), (0, 0, 1, 0), (0, 0, 1), (0, 0, 1, INF)]),
         (lambda v: sensors.PinHole(d=v), [(), (0.1,), [0.1, 2]], [((0.1,),), (np.nan,), 0.1]),
         (lambda v: sensors.PinHole(c=v), [None, (), (0.1,)], [((0.1,),), (np.nan,), 0.1]),

@@ -4,6 +4,7 @@ from .ackermann import Ackermann
 from .constant_velocity import ConstantVelocity
 from .differential_drive import DifferentialDrive
 from .imu import Imu
+from .imu_clock import ImuClock
 from .odometry2 import Odometry2
 from .odometry3 import Odometry3
 from .unicycle import Unicycle
@@ -14,6 +15,7 @@ __all__ = [
     "ConstantVelocity",
     "DifferentialDrive",
     "Imu",
+    "ImuClock",
     "Odometry2",
     "Odometry3",
     "Unicycle",

@@ -30,10 +30,10 @@ class Imager:
         if not (finite_numbers(self, "image_size", 2) > 0).all():
             raise ValueError(f"{type(self).__name__}: image_size must be two positive numbers, got {self.image_size!r}")
         check_positive(self, "pixel_std")
-        if not 0 <= self.margin < min(self.image_size) / 2:
+        if not -np.inf < self.margin < min(self.image_size) / 2:
             half = min(self.image_size) / 2
             raise ValueError(
-                f"{type(self).__name__}: margin must be from 0 to {half:g}, half of the image, got {self.margin!r}"
+                f"{type(self).__name__}: margin must be less than {half:g}, half of the image, got {self.margin!r}"
             )
 
     def check_intrinsics(self):

@@ -141,7 +141,8 @@ class PinHole(Imager):
     pixel_std : float
         Standard deviation of the measurement noise, pixels.
     margin : float
-        Width of the frame inside the image that does not count as visible, pixels: half a patch, say.
+        Width of the frame inside the image that does not count as visible, pixels: half a patch, say. Negative, where
+        the distortion has been taken off the pixels: so far outside of the image they still count.
 
     Raises
     ------

@@ -94,6 +94,8 @@ def _files_of_recording(folder):
 def _tables(rec):
     """Header and columns of each file, by name."""
     frames = np.arange(len(rec))
+    if rec.starts or any(log.offsets is not None for log in rec.robots.values()):
+        raise ValueError("CSV files have no place for many controls a frame, nor for starts; use .npz")
     tables = {"frames.csv": (["t"], [rec.t])}
     for i, log in rec.robots.items():
         tables[f"robot-{i}-controls.csv"] = _vectors_with_covariances([("frame", frames)], "u", log.u, "U", log.U)

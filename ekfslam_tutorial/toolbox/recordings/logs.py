@@ -13,26 +13,44 @@ FORMAT = "ekfslam recording 1"
 
 @dataclass(frozen=True)
 class ControlLog:
-    """Controls of one robot: row k takes it from frame k-1 to frame k.
+    """Controls of one robot: row k takes it from frame k-1 to frame k; or several rows do, one after the other.
 
     Parameters
     ----------
-    u : ndarray, shape (F, nu)
+    u : ndarray, shape (M, nu)
         In the units of its motion model, SI and radians.
-    U : ndarray, shape (F, nu, nu), optional
+    U : ndarray, shape (M, nu, nu), optional
         Covariance of each. Without it the scenario's control noise holds.
+    offsets : ndarray of int, shape (F + 1,), optional
+        Many controls a frame, as those of an IMU: rows offsets[k] to offsets[k + 1] take the robot from frame k-1 to
+        frame k. Without it each frame has one row, M = F.
+    dt : ndarray, shape (M,), optional
+        With `offsets`: for how many seconds each row acts.
     """
 
     u: np.ndarray
     U: np.ndarray | None = None
+    offsets: np.ndarray | None = None
+    dt: np.ndarray | None = None
 
     def __post_init__(self):
         object.__setattr__(self, "u", finite_array("controls u", self.u, 2))
         if self.U is not None:
             object.__setattr__(self, "U", _one_each("control covariances U", self.U, self.u))
+        if (self.offsets is None) != (self.dt is None):
+            raise ValueError("many controls a frame need both, the offsets of their rows and the seconds dt of each")
+        if self.offsets is not None:
+            object.__setattr__(self, "offsets", _offsets("controls", self.offsets, len(self.u)))
+            object.__setattr__(self, "dt", finite_array("seconds dt of the controls", self.dt, 1))
+            if self.dt.shape != self.u.shape[:1] or (self.dt < 0).any():
+                raise ValueError(f"seconds dt of the controls must be {len(self.u)} numbers of 0 or more")
 
     def __len__(self):
-        return len(self.u)
+        return len(self.u) if self.offsets is None else len(self.offsets) - 1
+
+    def rows(self, k):
+        """Which row frame k has: its number, or with `offsets` a slice."""
+        return k if self.offsets is None else slice(self.offsets[k], self.offsets[k + 1])
 
 
 @dataclass(frozen=True)
@@ -62,15 +80,11 @@ class RawLog(Sequence):
         if np.ma.is_masked(self.ids):
             words = "-1 stands for an id that is not known"
             raise ValueError(f"sensor {self.sen}: ids must not have masked entries: {words}")
-        offsets, ids = np.asarray(self.offsets), np.asarray(self.ids)
-        for name, a in (("offsets", offsets), ("ids", ids)):
-            if a.ndim != 1 or not np.issubdtype(a.dtype, np.integer):
-                raise ValueError(f"sensor {self.sen}: {name} must be whole numbers in one row, got {_kind(a)}")
+        ids = _whole(f"sensor {self.sen}: ids", self.ids)
         y = finite_array(f"sensor {self.sen}: measurements y", self.y, 2)
         if len(ids) != len(y):
             raise ValueError(f"sensor {self.sen}: {len(ids)} landmark ids for {len(y)} measurements")
-        if len(offsets) < 1 or offsets[0] != 0 or offsets[-1] != len(y) or (np.diff(offsets) < 0).any():
-            raise ValueError(f"sensor {self.sen}: offsets must rise from 0 to the {len(y)} measurements there are")
+        offsets = _offsets(f"sensor {self.sen}", self.offsets, len(y), "measurements there are")
         for name, value in (("offsets", offsets), ("ids", ids), ("y", y)):
             object.__setattr__(self, name, value)
         if self.R is not None:
@@ -126,6 +140,22 @@ def checked_landmarks(ids, points, segment_ids=(), segments=()):
     if len(all) and unique[0] < 0:
         raise ValueError(f"landmark ids must be 0 or more, got {unique[0]}")
     return SimLmk(ids, points, segment_ids, segments)
+
+
+def _whole(what, a):
+    """Read whole numbers in one row."""
+    a = np.asarray(a)
+    if a.ndim != 1 or not np.issubdtype(a.dtype, np.integer):
+        raise ValueError(f"{what} must be whole numbers in one row, got {_kind(a)}")
+    return a
+
+
+def _offsets(what, offsets, n, rows="rows there are"):
+    """Read where the rows of each frame begin, and after the last one where they end: at n."""
+    offsets = _whole(f"{what}: offsets", offsets)
+    if len(offsets) < 1 or offsets[0] != 0 or offsets[-1] != n or (np.diff(offsets) < 0).any():
+        raise ValueError(f"{what}: offsets must rise from 0 to the {n} {rows}")
+    return offsets
 
 
 def _kind(a):

@@ -9,6 +9,8 @@ from ..files.archives import read_npz
 from ..files.writing import written
 from .logs import FORMAT, ControlLog, RawLog
 
+CONTROLS = "u", "U", "offsets", "dt"
+
 
 def save_npz(rec, path):
     """Write a recording into one npz file, whole or not at all."""
@@ -46,13 +48,16 @@ def _to_arrays(rec):
         "sensors": np.array(list(rec.raw), int),
     }
     for i, log in rec.robots.items():
-        arrays |= {f"robot{i}_u": log.u} | ({} if log.U is None else {f"robot{i}_U": log.U})
+        fields = {f"robot{i}_{name}": getattr(log, name) for name in CONTROLS}
+        arrays |= {name: a for name, a in fields.items() if a is not None}
     for i, log in rec.raw.items():
         arrays |= _raw_arrays(f"sensor{i}", log)
     for i, log in rec.met.items():
         arrays |= _raw_arrays(f"sensor{i}_met", log)
     arrays |= {f"robot{i}_truth": x for i, x in rec.truth.items()}
     arrays |= {f"robot{i}_fixes": table for i, table in rec.fixes.items()}
+    for i, (x, start_P) in rec.starts.items():
+        arrays |= {f"robot{i}_start_x": x, f"robot{i}_start_P": start_P}
     if rec.landmarks is not None:
         arrays |= {"landmark_ids": rec.landmarks.ids, "landmark_points": rec.landmarks.points}
     return arrays | {"arrays": np.array(sorted(arrays))}  # a damaged name is noticed, too
@@ -77,7 +82,7 @@ def _from_arrays(a):
     return dict(
         name=str(a["name"]),
         t=a["t"],
-        robots={i: ControlLog(a[f"robot{i}_u"], a.get(f"robot{i}_U")) for i in robots},
+        robots={i: ControlLog(a[f"robot{i}_u"], *(a.get(f"robot{i}_{name}") for name in CONTROLS[1:])) for i in robots},
         raw={i: _raw_log(a, i, f"sensor{i}") for i in sensors},
         truth={i: a[f"robot{i}_truth"] for i in robots if f"robot{i}_truth" in a},
         landmarks=SimLmk(a["landmark_ids"], a["landmark_points"]) if "landmark_ids" in a else None,
@@ -85,4 +90,5 @@ def _from_arrays(a):
         met={i: _raw_log(a, i, f"sensor{i}_met") for i in met},
         by_event=bool(a.get("by_event", False)),
         fixes={i: a[f"robot{i}_fixes"] for i in robots if f"robot{i}_fixes" in a},
+        starts={i: (a[f"robot{i}_start_x"], a[f"robot{i}_start_P"]) for i in robots if f"robot{i}_start_x" in a},
     )

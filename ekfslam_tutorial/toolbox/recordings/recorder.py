@@ -26,7 +26,7 @@ class Recorder:
         self._t.append(snapshot.t)
         self._landmarks = snapshot.sim_lmk
         for rob in snapshot.robs:
-            self._controls.setdefault(rob.id, []).append((np.array(rob.u), np.array(rob.U)))
+            self._controls.setdefault(rob.id, []).append((np.array(rob.u), np.array(rob.U), rob.dt))
         for sen, obs in snapshot.raw.items():
             self._raw.setdefault(sen, []).append(obs)
         for sen, obs in snapshot.met.items():
@@ -38,7 +38,10 @@ class Recorder:
         """Make a recording of all frames so far."""
         robots = {}
         for i, controls in self._controls.items():
-            u, U = zip(*controls, strict=True)
-            robots[i] = ControlLog(np.array(u), np.array(U))
+            u, U, dt = zip(*controls, strict=True)
+            if u[0].ndim == 1:
+                robots[i] = ControlLog(np.array(u), np.array(U))
+            else:  # many a frame
+                robots[i] = ControlLog(*map(np.concatenate, (u, U)), np.cumsum([0, *map(len, u)]), np.concatenate(dt))
         truth = {i: np.array(x) for i, x in self._truth.items()}
         return Recording(name, np.array(self._t), robots, self._raw, truth, self._landmarks, list(notes), self._met)

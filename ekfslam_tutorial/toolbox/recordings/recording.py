@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...ekf import real
+from ...ekf import check_covariance, real
 from ...simulation import SimLmk
 from ..files.archives import DAMAGE, brief
 from ..user_input import errors_at, finite_array
@@ -48,6 +48,9 @@ class Recording:
     fixes : dict of int to ndarray, shape (g, 3) or (g, 4)
         By robot id: time, s, and position as a satellite receiver gives it, to compare with. The estimator does not see
         them, and they are no truth.
+    starts : dict of int to (ndarray of shape (n,), ndarray of shape (n, n))
+        By robot id: its whole state in the first frame and the covariance of that, as the log itself tells it: an IMU
+        at rest knows what is down. For robots whose position the scenario leaves open.
     """
 
     name: str
@@ -60,6 +63,7 @@ class Recording:
     met: dict = field(default_factory=dict)
     by_event: bool = False
     fixes: dict = field(default_factory=dict)
+    starts: dict = field(default_factory=dict)
 
     def __post_init__(self):
         self.t = finite_array("times t", self.t, 1)
@@ -84,6 +88,7 @@ class Recording:
             self._check_frames(kind, logs)
         self._check_frames("truth of robot", self.truth)
         self.fixes = {i: _fixes(i, table) for i, table in self.fixes.items()}
+        self.starts = {i: _start(i, *start) for i, start in self.starts.items()}
         if self.landmarks is not None:
             self.landmarks = checked_landmarks(*_pair(self.landmarks))
         self.notes = [str(note) for note in self.notes]
@@ -143,6 +148,12 @@ def _fixes(robot, table):
     if table.shape[1] not in (3, 4):
         raise ValueError(f"fixes of robot {robot} must have a time and 2 or 3 coordinates, got shape {table.shape}")
     return table
+
+
+def _start(robot, x, P):
+    x = finite_array(f"start of robot {robot}", x, 1)
+    check_covariance(P, len(x), f"the covariance of the start of robot {robot}")
+    return x, np.array(P, float)
 
 
 def _pair(landmarks):

@@ -135,8 +135,13 @@ class Robot:
         length = max(lengths, default=1)
         return np.concatenate([np.broadcast_to(rows, (length, rows.shape[1])) for rows in columns], axis=1)
 
-    def U(self):
-        """Covariance of the control noise in SI units, shape (nu, nu)."""
+    def U(self, dt=None):
+        """Covariance of the control noise in SI units, shape (nu, nu).
+
+        Where the user says nothing of it, and the motion model has a `noise` of its own, it is that over `dt` seconds.
+        """
+        if dt is not None and self.control_cov is None and not self.control_std and hasattr(self.motion, "noise"):
+            return self.motion.noise(dt) if dt > 0 else 0 * self.motion.noise(1.0)
         std = _joined(self._fields("control_std", self.motion.control_fields, std_vector))
         if self.control_cov is None:
             with np.errstate(over="ignore"):
@@ -204,6 +209,8 @@ class Sensor:
         Type of the landmarks that this sensor starts, if not the scenario's.
     frame_in_map : bool
         True: the filter estimates its mounting (self-calibration; manual: frameInMap).
+    orientation_walk_deg : float
+        With that: the mounting gives way, a random walk of each of its angles, deg/sqrt(s).
     p_detect : float
         Simulation: probability that a visible landmark is measured.
     clutter : float
@@ -228,6 +235,7 @@ class Sensor:
     orientation_std_deg: Any = 0.0
     landmark: Any = None
     frame_in_map: bool = False
+    orientation_walk_deg: float = 0.0
     p_detect: float = 1.0
     clutter: float = 0.0
     noise_factor: float = 1.0
@@ -254,6 +262,11 @@ class Sensor:
         check_factor(self.noise_factor)
         if finite_array("lasting", self.lasting).ndim or not 0 <= self.lasting <= 1:
             raise ValueError(f"lasting is a share, from 0 to 1, got {short_text(self.lasting)}")
+        walk = self.orientation_walk_deg
+        if finite_array("orientation_walk_deg", walk).ndim or not walk >= 0:
+            raise ValueError(f"orientation_walk_deg must be 0 or more degrees, got {short_text(walk)}")
+        if walk and not self.frame_in_map:
+            raise ValueError("orientation_walk_deg is of a mounting that is estimated: write frame_in_map = true")
         self.biases()
 
     def biases(self):
