@@ -125,6 +125,9 @@ def _one_entry(got, want, rtol) -> str:
         return f"Converted from degrees at {named}: all angles are in radians already."
     if not got[wrong].any():
         return f"Missing (zero) at {named}."
+    for turned, and_sign in ((want[wrong], ""), (-want[wrong], ", and their sign is wrong")):
+        if 1 < len(places) <= 4 and same(np.sort(got[wrong]), np.sort(turned), rtol):
+            return f"The entries at {named} are exchanged{and_sign}."
     if _is_covariance(want) and not same(want, np.diag(np.diag(want))) and not same(got, got.T, 1e-4):
         return "Yours is not symmetric: what stands at [i, j] must stand at [j, i], too."
     return f"Wrong at {named} only." if len(places) <= want.size // 2 else ""

@@ -43,10 +43,11 @@ from typing import Any
 
 import numpy as np
 
-from . import deadline, edits, guard
+from . import deadline, edits, guard, slips
 from .expect import Failed
 from .recognise import few_values, recognise, right_results, with_partner, wrong_part
 
+PATIENCE = 1.0  # seconds that the search among slips of all kinds may take, where no listed mistake fits
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -132,6 +133,7 @@ class Exercise:
         self.cases = dict(cases or {})
         self.links: list[Link] = []
         self.misconceptions: list[Misconception | edits.Mistake] = []
+        self.patience = PATIENCE
         self.variants: list[Variant] = []
 
     # ---- how a module fills it -------------------------------------------------------------------------
@@ -232,7 +234,8 @@ class Exercise:
         known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if len(known) == 1:
-            hint = known[0].hint
+            slip = isinstance(known[0], slips.Slip)
+            hint = f"{known[0].hint} What is tested here: {at[0].help}" if slip else known[0].hint
         elif known:
             hint = f"Two things, in this order. First: {known[0].hint} Then: {known[1].hint}"
         return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
@@ -245,6 +248,7 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
+        self.patience = PATIENCE * deadline.SLOWER
         part = wrong_part(self, f.calls, right_results(self, f.calls), failed.part)
         if few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)
@@ -331,6 +335,20 @@ class Exercise:
     @cached_property
     def _pairs(self) -> dict:
         return {}
+
+    def slips(self, known=None) -> list:
+        """Return the slips that any formula may have, in the solution or beside a mistake that is known."""
+        if known is None:
+            return self._slips
+        if isinstance(known, slips.Slip):
+            return slips.slips(self.solution, known.body) if known.user is None else []
+        if not known.edits:
+            return []
+        return slips.slips(self.solution, edits.applied(edits.parts(self.solution)[1], known.edits, known.name))
+
+    @cached_property
+    def _slips(self) -> list:
+        return slips.slips(self.solution) + slips.slips_of_helpers(self.solution)
 
     def fails_at(self, mistake: Misconception) -> int:
         """Return the number of the link at which a mistake fails."""
