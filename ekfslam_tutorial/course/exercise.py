@@ -234,8 +234,9 @@ class Exercise:
         known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if len(known) == 1:
+            tested = hint if at[0] is self.links[0] else at[0].help
             slip = isinstance(known[0], slips.Slip)
-            hint = f"{known[0].hint} What is tested here: {at[0].help}" if slip else known[0].hint
+            hint = f"{known[0].hint} What is tested here: {tested}" if slip else known[0].hint
         elif known:
             hint = f"Two things, in this order. First: {known[0].hint} Then: {known[1].hint}"
         return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
@@ -258,7 +259,17 @@ class Exercise:
         more = guard.Guarded(f.function, self.may_change, self.parameters())
         self._call_more(lambda: self._cases(more), limit)
         calls = [*f.calls[-1:], *more.calls]  # the call that failed, and those in which no two right answers differ
-        return with_partner(self, calls, known[0]) if known else recognise(self, calls, failed.part)
+        known = with_partner(self, calls, known[0]) if known else recognise(self, calls, failed.part)
+        return known if len(known) != 1 or not isinstance(known[0], slips.Slip) or self._holds(known[0], calls) else []
+
+    def _holds(self, slip, calls) -> bool:
+        """Return True if a slip explains, in all calls, each result that it changes: else it fits a few by chance."""
+        for call in calls:
+            right, wrong = (self.result(f, call.args) for f in (self.solution, slip.answer))
+            parts = range(len(right)) if isinstance(right, tuple) else (None,)
+            if any(not self.alike(wrong, right, p) and not self.alike(call.result, wrong, p) for p in parts):
+                return False
+        return True
 
     @staticmethod
     def _call_more(calls, limit):

@@ -11,7 +11,6 @@ import copy
 import re
 import types
 from collections.abc import Iterator
-from functools import cached_property
 
 from . import edits
 
@@ -36,9 +35,9 @@ class Slip:
         self.name = f"slip: {hint.partition(': your')[0]}"
         self.solution, self.hint, self.body, self.user = solution, hint, body, user
 
-    @cached_property
+    @property
     def answer(self):
-        """The function, or None where the slip makes nonsense."""
+        """The function, or None where the slip makes nonsense. Made anew each time: there are a thousand slips."""
         try:
             made = edits.function(self.solution, edits.parts(self.solution)[0] + self.body, self.name)
         except Exception:
@@ -131,7 +130,9 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
 
     nodes = sorted(_nodes(function), key=lambda n: not isinstance(n, ast.Attribute))  # transposes first
     locals_ = [*parameters, *_assigned(function)]
+    written = {id(n.value) for n in nodes if isinstance(n, ast.Subscript) and isinstance(n.ctx, ast.Store)}
     names = [n for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load) and n.id in locals_]
+    names = [n for n in names if id(n) not in written]
     for node in nodes:
         small = isinstance(node, ast.Constant) or node in names
         for what, new in [*_changes(node, text), *_of_name(node, names)]:
@@ -150,7 +151,9 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
 def _nodes(function):
     """The expressions of the body, without the docstring and the names that are called."""
     body = function.body[1:] if ast.get_docstring(function) is not None else function.body
-    return [n for s in body for n in ast.walk(s) if isinstance(n, ast.expr)]
+    found = [n for s in body for n in ast.walk(s) if isinstance(n, ast.expr)]
+    below = {id(n.operand) for n in found if isinstance(n, ast.UnaryOp) and isinstance(n.operand, ast.Constant)}
+    return [n for n in found if id(n) not in below]  # -1 is one number
 
 
 def _meanings(function, parameters):
@@ -193,6 +196,9 @@ def _changes(node, text):
         yield from _of_operation(node, of(node.left), of(node.right))
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         yield "A minus is missing", of(node.operand)
+        if isinstance(node.operand, ast.Constant) and isinstance(node.operand.value, int):
+            yield "A number", str(1 - node.operand.value)
+            yield "A number", str(-1 - node.operand.value)
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.Invert):
         yield "The condition is the wrong way round", of(node.operand)
     elif isinstance(node, ast.Compare) and len(node.ops) == 1:
@@ -350,14 +356,16 @@ def _of_parameters(function, parameters, text):
             (f"`{p}` is turned into degrees in yours: keep to radians", f"np.degrees({p})"),
         ):
             yield f"{sentence}.", before(f"{p} = {new}")
+        matrix = re.search(rf"\b{p}\b[^.]*?shape \([^),]+,[^),]+\)", text.text[: text.head])
+        called = (lambda i, p=p: f"column {i} of `{p}`") if matrix else (lambda i, p=p: f"`{p}[{i}]`")
         for i in range(5):
             entry = f"{p} = np.array({p}, float); {p}[..., {i}]"
-            yield f"The entry `{p}[{i}]` has no effect in yours.", before(f"{entry} = 0")
-            yield f"The entry `{p}[{i}]` comes in with the wrong sign.", before(f"{entry} *= -1")
-            yield f"`{p}[{i}]` is in radians already: no conversion.", before(f"{entry} *= np.pi / 180")
+            yield f"Without effect in yours: {called(i)}.", before(f"{entry} = 0")
+            yield f"With the wrong sign in yours: {called(i)}.", before(f"{entry} *= -1")
+            yield f"In radians already, so no conversion: {called(i)}.", before(f"{entry} *= np.pi / 180")
             for j in range(i + 1, 4):
                 both = f"{p} = np.array({p}, float); {p}[..., [{i}, {j}]] = {p}[..., [{j}, {i}]]"
-                yield f"`{p}[{i}]` and `{p}[{j}]` are exchanged in yours.", before(both)
+                yield f"Exchanged in yours: {called(i)} and {called(j)}.", before(both)
     for i, p in enumerate(parameters):
         for q in parameters[i + 1 :]:
             yield f"`{p}` and `{q}` are exchanged in yours.", before(f"{p}, {q} = {q}, {p}")
@@ -384,6 +392,6 @@ def _of_statement(node, text):
         value = text.of(node.value)
         for what, new in (("minus", f"-({value})"), ("twice", f"2 * ({value})"), ("the square of", f"({value}) ** 2"),
                           ("the root of", f"np.sqrt({value})"), ("the transpose of", f"({value}).T"),
-                          ("half of", f"({value}) / 2")):  # fmt: skip
+                          ("half of", f"({value}) / 2"), ("the inverse of", f"np.linalg.inv({value})")):  # fmt: skip
             place, cut = text.of(node.targets[0]), value if len(value) <= LONGEST else value[:40] + " ..."
             yield f"Your results are as if `{place}` were {what} `{cut}`.", text.with_(node.value, new)
