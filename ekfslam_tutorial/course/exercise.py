@@ -47,7 +47,7 @@ from . import deadline, edits, guard, slips
 from .expect import Failed
 from .recognise import few_values, recognise, right_results, with_partner, wrong_part
 
-PATIENCE = 1.0  # seconds that the search among slips of all kinds may take, where no listed mistake fits
+PATIENCE = 0.6  # seconds that the search among slips of all kinds may take, where no listed mistake fits
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -259,7 +259,10 @@ class Exercise:
         more = guard.Guarded(f.function, self.may_change, self.parameters())
         self._call_more(lambda: self._cases(more), limit)
         calls = [*f.calls[-1:], *more.calls]  # the call that failed, and those in which no two right answers differ
-        known = with_partner(self, calls, known[0]) if known else recognise(self, calls, failed.part)
+        if not known:
+            self.patience = 0.0  # no slip fits
+            return recognise(self, calls, failed.part)
+        known = with_partner(self, calls, known[0])
         return known if len(known) != 1 or not isinstance(known[0], slips.Slip) or self._holds(known[0], calls) else []
 
     def _holds(self, slip, calls) -> bool:

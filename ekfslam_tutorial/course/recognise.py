@@ -183,8 +183,8 @@ def _pair_unlike_chance(exercise, calls, truth):
     if _bits(exercise, calls, truth, None) < SURE_BITS + np.log2(max(n * (n - 1) / 2, 1)):
         return []
     given = [guard.numbers(call.result) for call in calls]
-    if all(one is not None for one in given) and len(np.unique(np.concatenate([*map(np.ravel, given)]))) == 1:
-        return []  # one answer to everything fits many pairs
+    if all(one is not None and one.dtype.kind == "b" and one.all() for one in given):
+        return []  # True to everything: it fits many pairs
     pairs = list(_pairs(exercise, calls, sample))
     return pairs[0] if len(pairs) == 1 else []
 
