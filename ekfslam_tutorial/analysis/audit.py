@@ -133,7 +133,7 @@ def effective_dof(u, rng=None):
     the variance 2 sum |C_st|^2, and is nearly chi-square, scaled, with (E S)^2 / sum |C_st|^2 degrees of freedom.
 
     With many runs of the same length, for four of them A, B, C, D the number ((u_A - u_B) . (u_C - u_D))^2 / 4 has the
-    mean sum |C_st|^2: no matter how the errors hang together, and whatever bias all runs have in common. With few
+    mean sum |C_st|^2: no matter how the errors are correlated, and whatever bias all runs have in common. With few
     runs the correlation is taken to be the same all over a run, and summed up to the first lag at which it is noise.
 
     Parameters

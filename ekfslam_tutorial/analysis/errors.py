@@ -318,7 +318,7 @@ class History:
         }
 
     def honesty(self, confidence=0.999):
-        """The honesty meter of the run: see `consistency.Honesty`. Frames of one run hang together, so the NEES band is
+        """The honesty meter of the run: see `consistency.Honesty`. Frames of one run are correlated: the NEES band is
         that of one pose only."""
         F, _ = self.alignment()
         tracks = [self.track(id) for id in self.robots]

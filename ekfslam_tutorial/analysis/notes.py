@@ -22,7 +22,7 @@ NIS_BAND = 0.8, 1.25
 CONFIDENCE = 0.9999
 """Of the band of chance of the NIS."""
 NEES_CONFIDENCE = 0.99
-"""Of the band of the mean NEES. The frames of a run hang together: they count as one pose."""
+"""Of the band of the mean NEES. The frames of a run are correlated: they count as one pose."""
 ASK = "are units, signs, mounting, ids and noise right?"
 SIGN = "is the sign of the bearing right (positive to the left), and are units, mounting, ids and noise?"
 TUNE = "`ekfslam tune` finds a factor for R and U from the log alone"

@@ -47,6 +47,10 @@ def _is_covariance(a):
     return _is_square(a) and same(a, a.T) and bool((np.diag(a) >= 0).all())
 
 
+def _inverted(got, want, rtol):
+    return _is_square(want) and same(got @ want, np.eye(len(want)), 1e-4) and not same(got, want, rtol)
+
+
 def _reversed_differs(want, rtol):
     return want.ndim == 1 and want.size > 1 and not same(want[::-1], want, rtol)
 
@@ -84,6 +88,7 @@ _SLIPS = (
     (lambda g, w, r: g.ndim > 0 and not np.any(g), "Yours is zero."),
     (lambda g, w, r: same(g, -w, r), "The sign is the wrong way round."),
     (lambda g, w, r: _is_square(w) and same(g, w.T, r) and not same(w, w.T, r), "Yours is the transpose."),
+    (_inverted, "Yours is the inverse."),
     (lambda g, w, r: same(g, 2 * w, r), "Yours is twice as large."),
     (lambda g, w, r: _is_covariance(w) and same(g, w / 2, r), "Yours is exactly half: was something counted twice?"),
     (lambda g, w, r: same(g, w / 2, r), "Yours is exactly half."),
@@ -102,7 +107,11 @@ _SLIPS = (
     (lambda g, w, r: same(g**2, w, r), "Yours is the square root."),
     (lambda g, w, r: same(g, w**2, r), "Yours is the square."),
     (
-        lambda g, w, r: np.any(g) and (np.array_equal(g, np.round(w)) or np.array_equal(g, np.trunc(w))),
+        lambda g, w, r: (
+            np.any(g)
+            and (w.size > 1 or abs(w) > 2)
+            and (np.array_equal(g, np.round(w)) or np.array_equal(g, np.trunc(w)))
+        ),
         "Yours has lost its decimals: is an array of type int?",
     ),
     (lambda g, w, r: _reversed_differs(w, r) and same(g, w[::-1], r), "The entries are in the wrong order."),
@@ -125,6 +134,9 @@ def _one_entry(got, want, rtol) -> str:
         return f"Converted from degrees at {named}: all angles are in radians already."
     if not got[wrong].any():
         return f"Missing (zero) at {named}."
+    for turned, and_sign in ((want[wrong], ""), (-want[wrong], ", and their sign is wrong")):
+        if 1 < len(places) <= 4 and same(np.sort(got[wrong]), np.sort(turned), rtol):
+            return f"The entries at {named} are exchanged{and_sign}."
     if _is_covariance(want) and not same(want, np.diag(np.diag(want))) and not same(got, got.T, 1e-4):
         return "Yours is not symmetric: what stands at [i, j] must stand at [j, i], too."
     return f"Wrong at {named} only." if len(places) <= want.size // 2 else ""

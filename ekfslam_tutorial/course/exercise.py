@@ -43,10 +43,11 @@ from typing import Any
 
 import numpy as np
 
-from . import deadline, edits, guard
+from . import deadline, edits, guard, slips
 from .expect import Failed
 from .recognise import few_values, recognise, right_results, with_partner, wrong_part
 
+PATIENCE = 0.6  # seconds that the search among slips of all kinds may take, where no listed mistake fits
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -132,6 +133,7 @@ class Exercise:
         self.cases = dict(cases or {})
         self.links: list[Link] = []
         self.misconceptions: list[Misconception | edits.Mistake] = []
+        self.patience = PATIENCE
         self.variants: list[Variant] = []
 
     # ---- how a module fills it -------------------------------------------------------------------------
@@ -232,7 +234,9 @@ class Exercise:
         known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if len(known) == 1:
-            hint = known[0].hint
+            tested = hint if at[0] is self.links[0] else at[0].help
+            slip = isinstance(known[0], slips.Slip)
+            hint = f"{known[0].hint} What is tested here: {tested}" if slip else known[0].hint
         elif known:
             hint = f"Two things, in this order. First: {known[0].hint} Then: {known[1].hint}"
         return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
@@ -245,6 +249,7 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
+        self.patience = PATIENCE * deadline.SLOWER
         part = wrong_part(self, f.calls, right_results(self, f.calls), failed.part)
         if few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)
@@ -254,7 +259,20 @@ class Exercise:
         more = guard.Guarded(f.function, self.may_change, self.parameters())
         self._call_more(lambda: self._cases(more), limit)
         calls = [*f.calls[-1:], *more.calls]  # the call that failed, and those in which no two right answers differ
-        return with_partner(self, calls, known[0]) if known else recognise(self, calls, failed.part)
+        if not known:
+            self.patience = 0.0  # no slip fits
+            return recognise(self, calls, failed.part)
+        known = with_partner(self, calls, known[0])
+        return known if len(known) != 1 or not isinstance(known[0], slips.Slip) or self._holds(known[0], calls) else []
+
+    def _holds(self, slip, calls) -> bool:
+        """Return True if a slip explains, in all calls, each result that it changes: else it fits a few by chance."""
+        for call in calls:
+            right, wrong = (self.result(f, call.args) for f in (self.solution, slip.answer))
+            parts = range(len(right)) if isinstance(right, tuple) else (None,)
+            if any(not self.alike(wrong, right, p) and not self.alike(call.result, wrong, p) for p in parts):
+                return False
+        return True
 
     @staticmethod
     def _call_more(calls, limit):
@@ -331,6 +349,20 @@ class Exercise:
     @cached_property
     def _pairs(self) -> dict:
         return {}
+
+    def slips(self, known=None) -> list:
+        """Return the slips that any formula may have, in the solution or beside a mistake that is known."""
+        if known is None:
+            return self._slips
+        if isinstance(known, slips.Slip):
+            return slips.slips(self.solution, known.body) if known.user is None else []
+        if not known.edits:
+            return []
+        return slips.slips(self.solution, edits.applied(edits.parts(self.solution)[1], known.edits, known.name))
+
+    @cached_property
+    def _slips(self) -> list:
+        return slips.slips(self.solution) + slips.slips_of_helpers(self.solution)
 
     def fails_at(self, mistake: Misconception) -> int:
         """Return the number of the link at which a mistake fails."""

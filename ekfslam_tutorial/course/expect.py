@@ -9,6 +9,10 @@ from .diagnose import diagnose, same
 
 RETURN = "`print` shows a result, `return` hands it back. Each branch of an `if` needs its own `return`."
 
+NO_NUMBER = (
+    "NaN or infinity comes from a division by zero, from the root of a negative number, or from the log of zero."
+)
+
 
 class Failed(Exception):
     """A property does not hold; the message says what was got and what was expected.
@@ -49,7 +53,7 @@ def array(value, shape, what):
     a = a.astype(float)
     if not np.isfinite(a).all():
         place = [int(i) for i in np.argwhere(~np.isfinite(a))[0]]
-        raise Failed(f"{what} holds NaN or infinity" + (f" at {place}" if place else ""))
+        raise Failed(f"{what} holds NaN or infinity" + (f" at {place}" if place else ""), NO_NUMBER)
     return a
 
 

@@ -247,7 +247,7 @@ SYMPTOMS = (
         "{s.first:.1f} in the first third, {s.last:.1f} in the last",
         "The filter becomes too sure on its way. Noise in the filter that is too small (X_u U X_u', or R)? A Jacobian "
         "that is wrong (compare it with `numerical_jacobian`)? A new landmark without its cross-covariance with *all* "
-        "of the map? A measurement that starts a landmark and corrects, too?",
+        "of the map, or at the wrong place? A measurement that starts a landmark and corrects, too?",
     ),
     Symptom(
         "honest",
@@ -271,7 +271,8 @@ SYMPTOMS = (
         "the sigma of the robots is {s.claim:.2f} times that of a filter that uses every measurement once (at least "
         "{p.claims[0]:g})",
         "Nobody can know more than that. Is a measurement used twice, for example to start a landmark and to correct? "
-        "Is a Jacobian too small, X_x for example, that carries the uncertainty of the heading into the position?",
+        "Does a new landmark come in without its covariance with *all* of the map? Is a Jacobian too small, X_x for "
+        "example, that carries the uncertainty of the heading into the position?",
     ),
     Symptom(
         "all is used",

@@ -9,6 +9,8 @@ with different hints still fit, or two pairs of them, none is named.
 from __future__ import annotations
 
 import itertools
+import time
+import warnings
 
 import numpy as np
 
@@ -52,7 +54,51 @@ def recognise(exercise, calls, part=None):
             return pairs[0]
         if pairs:  # what they have in common is sure
             return [m for m in pairs[0] if all(m in pair for pair in pairs)][:1]
-    return _fitting(exercise, calls, truth, part) if part is not None else []
+    listed = _fitting(exercise, calls, truth, part) if part is not None else []
+    return listed or _any_slip(exercise, calls, truth, part)
+
+
+def _any_slip(exercise, calls, truth, part):
+    """The slip that explains all that is wrong, or else the part that failed; none where the call itself breaks."""
+    for of in dict.fromkeys((None, part)):
+        sample = _sample(exercise, calls, truth, of)
+        if any(isinstance(call.result, guard.Raised) for call in sample):
+            return []
+        if slip := _slip(exercise, exercise.slips(), sample, of):
+            return [slip]
+    return []
+
+
+def _slip(exercise, slips, calls, part=None, beside=None):
+    """The first slip that answers as the student did, or None; `beside` is what the answer would be without it."""
+    beside, began = beside or exercise.solution, time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of slips that make nonsense
+        for slip in slips:
+            if time.process_time() - began > exercise.patience:
+                break
+            answer = slip.answer
+            if answer is None or not _answers(exercise, answer, calls, part):
+                continue
+            if part is not None and _contradicts(exercise, slip, calls):
+                continue
+            if _tells(exercise, slip, beside, calls):
+                return slip
+    exercise.patience -= time.process_time() - began
+    return None
+
+
+def _tells(exercise, slip, beside, calls) -> bool:
+    """Return True if a number with decimals shows the slip: truth values and small integers agree by chance."""
+    for call in calls:
+        results = [exercise.result(f, call.args) for f in (beside, slip.answer)]
+        if any(isinstance(result, guard.Raised) for result in results):
+            continue
+        parts = range(len(results[0])) if isinstance(results[0], tuple) else (None,)
+        for p in parts:
+            if not exercise.alike(*results, p) and _has_decimals(results[0] if p is None else results[0][p]):
+                return True
+    return False
 
 
 def right_results(exercise, calls):
@@ -83,13 +129,17 @@ def with_partner(exercise, calls, known):
     """
     unlike = lambda answer: [c for c in calls if not exercise.alike(c.result, exercise.result(answer, c.args))]
     left = unlike(known.answer)
-    if not known.edits or all(isinstance(call.result, guard.Raised) for call in left):
+    if all(isinstance(call.result, guard.Raised) for call in left):
         return [known]
+    if not known.edits:
+        return [known, *_partner_slip(exercise, calls, left, known)]
     found = []
     for other in exercise.misconceptions:
         both = exercise.composed(known, other) if other.edits and other is not known else None
         if both is not None and _answers(exercise, both, left) and not unlike(both):
             found.append(other)
+    if not found:
+        return [known, *_partner_slip(exercise, calls, left, known)]
     if len({other.hint for other in found}) != 1:
         return [known]
     if few_values(exercise, calls):
@@ -132,6 +182,9 @@ def _pair_unlike_chance(exercise, calls, truth):
     n = sum(bool(m.edits) for m in exercise.misconceptions)
     if _bits(exercise, calls, truth, None) < SURE_BITS + np.log2(max(n * (n - 1) / 2, 1)):
         return []
+    given = [guard.numbers(call.result) for call in calls]
+    if all(one is not None and one.dtype.kind == "b" and one.all() for one in given):
+        return []  # True to everything: it fits many pairs
     pairs = list(_pairs(exercise, calls, sample))
     return pairs[0] if len(pairs) == 1 else []
 
@@ -156,6 +209,14 @@ def _pairs(exercise, calls, sample):
         both = exercise.composed(one, other)
         if both is not None and _answers(exercise, both, sample) and _answers(exercise, both, calls):  # few, then all
             yield sorted((one, other), key=exercise.fails_at)
+
+
+def _partner_slip(exercise, calls, left, known):
+    """The slip that explains, beside a known mistake, what is left; none if one slip alone explains everything."""
+    if not left or _slip(exercise, exercise.slips(), calls[-12:]):
+        return []
+    slip = _slip(exercise, exercise.slips(known), [*left[-6:], *calls[-6:]], beside=known.answer)
+    return [slip] if slip else []
 
 
 # ---- how much a call says ----------------------------------------------------------------------------------

@@ -131,6 +131,7 @@ def table(
             taken, right = [_taken(result, right, names[0], help_to.get(0, ""))], [right]
         else:
             given = expect.results(result, *names)
+            _in_order(given, right, returns)
             taken = [
                 _taken(value, want, name, help_to.get(i, ""))
                 for i, (value, want, name) in enumerate(zip(given, right, names, strict=True))
@@ -190,6 +191,23 @@ def _one(solution, part):
     return solution if part is None else lambda *args: solution(*args)[part]
 
 
+def _in_order(given, right, returns):
+    """Raise `Failed` if the results have the right shapes, but in another order only."""
+    wanted, shapes = (list(map(_shape_of, values)) for values in (right, given))
+    if shapes != wanted and None not in wanted and sorted(shapes, key=str) == sorted(wanted, key=str):
+        said = ", ".join(map(str, shapes))
+        raise expect.Failed(
+            f"your results have the shapes {said}, so they are in another order than `return {returns}`",
+            f"The order of the results counts: `return {returns}`. Whoever calls your function takes them apart so.",
+        )
+
+
+def _shape_of(value):
+    """The shape of a number or an array, None for anything else."""
+    numbers = guard.numbers(value)
+    return None if numbers is None else numbers.shape
+
+
 def _taken(value, right, name, help):
     """A student's result in the type of the right one: arrays and numbers as float arrays, ids as plain values."""
     if not _is_numeric(right):
@@ -199,7 +217,8 @@ def _taken(value, right, name, help):
     try:
         return expect.array(value, np.shape(right), name)
     except expect.Failed as failed:
-        raise expect.Failed(str(failed), failed.hint or help) from None
+        both = failed.hint == expect.NO_NUMBER and help
+        raise expect.Failed(str(failed), f"{failed.hint} {help}" if both else failed.hint or help) from None
 
 
 def _is_numeric(value) -> bool:

@@ -67,7 +67,7 @@ correction = table(
     checks="""
     no surprise, no change   | x | no surprise | If z = 0, x stays as it is.
     the mean                 | x | sizes       | x + K z with K = P H' inv(H P H' + R).
-    the covariance           | P | sizes       | P - K H P: what was measured is known better.
+    the covariance           | P | sizes       | P - K H P, a covariance: what was measured is known better.
     P does not depend on z   | P | surprises   | How sure the filter is does not depend on what was measured.
     P shrinks                | P | often       | P must stay symmetric, and lose uncertainty in every direction.
     """,

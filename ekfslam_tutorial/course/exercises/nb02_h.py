@@ -67,7 +67,7 @@ expected = table(
         "all": lambda rng: [some(rng, n, int(rng.integers(n))) for n in (3, 1, 5, 2, 3, 3)],
     },
     checks="""
-    range                     | e[0]       | any     | The range is the distance from the robot to the landmark.
+    range                     | e[0]       | any     | The range is the distance from the robot to the landmark: the root of dx^2 + dy^2, with dx = x[2*i] - x_r[0], dy = x[2*i + 1] - x_r[1].
     bearing                   | e[1]       | along x | Look along the x axis of the robot: an angle to the left is positive.
     heading                   | e[1]       | turned  | The bearing is measured from where the robot looks: what does theta do to it?
     landmark i                | e          | others  | Landmark i sits at x[2*i] and x[2*i + 1]; counting starts at 0.

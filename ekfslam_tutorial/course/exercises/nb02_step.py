@@ -95,7 +95,7 @@ step = table(
     },
     checks="""
     first sight                    | x, P        | any     | A landmark that is not in `ids` is started with its measurement, and that is all.
-    ids                            | ids, x      | new     | `ids` says which landmark sits where in x: in the order in which they came.
+    ids                            | ids, x      | new     | `ids` says which landmark sits where in x: in the order in which they came, each started with its own row of ys.
     nothing seen                   | x, P, ids   | nothing | Landmarks do not move, and no motion noise enters the map: without measurements nothing changes.
     size                           | ids         | 3       | A known landmark is corrected in its place: the map does not grow.
     covariance of a known landmark | P[:2, :2]   | 7       | P = (I - K H) P: the information of the measurement is added.

@@ -53,7 +53,7 @@ banded = table(
     },
     checks="""
     one error      | e[:, :2] | one pose | Estimate minus truth: 1.1 m for 1.0 m is an error of +0.1 m.
-    one band       | w        | one pose | A variance of 0.04 m^2 is a sigma of 0.2 m: 3 sigma are 0.6 m.
+    one band       | w        | one pose | w[t, i] is k sigma, and P[t, i, i] is sigma squared: a variance of 0.04 m^2 is a sigma of 0.2 m, 3 sigma are 0.6 m.
     errors         | e        | any      | Estimate minus truth, all times at once: x - truth.
     metres         | e        | far off  | Only the heading is an angle: an error of 7 m stays an error of 7 m.
     band           | w        | any      | k times the root of the variances: the diagonal of P, at each time.

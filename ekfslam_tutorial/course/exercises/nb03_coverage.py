@@ -40,7 +40,7 @@ covered = table(
         "all": lambda rng: [some(rng, dof) for dof in (3, 6, 4, 1, 11, 2, 32)],
     },
     checks="""
-    one dimension  | p | line  | For dof = 1 you know: 68.3 %, 95.4 % and 99.7 %. Inside means e' P^-1 e < k^2.
+    one dimension  | p | line  | For dof = 1 you know: 68.3 %, 95.4 % and 99.7 %. Inside means e' P^-1 e < k^2, and that is chi-square with dof degrees of freedom; each k by itself.
     two dimensions | p | plane | In the plane the probability is 1 - exp(-k^2 / 2).
     any dimension  | p | all   | The same formula must hold for 1, 2, 3, 6 ... dimensions.
     """,

@@ -57,10 +57,10 @@ blocks = table(
     },
     checks="""
     shapes                            | P_lx[:0], P_ll[:0] | any | P_lx has the 2 rows of the landmark and one column for each number of the state so far.
-    pose known exactly                | P_ll        | pose known | If the pose has no error, this must be notebook 02 again: P_ll = L_y R L_y'.
-    measurement exact                 | P_ll        | exact      | If the measurement has no error, the landmark is exactly as uncertain as the pose makes it.
+    pose known exactly                | P_ll        | pose known | If the pose has no error, this must be notebook 02 again: P_ll = L_y R L_y'. The pose is the first 3 numbers of the state.
+    measurement exact                 | P_ll        | exact      | If the measurement has no error, the landmark is exactly as uncertain as the pose makes it: P_ll = L_r P_rr L_r', with P_rr = P[:3, :3].
     P_ll                              | P_ll        | scales     | Two causes of error, pose and measurement, and they are independent: what do their covariances do?
-    covariance with the robot         | P_lx[:, :3] | any        | The error of the pose is in the landmark, too: cov(dl, dx_r) = L_r P_rr.
+    covariance with the robot         | P_lx[:, :3] | any        | The error of the pose is in the landmark, too: cov(dl, dx_r) = L_r P_rr, and nothing else is in both.
     covariance with the old landmarks | P_lx[:, 3:] | any        | The old landmarks share errors with the robot, the new one does, too: so they share errors with each other.
     """,
     wrong="""

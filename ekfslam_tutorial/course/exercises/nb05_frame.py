@@ -105,8 +105,8 @@ frame = table(
         "known": lambda rng: [sees(rng, id) for id in (3, 12, 7)],
     },
     checks="""
-    nothing in view  | ids, x, P | any   | Without measurements the frame is a prediction, and nothing else.
-    first sight      | ids, x, P | new   | A new landmark: predict, then augment with its measurement, and that is all.
+    nothing in view  | ids, x, P | any   | Without measurements the frame is a prediction with u and U, and nothing else; ids stay as they are.
+    first sight      | ids, x, P | new   | A new landmark: predict with u and U, once in a frame, then augment with its measurement, and that is all.
     a known landmark | ids, x, P | known | Predict, then observe and correct. Is the right range taken from ids?
     """,
     wrong="""

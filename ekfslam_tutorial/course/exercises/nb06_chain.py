@@ -55,9 +55,9 @@ chain = table(
     },
     checks="""
     shapes                          | dx[:0], P[:0] | any | dx has n numbers, P is n x n.
-    the last landmark               | dx[-1] | sizes   | The measured landmark moves by q/(q + R) times z, where q is its variance.
+    the last landmark               | dx[-1] | sizes   | The last landmark is measured. It moves by P_nn/(P_nn + R) times z, and its variance P_nn is the sum of all q.
     all landmarks move              | dx     | sizes   | What corrects the last landmark corrects all that share errors with it: K has n entries.
-    an exact closure                | dx, P[-1] | exact | With R = 0 the last landmark is known exactly, and the gap is closed entirely.
+    an exact closure                | dx, P[-1] | exact | With R = 0 the last landmark is known exactly, and the gap is closed entirely: P - K Z K' has zeros in its row. Before it, P_ik is the sum of the errors that both share.
     the covariance afterwards       | P      | sizes   | P - K H P has all covariances between the landmarks, too.
     negative gap, long chain        | dx, P  | slipped | Nothing here depends on the sign of z or on the number of steps.
     """,

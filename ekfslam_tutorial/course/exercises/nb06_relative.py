@@ -50,8 +50,8 @@ relative = table(
     },
     checks="""
     shape                  | D[:0] | any         | D belongs to the two numbers of the difference.
-    independent landmarks  | D     | independent | Without a common error the two covariances add up.
-    a common error cancels | D     | common      | If both landmarks are shifted by the same error, their difference is exact.
+    independent landmarks  | D     | independent | Without a common error the two covariances add up: P[a, a] + P[b, b].
+    a common error cancels | D     | common      | If both landmarks are shifted by the same error, their difference is exact: P[a, b] and P[b, a] are taken away.
     the general case       | D     | any         | Multiply out (dl_b - dl_a)(dl_b - dl_a)': four blocks.
     small numbers          | D     | small       | Multiply out (dl_b - dl_a)(dl_b - dl_a)': four blocks.
     """,

@@ -81,7 +81,7 @@ gate = table(
     },
     checks="""
     the distances       | d2 | any    | d2 = z' inv(Z) z, for each landmark, with the whole matrix Z.
-    one landmark inside | i  | one    | Exactly one landmark passes the gate: that is the answer.
+    one landmark inside | i  | one    | Exactly one landmark passes the gate, d2 <= chi2.ppf(confidence, m): its index, a whole number from 0, is the answer.
     none inside         | i  | none   | If the measurement is far from every landmark, it belongs to none: return None.
     two inside          | i  | two    | Two landmarks are plausible: a wrong match is worse than none. Return None.
     metres mislead      | i  | metres | Near in metres is not near in sigma: the gate is a matter of d2.

@@ -60,7 +60,7 @@ mutual = table(
     },
     checks="""
     shape                          | j[:0] | any         | One entry for each measurement.
-    clear pairs                    | j | clear           | Each measurement near one landmark: take the least entry of its row.
+    clear pairs                    | j | clear           | Each measurement near one landmark: the answer is the column of the least entry of its row, if that is at most the limit.
     the gate                       | j | gate            | The nearest landmark may still be too far: -1. A distance of just the limit is not too far.
     a landmark is used once        | j | one landmark    | Two measurements want the same landmark: only the nearer one gets it. The other has no claim to its second best.
     two landmarks, one measurement | j | one measurement | The measurement goes to the nearer of the two landmarks.

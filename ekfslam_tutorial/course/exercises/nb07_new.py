@@ -97,7 +97,7 @@ new = table(
     the distances                | D      | sizes       | D[i, j] = z' inv(Z) z, with z = y_i - e_j and Z = E_j + R.
     behind the robot             | D      | behind      | At +-pi the difference of two bearings jumps by 2 pi: wrap it, here, too.
     the range is no angle        | D      | ranges      | Wrap the bearing only: ranges may differ by more than pi metres.
-    new is far from all          | new    | far         | A measurement is new if *every* landmark is too far, not if one of them is.
+    new is far from all          | new    | far         | A measurement is new if *every* landmark is too far, not if one of them is. Return the indices of the new ones.
     an empty map                 | new, D | empty       | At the start there is no landmark: every measurement is new, and D has no columns.
     the gate                     | new    | limit       | The limit is chi2.ppf(confidence, 2): what is between is neither old nor new.
     behind the robot, as a whole | new    | many behind | A landmark straight behind is in the map already: it must not be born again.

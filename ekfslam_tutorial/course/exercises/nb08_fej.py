@@ -84,9 +84,9 @@ fej = table(
         "far": lambda rng: [case(rng, 2, 1, z=np.array([far, 0.05])) for far in (4.0, -3.6)],
     },
     checks="""
-    first estimate = estimate | x, P | ordinary | If x_first is x, this is the ordinary EKF correction.
-    no innovation, no change  | x    | expected | Where y is what x makes us expect, the mean must not move.
-    covariance                | P    | sizes    | H is taken at x_first, and H alone decides what happens to P.
+    first estimate = estimate | x, P | ordinary | If x_first is x, this is the ordinary EKF correction with landmark i: x + K z and P - K Z K', with Z = H P H' + R and K = P H' inv(Z).
+    no innovation, no change  | x    | expected | Where y is what x makes us expect, the mean must not move: z = y - e, and e is taken at x alone.
+    covariance                | P    | sizes    | H is taken at x_first and nowhere else, and H alone decides what happens to P.
     mean                      | x    | sizes    | e is taken at x: the innovation is what it always was. The gain comes from x_first.
     seam of the bearing       | x    | behind   | A landmark behind the robot: the bearing innovation must be wrapped.
     the range is no angle     | x    | far      | Only the bearing is wrapped: a range may be off by more than pi.
@@ -125,7 +125,7 @@ def born(rng, std):
     c, s = np.cos(theta + y[1]), np.sin(theta + y[1])
     L_r, L_y = y[0] * np.array([[0, 0, -s], [0, 0, c]]), np.array([[c, -y[0] * s], [s, y[0] * c]])
     L_r[:, :2] = np.eye(2)
-    P_rr = np.diag([0, 0, std**2])
+    P_rr = np.diag([1e-8, 1e-8, std**2])
     P = np.block([[P_rr, P_rr @ L_r.T], [L_r @ P_rr, L_r @ P_rr @ L_r.T + L_y @ R @ L_y.T]])
     return np.array([0, 0, theta, y[0] * c, y[0] * s]), P, R
 

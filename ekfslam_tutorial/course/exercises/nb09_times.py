@@ -63,7 +63,8 @@ times = table(
     checks="""
     good order  | rows | good order | Each row moves as a whole: find the order from column 0, then take rows[order].
     sorted      | rows | no ties    | Each row moves as a whole: find the order from column 0, then take rows[order].
-    a few rows  | rows, late | small      | Each row moves as a whole: find the order from column 0, then take rows[order].
+    a few rows  | rows | small      | Each row moves as a whole: find the order from column 0, then take rows[order].
+    a few rows: late | late | small      | How many rows have an earlier stamp than the row just before them in the *file*: np.diff(...) < 0, before you sort.
     equal stamps | rows, late | ties      | Rows with the same stamp keep their order: kind="stable".
     none late   | late | good order | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
     late rows   | late | any        | Count the steps back in the *file*, before you sort: np.diff(...) < 0.

@@ -31,7 +31,7 @@ exercise = table(
         "noise of one": lambda rng: [(0.0, 0.4, 0.2), (0.4, 0.0, 0.2)],
     },
     checks="""
-    one step of one second    | U | one second   | With dt = 1 s the variances are sigma squared; nothing is correlated.
+    one step of one second    | U | one second   | With dt = 1 s the variances are sigma squared: three of sigma_v, then three of sigma_w; nothing is correlated.
     the same after one second | U | n steps      | Variances of independent steps add: n U(1/n) must be U(1).
     any dt                    | U | any          | Half the step, half the variance.
     noise of one              | U | noise of one | The six impulses: return the covariance, three variances for v, three for w.

@@ -95,9 +95,9 @@ exercise = table(
     checks="""
     ahead                     | x2[:3] | ahead   | The step is seen from the robot: turn it into the world with R(q), then add it.
     position                  | x2[:3] | any     | The step is seen from the robot: turn it into the world with R(q), then add it.
-    turns                     | x2[3:] | turns   | The turn is in the axes of the robot: its quaternion stands on the right, q dq.
-    orientation               | x2[3:] | any     | The turn is in the axes of the robot: its quaternion stands on the right, q dq.
-    no turn                   | x2     | no turn | The turn is in the axes of the robot: its quaternion stands on the right, q dq.
+    turns                     | x2[3:] | turns   | The turn is in the axes of the robot: its quaternion stands on the right, q dq, and dq is that of the whole rotation vector u[3:].
+    orientation               | x2[3:] | any     | The turn is in the axes of the robot: its quaternion stands on the right, q dq, and dq is that of the whole rotation vector u[3:].
+    no turn                   | x2     | no turn | The turn is in the axes of the robot: its quaternion stands on the right, q dq, and dq is that of the whole rotation vector u[3:].
     derivative by the state   | d X_x / x | any  | t2 depends on t, and through R(q) on q; q2 depends on q only.
     derivative by the control | d X_u / u | any  | dx passes through R; dv passes through v2q, then through the product.
     derivative without a turn | d X_u / u | no turn | dx passes through R; dv passes through v2q, then through the product.

@@ -83,7 +83,11 @@ _link(
     "Where d = 0, or empty, nothing has been bent: up = ud.",
     lambda rng: [case(rng, d) for d in ([0.0], [0.0, 0.0], [])],
 )
-_link("there and back", "distort(up, d) must give ud again, to 1e-6.", lambda rng: [case(rng, d) for d in LENSES])
+_link(
+    "there and back",
+    "distort(up, d) must give ud again, to 1e-6. So ud - distort(up, d) is what is still missing: divide by f, or step by the inverse of UD_up, until it is zero.",
+    lambda rng: [case(rng, d) for d in LENSES],
+)
 _link(
     "in the middle of the image",
     "ud = [0, 0]: do not divide by its length.",

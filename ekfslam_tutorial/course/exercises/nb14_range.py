@@ -48,7 +48,7 @@ roomy = table(
     checks="""
     two numbers     | place | any       | Return [start, stop], with stop = start + k.
     no gap          | place | no gap    | Nothing is free: the map grows, the state begins at n.
-    one gap         | place | one gap   | A deleted landmark leaves a gap: use it.
+    one gap         | place | one gap   | A deleted landmark leaves a gap of k free numbers, or more: start is the first of them, stop = start + k.
     one piece       | place | one piece | A state lies in one piece: two small gaps do not make a large one.
     first gap       | place | first gap | Of the gaps that are long enough take the first.
     free at the end | place | free at the end | Free numbers at the end are a gap, too, and the map may grow behind them.

@@ -51,7 +51,7 @@ exercise = table(
         x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> P = np.linalg.inv(Ia + Ib); x = P @ (Ia @ xa + Ib @ xb)
     average, as if independent | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 4 | (Pa + Pb) / 4 is the covariance of the mean of *independent* estimates. And the mean leaves open which one is better.
     average of both | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 2 | Informations are averaged, not covariances, with a w that fits the two.
-    covariances mixed | return x, P -> return w * xa + (1 - w) * xb, w * Pa + (1 - w) * Pb | The weights belong to the informations, inv(Pa) and inv(Pb), not to Pa and Pb.
+    covariances mixed | return x, P -> return w * xa + (1 - w) * xb, w * Pa + (1 - w) * Pb | The weights belong to the information matrices, inv(Pa) and inv(Pb), not to Pa and Pb.
     P not inverted | return x, P -> return x, np.linalg.inv(P) | w inv(Pa) + (1 - w) inv(Pb) is the information: its inverse is P.
     the better one alone | return x, P -> return (xa, Pa) if np.trace(Pa) < np.trace(Pb) else (xb, Pb) | Each may be better in another direction: mix them, with w between 0 and 1.
     always one half | ws[i], Ps[i] -> ws[500], Ps[500] | w = 1/2 is allowed, but not the best: search for the smallest trace.
@@ -100,7 +100,7 @@ def _(f, rng):
         expect.true(np.trace(P) <= 1.001 * least + 1e-12, f"trace(P) is {np.trace(P):.4g}; {least:.4g} is possible")
 
 
-@exercise.link("one is better in all directions", "Then the other one can be left out: w = 0 or w = 1.")
+@exercise.link("one is better in all directions", "Then the other one can be left out, x and P of it: w = 0 or w = 1.")
 def _(f, rng):
     xa, Pa, xb, _ = case(rng, 2)
     for args in ((xa, Pa, xb, 9 * Pa), (xb, 9 * Pa, xa, Pa)):

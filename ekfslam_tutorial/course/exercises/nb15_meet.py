@@ -54,7 +54,7 @@ exercise = table(
         "robot 1": lambda rng: [case(rng, None, ORIGIN) for _ in range(3)],
     },
     checks="""
-    both maps begin here | pose | origins | Both robots stand at the origin of their maps: the answer is robot 2 itself.
+    both maps begin here | pose | origins | Both robots stand at the origin of their maps: the answer is robot 2 itself, r away in the direction b12, with the heading b12 + pi - b21.
     robot 1 anywhere     | pose | robot 1 | r and b12 are in the frame of robot 1: F1.from_frame, and its heading F1.theta.
     robot 2 anywhere     | pose | any     | The origin of map 2, seen from robot 2, is F2.inverse(). Compose.
     """,

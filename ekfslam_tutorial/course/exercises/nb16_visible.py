@@ -76,8 +76,8 @@ seen = table(
         "many": lambda rng: [stack(rng, lead) for lead in ((40,), (6, 7), (2,), (1,), ())],
     },
     checks="""
-    one point  | seen | any    | One point gives one truth value, an array or a number without axes.
-    range      | seen | range  | Not further away than max_range, and not too far to the side.
+    one point  | seen | any    | Seen: the range is at most max_range, and the angle from the x axis at most fov / 2. One point gives one truth value, an array or a number without axes.
+    range      | seen | range  | Not further away than max_range, and the angle from the x axis not more than fov / 2, one truth value for each point.
     both sides | seen | sides  | fov / 2 to the left, fov / 2 to the right, in radians.
     behind it  | seen | behind | arctan(py / px) cannot tell ahead from behind: take arctan2(py, px).
     limits     | seen | limits | "Not further away than" and "not more than": a point on the limit itself is seen, <=.

@@ -46,7 +46,7 @@ weighed = table(
         "far": lambda rng: [scaled(*case(rng), 1, 40, 0.01), scaled(*case(rng), 0.1, 0, 1e-10)],
     },
     checks="""
-    equal likelihoods | w | alike   | If all explain the measurement alike, the weights stay what they were.
+    equal likelihoods | w | alike   | New weight = old weight times likelihood: if all explain the measurement alike, the weights stay what they were.
     innovations       | w | equal Z | The smaller the innovation, the more likely: exp(-z^2 / (2 Z)).
     variances         | w | any     | A Gaussian that is wide is low: 1 / sqrt(Z) is a part of the likelihood.
     far from all      | w | far     | All likelihoods are 0 in the computer: subtract the largest logarithm before exp.

@@ -68,7 +68,10 @@ def _compare(f, nees, dof):
         raise expect.Failed(f"{at}: you say {bool(got[k])}, it should be {bool(want[k])}")
 
 
-@band.link("limits", "2.5 % of honest filters are below the lower limit (too cautious), 2.5 % above the upper one.")
+@band.link(
+    "limits",
+    "2.5 % of honest filters are below the lower limit (too cautious), 2.5 % above the upper one. The sum over the runs is chi-square with runs times dof degrees of freedom; the mean is that divided by runs.",
+)
 def _(f, rng):
     for limits in ((0, 2.5), (2.5, 40)):
         _compare(f, *scan(rng, 25, 6, *limits))

@@ -74,7 +74,7 @@ tangent = table(
         "signs": lambda rng: signs(*poses(rng, 0.02)),
     },
     checks="""
-    one for each | nees | any        | Return N numbers, one NEES for each pose: e' C^-1 e with the covariance of e, C = E_x P E_x'.
+    one for each | nees | any        | Return N numbers, one NEES for each pose: e' C^-1 e, all six numbers of e, with its covariance C = E_x P E_x', E_x and P of that pose.
     position     | nees | right turn | Where the orientation is right, e is [t - t_truth, 0]; its covariance is still the whole C = E_x P E_x'.
     q and -q     | nees | signs      | q and -q are one orientation: the NEES must not change with the sign.
     """,

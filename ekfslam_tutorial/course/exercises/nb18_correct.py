@@ -1,4 +1,4 @@
-"""Exercise 18.2: one sighting of a robot corrects both robots, and all that hangs together with them."""
+"""Exercise 18.2: one sighting of a robot corrects both robots, and all that is correlated with them."""
 
 import numpy as np
 
@@ -36,7 +36,7 @@ def by_hand(rng):
 
 
 def third(rng):
-    """A third robot that hangs together with b."""
+    """A third robot that is correlated with b."""
     P = np.eye(9)
     P[3:6, 6:9] = P[6:9, 3:6] = 0.9 * np.eye(3)
     return [(np.zeros(9), P, slice(0, 3), slice(3, 6), np.array([0.5, -0.2]), *case(rng)[5:])]
@@ -63,16 +63,16 @@ both = table(
         "order": lambda rng: both_orders(*case(rng, 9, 6, 0)),
     },
     checks="""
-    one robot each      | x | by hand | One number a robot, so that you can follow it by hand: the gain of b is P_bb / Z.
+    one robot each      | x | by hand | One number a robot, so that you can follow it by hand: E_a goes into the columns a of H, E_b into b, Z = H P H' + R; the gain of b is P_bb / Z here.
     mean                | x | any     | x + K z, with K = P H' Z^-1: rows for all numbers of the state.
     covariance          | P | any     | P - K Z K', or (I - K H) P, or Joseph's form.
-    a third robot       | x[6:], P | third | A robot that hangs together with b must move, too: K has rows for it.
+    a third robot       | x[6:], P | third | A robot that is correlated with b must move, too: K has rows for it.
     order of the robots | x, P | order   | The same with a behind b in the state: nothing may depend on the order.
     """,
     wrong="""
     robot b taken as known | H[:, a], H[:, b] = E_a, E_b -> H[:, a] = E_a | Robot b is uncertain, too. Without E_b in H robot a believes it as if it were a surveyed mark, and b learns nothing.
     robot a taken as known | H[:, a], H[:, b] = E_a, E_b -> H[:, b] = E_b | Robot a is uncertain, too: its block E_a belongs in H.
-    only the one who looks | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a); return x + K @ z, P - K @ H @ P | K has rows for all numbers: b, and all that hangs together with either of them, must move.
+    only the one who looks | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a); return x + K @ z, P - K @ H @ P | K has rows for all numbers: b, and all that is correlated with either of them, must move.
     only the one who is seen | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, b); return x + K @ z, P - K @ H @ P | K has rows for all numbers: a moves, too.
     only the two robots | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a, b); return x + K @ z, P - K @ H @ P | Landmarks and other robots are correlated with the two. Leave the rows of K in: whoever drops them, breaks P.
     cross-covariance left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R | The two robots share landmarks, so they are correlated: Z holds E_a P_ab E_b' and its transpose, too. H P H' does it all.
@@ -83,7 +83,7 @@ both = table(
     robots exchanged | = E_a, E_b -> = E_b, E_a | E_a belongs in the columns a of H, E_b in the columns b.
     x minus K z | x + K @ z -> x - K @ z | z is measured minus expected, so the correction is added.
     x left as it was | x + K @ z -> x | Add K z to the mean.
-    P left as it was | P - K @ Z @ K.T -> P | The sighting makes all that hangs together with it more certain: P - K Z K'.
+    P left as it was | P - K @ Z @ K.T -> P | The sighting makes all that is correlated with it more certain: P - K Z K'.
     P grows | P - K @ Z -> P + K @ Z | A correction takes uncertainty away: minus.
     corrected twice | x + K @ z, P - K @ Z @ K.T -> x + 2 * K @ z, P - 2 * K @ Z @ K.T | One sighting is one correction, although it is about two robots. Used for a and then again for b, it counts twice.
     the first two robots always | H[:, a], H[:, b] = E_a, E_b -> H[:, 0:3], H[:, 3:6] = E_a, E_b | a and b are slices: H[:, a] = E_a and H[:, b] = E_b, not 0:3 and 3:6.

@@ -59,7 +59,7 @@ fusion = table(
         "unsure": unsure,
     },
     checks="""
-    by hand            | l | by hand | Variances 1 and 4: the first map has the weight 4/5, the second 1/5.
+    by hand            | l | by hand | Variances 1 and 4: the first map has the weight 4/5, the second 1/5, as l = P (P1^-1 l1 + P2^-1 l2) with P = (P1^-1 + P2^-1)^-1.
     mean               | l | any     | The whole matrices: a landmark is also told by what is known of its neighbours.
     covariance         | P | any     | P1 - K P1, which is (P1^-1 + P2^-1)^-1.
     order of the maps  | l, P | order   | Neither map is better by its place: fuse(1, 2) is fuse(2, 1).

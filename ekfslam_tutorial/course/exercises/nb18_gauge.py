@@ -65,10 +65,10 @@ gauge = table(
         "apart": lambda rng: [second_apart(*case(rng, (10, 10), 0.4, 0.0))],
     },
     checks="""
-    no error            | F    | no error | Where paths and truths differ by a rigid motion only, F is that motion.
+    no error            | F    | no error | Where paths and truths differ by a rigid motion only, F is that motion: theta in all four quadrants, t = mean(truth) - R mean(path).
     one alignment       | F    | any      | One angle and one vector for all positions of all robots, each instant counting once.
     no mirror           | F    | mirrored | A rigid motion turns and moves, it never mirrors: the determinant of R is +1.
-    ATE of each robot   | ates | any      | The same F for all, then the error of each robot's own instants.
+    ATE of each robot   | ates | any      | The same F for all: move each path by it. Then the root of the mean squared distance over the robot's own instants.
     robots out of place | ates | apart    | A robot that lies wrong to the others is an error: no alignment may hide it.
     """,
     wrong="""

@@ -51,7 +51,7 @@ gps = table(
         "far": lambda rng: [case(rng, 0.8, 1000.0)],
     },
     checks="""
-    in the time of the path | d     | by hand | One distance for each fix between the first and the last time of the path.
+    in the time of the path | d     | by hand | One distance for each fix between the first and the last time of the path: from the path at that time, x and y, to columns 1 and 2 of the fix.
     distances               | d     | any     | Where was the path at the time of the fix? On the line between two of its positions.
     error                   | error | any     | Sort the distances, keep the nearest, then the root of the mean square.
     wrong fixes             | error | far     | Fixes that jump by 100 m must not change the error of the rest.

@@ -65,7 +65,7 @@ upkeep = table(
     checks="""
     searched    | searched | any   | A tree is looked for in every scan in which it should be in view, found or not.
     found       | found    | any   | One more for each tree that got a detection.
-    who must go | delete   | one   | Looked for often enough, found too rarely, and in view of this scan.
+    who must go | delete   | one   | Searched at least min_search times, found in less than min_ratio of them (new found / new searched), and visible in this scan: all three.
     many trees  | delete   | many  | All trees at once, and the indices in rising order.
     empty       | delete   | empty | A map without trees is a map, too.
     """,

@@ -7,7 +7,7 @@ from ..table import table
 
 
 def sort_scan(D, gate, new_gate):
-    """Decide about each detection of a scan: which tree it is, a new tree, or none of both.
+    """Decide about each detection of a scan: which tree it is, a new tree, or neither.
 
     D, shape (k, n): squared Mahalanobis distances of k detections to n trees in the map; k and n may be 0.
     gate < new_gate: two limits of the squared distance.
@@ -96,7 +96,7 @@ _link(
 )
 _link(
     "nearest",
-    "The index of the tree with the least distance.",
+    "The index of the tree with the least distance: the smallest entry of the row. New is only what is far from *every* tree.",
     scans([[400, 2, 90], [1, 300, 80], [70, 60, 50]], [[400, 2], [1, 300]]),
 )
 _link(

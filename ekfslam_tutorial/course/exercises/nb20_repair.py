@@ -62,7 +62,7 @@ repair = table(
     },
     checks="""
     mean                  | x         | any   | x + t cos(theta + r1), y + t sin(theta + r1), theta + r1 + r2, with the theta from before.
-    no motion, no change  | P         | still | With u = 0 and U = 0 the state stays as it is.
+    no motion, no change  | P         | still | With u = 0 and U = 0 the state stays as it is, and so does P: X_x is the identity then.
     column of the heading | P[:3, :3] | U = 0 | With U = 0: P_rr = X_x P_rr X_x'. Ask finite differences for X_x, entry by entry.
     P_rm                  | P         | U = 0 | The covariance of the robot with the map: P_rm = X_x P_rm; the map's own block stays.
     noise                 | P         | P = 0 | X_u U X_u': the derivatives of the new pose by r1, t and r2, in this order.

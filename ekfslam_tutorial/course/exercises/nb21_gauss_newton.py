@@ -21,7 +21,7 @@ def gauss_newton_step(H, z, R):
 
 
 def case(rng, n=4, m=9, R=None, scale=1.0):
-    """Measurements with different units, and noise that hangs together, or with the given R(rng, m)."""
+    """Measurements with different units, and correlated noise, or with the given R(rng, m)."""
     H = rng.normal(size=(m, n)) * rng.uniform(0.3, 3, (m, 1))
     return H, rng.normal(size=m), scale * (R(rng, m) if R else random_covariance(rng, m, 0.3))
 
@@ -51,8 +51,8 @@ exercise = table(
     },
     checks="""
     equal noise | dx | R = I    | With R = I this is ordinary least squares: H' H dx = H' z.
-    weights     | dx | diagonal | A measurement counts by the inverse of its variance: R^-1, not R.
-    noise that hangs together | dx | any | R need not be diagonal: use its inverse as a matrix.
+    weights     | dx | diagonal | A measurement counts by the inverse of its variance, on both sides: H' R^-1 H dx = H' R^-1 z.
+    correlated noise | dx | any | R need not be diagonal: use its inverse as a matrix.
     information | A  | any      | A = H' R^-1 H; its inverse is the covariance of the unknowns.
     a fit that is perfect | dx | perfect | Where z = H d exactly, the step must be d, whatever the noise.
     small noise | dx | scaled   | Noise of a millimetre or of 100 m: only the ratios count for dx.

@@ -52,6 +52,11 @@ def behind(x, P, y, R, sight, iterations, side=1):
     return x, P, np.array([e[0] + 0.2, wrap(e[1] - side * 0.1)]), R, sight, iterations
 
 
+def farther(x, P, y, R, sight, iterations):
+    """The landmark 5 m farther away than expected."""
+    return x, P, y + [5.0, 0.0], R, sight, iterations
+
+
 _right = iterated_correct  # in an edit `iterated_correct` is the wrong answer itself
 
 exercise = table(
@@ -69,6 +74,7 @@ exercise = table(
         "one": lambda rng: [case(rng, n, 1) for n in (5, 7)],
         "more": lambda rng: [case(rng, 5, count) for count in (2, 4)],
         "seam": lambda rng: [behind(*case(rng, 5, 3, 0.1), side) for side in (-1, 1)],
+        "far": lambda rng: [farther(*case(rng, 5, count)) for count in (1, 3)],
     },
     checks="""
     one iteration          | x, P | one  | With one iteration it is the ordinary EKF: x + K z, P - K H P.
@@ -76,6 +82,7 @@ exercise = table(
     covariance             | P | more | P is that of one correction of the prior, with the last K and H: the data are used once.
     mean of more           | x | more | The second iteration starts from the prior again: only H and e are taken elsewhere.
     seam of the bearing    | x | seam | A landmark behind the robot: the bearing of y - e must be wrapped.
+    the range is no angle  | x | far  | A range innovation may be larger than pi: wrap the bearing only.
     """,
     wrong="""
     prior forgotten: You start the second iteration at the result of the first, as if that were a new prior: the measurement is used twice. Start from x every time, and take H (x - at) into account.
@@ -93,6 +100,7 @@ exercise = table(
     one iteration too many | range(iterations) -> range(iterations + 1) | iterations = 1 is the ordinary EKF.
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | y and e may differ by 2 pi near the seam: wrap the bearing of z.
     brackets of the wrapping | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
+    range wrapped, too | [y[0] - e[0], -> [wrap(y[0] - e[0]), | The range is a distance, not an angle: wrap z[1] only.
     degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | All angles are in radians already: no conversion.
     R forgotten | H.T + R -> H.T + 1e-12 * R | Z = H P H' + R.
     prior not corrected | return at, P_new -> return at, P | Return the corrected P as well: P - K H P.

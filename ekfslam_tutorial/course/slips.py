@@ -1,0 +1,397 @@
+"""Slips that happen in every formula: the solution with one sign, factor, name ... of it written otherwise.
+
+Where none of the listed mistakes explains an answer, one of these may. Its sentence quotes the place: the student's
+results are those of one expression where another one belongs. So nothing is guessed.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import re
+import types
+from collections.abc import Iterator
+
+from . import edits
+
+MOST = 1500  # slips of one solution; each costs a compilation
+LONGEST = 90  # characters of an expression that is quoted
+
+EXCHANGED = {"sin": "cos", "cos": "sin", "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
+             "eye": "zeros", "hstack": "vstack", "sum": "mean", "mean": "sum", "flatnonzero": "nonzero",
+             "isin": "not isin"}  # fmt: skip
+AROUND = {"wrap": "wrap", "sqrt": "root", "inv": "inverse", "abs": "absolute value"}
+COUNTING = {"linspace", "arange", "range", "full", "reshape"}  # arguments that nobody exchanges
+COMPARED = {ast.Lt: (ast.LtE, ast.Gt), ast.LtE: (ast.Lt, ast.GtE), ast.Gt: (ast.GtE, ast.Lt),
+            ast.GtE: (ast.Gt, ast.LtE), ast.Eq: (ast.NotEq,)}  # fmt: skip
+
+
+class Slip:
+    """The solution, or a listed mistake, with one more slip."""
+
+    edits: tuple = ()
+
+    def __init__(self, solution, hint, body, user=None):
+        self.name = f"slip: {hint.partition(': your')[0]}"
+        self.solution, self.hint, self.body, self.user = solution, hint, body, user
+
+    @property
+    def answer(self):
+        """The function, or None where the slip makes nonsense. Made anew each time: there are a thousand slips."""
+        try:
+            made = edits.function(self.solution, edits.parts(self.solution)[0] + self.body, self.name)
+        except Exception:
+            return None
+        if self.user is None:
+            return made
+        space = self.user.__globals__ | {made.__name__: made}
+        return types.FunctionType(self.user.__code__, space, self.user.__name__, self.user.__defaults__)
+
+
+def slips(solution, body=None) -> list[Slip]:
+    """Return the slips of a solution, the likely ones first.
+
+    Parameters
+    ----------
+    solution : function
+    body : str, optional
+        What stands in place of its own body: that of a listed mistake, for two mistakes at once.
+
+    Returns
+    -------
+    list of Slip
+    """
+    own = edits.parts(solution)
+    head, body = own[0], own[1] if body is None else body
+    found, seen = [], {body}
+    try:
+        function = ast.parse(head + body).body[0]
+    except SyntaxError:
+        return []
+    for sentence, text in _of(function, _Text(head, body)):
+        if text not in seen:
+            seen.add(text)
+            found.append(Slip(solution, sentence, text))
+    return found[:MOST]
+
+
+def slips_of_helpers(solution) -> list[Slip]:
+    """Return the slips of those functions of other exercises that a solution calls: a student may write them anew."""
+    found = []
+    for name in solution.__code__.co_names:
+        helper = solution.__globals__.get(name)
+        if isinstance(helper, types.FunctionType) and helper.__module__.startswith(f"{__package__}.exercises"):
+            found += [Slip(helper, f"As in `{name}`. {s.hint}", s.body, solution) for s in slips(helper)]
+    return found
+
+
+class _Text:
+    """A function as text, in which the place of a node is written otherwise."""
+
+    def __init__(self, head, body):
+        self.text, self.head = head + body, len(head)
+        lines = self.text.splitlines(keepends=True)
+        self.starts = [sum(map(len, lines[:i])) for i in range(len(lines) + 1)]
+
+    def span(self, node):
+        return self.starts[node.lineno - 1] + node.col_offset, self.starts[node.end_lineno - 1] + node.end_col_offset
+
+    def of(self, node):
+        start, end = self.span(node)
+        return " ".join(self.text[start:end].split())
+
+    def both(self, around, node, new):
+        """An expression as it is, and with this node in it written otherwise."""
+        (start, end), (a, b) = self.span(around), self.span(node)
+        return self.text[start:end], self.text[start:a] + new + self.text[b:end]
+
+    def with_(self, node, new, brackets=True):
+        start, end = self.span(node)
+        new = f"({new})" if brackets else new
+        return self.text[self.head : start] + new + self.text[end:]
+
+
+def _of(function, text) -> Iterator[tuple[str, str]]:
+    """Yield the sentence and the new body of each slip."""
+    statements = [n for n in ast.walk(function) if isinstance(n, ast.stmt) and n is not function]
+    if ast.get_docstring(function) is not None:
+        statements.remove(function.body[0])
+    parameters = [a.arg for a in function.args.args]
+    means = _meanings(function, parameters)
+
+    def told(what, old, new):
+        old, new = (" ".join(s.split()) for s in (old, new))
+        if max(len(old), len(new)) > LONGEST:
+            return f"{what}: look at `{old[:40]} ...`." if len(old) > LONGEST else f"{what}: look at `{old}`."
+        known = [f"{name} = {value}" for name, value in means.items() if re.search(rf"\b{name}\b", old)]
+        known = known if len(known) < 3 else []
+        where = f" (with {', '.join(known)})" if known else ""
+        return f"{what}: your results are as if `{new}` stood where `{old}` belongs{where}."
+
+    nodes = sorted(_nodes(function), key=lambda n: not isinstance(n, ast.Attribute))  # transposes first
+    locals_ = [*parameters, *_assigned(function)]
+    written = {id(n.value) for n in nodes if isinstance(n, ast.Subscript) and isinstance(n.ctx, ast.Store)}
+    names = [n for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load) and n.id in locals_]
+    names = [n for n in names if id(n) not in written]
+    for node in nodes:
+        small = isinstance(node, ast.Constant) or node in names
+        for what, new in [*_changes(node, text), *_of_name(node, names)]:
+            parent = _around(nodes, node, text) if small else node
+            yield told(what, *text.both(parent, node, new)), text.with_(node, new)
+    yield from _of_parameters(function, parameters, text)
+    for node in statements:
+        yield from _of_statement(node, text)
+    for node in names:
+        for other in locals_:
+            if other != node.id:
+                both = text.both(_around(nodes, node, text), node, other)
+                yield told(f"`{other}` for `{node.id}`", *both), text.with_(node, other, False)
+
+
+def _nodes(function):
+    """The expressions of the body, without the docstring and the names that are called."""
+    body = function.body[1:] if ast.get_docstring(function) is not None else function.body
+    found = [n for s in body for n in ast.walk(s) if isinstance(n, ast.expr)]
+    below = {id(n.operand) for n in found if isinstance(n, ast.UnaryOp) and isinstance(n.operand, ast.Constant)}
+    return [n for n in found if id(n) not in below]  # -1 is one number
+
+
+def _meanings(function, parameters):
+    """Short definitions of the names that the solution gives: the student may have others."""
+    found = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
+            name, value = node.targets[0].id, ast.unparse(node.value)
+            found[name] = (
+                None if name in found or name in parameters or len(value) > 45 or "np.array" in value else value
+            )
+    return {name: value for name, value in found.items() if value}
+
+
+def _assigned(function):
+    """Names that the body gives a value."""
+    found = [n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+    return list(dict.fromkeys(found))
+
+
+def _of_name(node, names):
+    if node in names:
+        yield "A square too many", f"{node.id}**2"
+        yield "A root too many", f"np.sqrt({node.id})"
+
+
+def _around(nodes, node, text):
+    """The smallest operation or call that a name or number stands in, for a quotation."""
+    kinds = ast.BinOp | ast.Call | ast.Compare | ast.Subscript | ast.List
+    (start, end) = text.span(node)
+    holders = [n for n in nodes if isinstance(n, kinds)]
+    holders = [n for n in holders if text.span(n)[0] <= start and end <= text.span(n)[1] and n is not node]
+    return min(holders, key=lambda n: text.span(n)[1] - text.span(n)[0], default=node)
+
+
+def _changes(node, text):
+    """Yield what is wrong and the new text for each slip of an expression."""
+    of = text.of
+    if isinstance(node, ast.BinOp):
+        yield from _of_operation(node, of(node.left), of(node.right))
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        yield "A minus is missing", of(node.operand)
+        if isinstance(node.operand, ast.Constant) and isinstance(node.operand.value, int):
+            yield "A number", str(1 - node.operand.value)
+            yield "A number", str(-1 - node.operand.value)
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.Invert):
+        yield "The condition is the wrong way round", of(node.operand)
+    elif isinstance(node, ast.Compare) and len(node.ops) == 1:
+        for kind in COMPARED.get(type(node.ops[0]), ()):
+            new = copy.deepcopy(node)
+            new.ops = [kind()]
+            yield "The comparison", ast.unparse(new)
+    elif isinstance(node, ast.BoolOp):
+        for value in node.values:
+            yield "A condition is missing", f" {_word(node.op)} ".join(of(v) for v in node.values if v is not value)
+        other = "or" if isinstance(node.op, ast.And) else "and"
+        yield f"`{other}` for `{_word(node.op)}`", f" {other} ".join(map(of, node.values))
+    elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        for new in (node.value + 1, node.value - 1):
+            yield "A number", str(new)
+    elif isinstance(node, ast.Attribute) and node.attr == "T":
+        yield "A transpose is missing", of(node.value)
+    elif isinstance(node, ast.Call):
+        yield from _of_call(node, of)
+    elif isinstance(node, ast.IfExp):
+        yield "One of two cases is missing", of(node.body)
+        yield "One of two cases is missing", of(node.orelse)
+    elif isinstance(node, ast.List | ast.Tuple) and isinstance(node.ctx, ast.Load) and 1 < len(node.elts) <= 6:
+        yield from _of_entries(node, of)
+
+
+def _word(op):
+    return "and" if isinstance(op, ast.And) else "or"
+
+
+def _of_operation(node, left, right):
+    op = type(node.op)
+    a, b = (f"({s})" if isinstance(n, ast.BinOp | ast.UnaryOp) else s
+            for n, s in ((node.left, left), (node.right, right)))  # fmt: skip
+    if op is ast.Add:
+        yield "A sign is wrong", f"{left} - {b}"
+        yield "A sign is wrong", f"{right} - {a}"
+        yield "A term is missing", left
+        yield "A term is missing", right
+        yield "A term counts twice", f"2 * {a} + {right}"
+        yield "A term counts twice", f"{left} + 2 * {b}"
+    elif op is ast.Sub:
+        yield "A sign is wrong", f"{left} + {right}"
+        yield "The difference is the wrong way round", f"{right} - {a}"
+        yield "A term is missing", left
+        yield "A term is missing", f"-{b}"
+        yield "A term is missing", right
+        yield "A term counts twice", f"{left} - 2 * {b}"
+    elif op in (ast.Mult, ast.MatMult):
+        yield "A factor is missing", left
+        yield "A factor is missing", right
+        yield "A sign is wrong", f"-({left} {'@' if op is ast.MatMult else '*'} {right})"
+        if op is ast.Mult:
+            yield "Divided, not multiplied", f"{left} / {b}"
+            yield "Added, not multiplied", f"{left} + {right}"
+        else:
+            yield "The factors are in the wrong order", f"{b} @ {a}"
+            yield "The product of matrices is `@`, and `*` goes entry by entry", f"{a} * {b}"
+            yield "A transpose too many", f"{a}.T @ {b}"
+            yield "A transpose too many", f"{a} @ {b}.T"
+            yield "An inverse", f"np.linalg.inv({left}) @ {b}"
+            yield "An inverse", f"{a} @ np.linalg.inv({right})"
+        yield "Twice as much", f"2 * ({left} {'@' if op is ast.MatMult else '*'} {right})"
+        yield "Half as much", f"({left} {'@' if op is ast.MatMult else '*'} {right}) / 2"
+    elif op is ast.Div:
+        yield "A division is missing", left
+        yield "Multiplied, not divided", f"{left} * {b}"
+        yield "The quotient is upside down", f"{right} / {a}"
+        yield "A sign is wrong", f"-{a} / {b}"
+        yield "Divided by the square", f"{left} / {b}**2"
+        yield "Divided by the root", f"{left} / np.sqrt({right})"
+    elif op is ast.Pow:
+        yield "The power is missing", left
+        yield "The power is another one", f"{a} ** ({right} + 1)"
+        yield "The power is another one", f"{a} ** ({right} - 1)"
+        yield "The power is another one", f"{a} ** (2 * {b})"
+        yield "A factor, not a power", f"{a} * {b}"
+    elif op in (ast.BitAnd, ast.BitOr):
+        other = "|" if op is ast.BitAnd else "&"
+        yield "A condition is missing", left
+        yield "A condition is missing", right
+        yield f"`{other}` for `{'&' if other == '|' else '|'}`", f"{left} {other} {right}"
+
+
+def _of_call(node, of):
+    function, args = of(node.func), list(map(of, node.args))
+    keywords = [f"{k.arg}={of(k.value)}" for k in node.keywords]
+    stem, _, name = function.rpartition(".")
+    if name in EXCHANGED:
+        new = f"{stem}.{EXCHANGED[name]}" if stem else EXCHANGED[name]
+        yield f"`{EXCHANGED[name]}` for `{name}`", f"{new}({', '.join(args + keywords)})"
+    if name in AROUND and len(args) == 1:
+        yield f"The {AROUND[name]} is missing", args[0]
+    if name in ("sin", "cos", "tan") and args:
+        yield "Degrees and radians", f"{function}(np.radians({args[0]}))"
+    if name == "solve" and len(args) == 2:
+        yield "The inverse is missing", f"({args[0]}) @ ({args[1]})"
+    for i in range(len(args) - 1 if name not in COUNTING else 0):
+        swapped = [*args[:i], args[i + 1], args[i], *args[i + 2 :]]
+        yield "Two arguments are exchanged", f"{function}({', '.join(swapped + keywords)})"
+    for i, keyword in enumerate(keywords):
+        rest = keywords[:i] + keywords[i + 1 :]
+        yield f"`{keyword}` is missing", f"{function}({', '.join(args + rest)})"
+
+
+def _of_entries(node, of):
+    if any(isinstance(entry, ast.Slice) for entry in node.elts):
+        return
+    entries = list(map(of, node.elts))
+    opened, closed = ("[", "]") if isinstance(node, ast.List) else ("", "")
+    row = lambda some: f"{opened}{', '.join(some)}{closed}"
+    rows = [list(map(of, e.elts)) for e in node.elts if isinstance(e, ast.List | ast.Tuple)]
+    if len(rows) == len(entries) and len({len(r) for r in rows}) == 1:
+        matrix = lambda some: "[" + ", ".join("[" + ", ".join(r) + "]" for r in some) + "]"
+        if len(rows) == len(rows[0]):
+            yield "Rows and columns are exchanged", matrix(zip(*rows, strict=True))
+        for j in range(len(rows[0]) - 1):
+            swapped = [[*r[:j], r[j + 1], r[j], *r[j + 2 :]] for r in rows]
+            yield "Two columns are exchanged", matrix(swapped)
+        for j in range(len(rows[0])):
+            yield "A column has the wrong sign", matrix([[*r[:j], f"-({r[j]})", *r[j + 1 :]] for r in rows])
+            yield "A column is missing", matrix([[*r[:j], "0", *r[j + 1 :]] for r in rows])
+        for i in range(len(rows)):
+            yield "A row has the wrong sign", matrix([*rows[:i], [f"-({v})" for v in rows[i]], *rows[i + 1 :]])
+            yield "A row is missing", matrix([*rows[:i], ["0"] * len(rows[i]), *rows[i + 1 :]])
+        what = "Two rows are exchanged"
+    else:
+        what = "The order"
+        for i, entry in enumerate(entries):
+            for wrong, new in (("An entry has the wrong sign", f"-({entry})"), ("An entry is missing", "0")):
+                yield wrong, row([*entries[:i], new, *entries[i + 1 :]])
+    for i in range(len(entries) - 1):
+        for j in range(i + 1, len(entries)):
+            swapped = list(entries)
+            swapped[i], swapped[j] = swapped[j], swapped[i]
+            yield what, row(swapped)
+
+
+def _of_parameters(function, parameters, text):
+    """Slips of an input, wherever it stands."""
+    first = function.body[1 if ast.get_docstring(function) is not None else 0]
+    indent = " " * first.col_offset
+    before = lambda line: f"{indent}{line}\n{text.text[text.head :]}"
+    for p in parameters:
+        for sentence, new in (
+            (f"`{p}` has no effect in yours", f"0 * np.asarray({p})"),
+            (f"`{p}` comes in with the wrong sign", f"-np.asarray({p})"),
+            (f"`{p}` is squared in yours", f"np.asarray({p}) ** 2"),
+            (f"Yours takes the root of `{p}`", f"np.sqrt({p})"),
+            (f"`{p}` counts twice in yours", f"2 * np.asarray({p})"),
+            (f"`{p}` is transposed in yours", f"{p}.T"),
+            (f"`{p}` is inverted in yours", f"np.linalg.inv({p})"),
+            (f"Only the diagonal of `{p}` counts in yours: the rest of it matters, too", f"np.diag(np.diag({p}))"),
+            (f"`{p}` is in radians already: no conversion", f"np.radians({p})"),
+            (f"`{p}` is turned into degrees in yours: keep to radians", f"np.degrees({p})"),
+        ):
+            yield f"{sentence}.", before(f"{p} = {new}")
+        matrix = re.search(rf"\b{p}\b[^.]*?shape \([^),]+,[^),]+\)", text.text[: text.head])
+        called = (lambda i, p=p: f"column {i} of `{p}`") if matrix else (lambda i, p=p: f"`{p}[{i}]`")
+        for i in range(5):
+            entry = f"{p} = np.array({p}, float); {p}[..., {i}]"
+            yield f"Without effect in yours: {called(i)}.", before(f"{entry} = 0")
+            yield f"With the wrong sign in yours: {called(i)}.", before(f"{entry} *= -1")
+            yield f"In radians already, so no conversion: {called(i)}.", before(f"{entry} *= np.pi / 180")
+            for j in range(i + 1, 4):
+                both = f"{p} = np.array({p}, float); {p}[..., [{i}, {j}]] = {p}[..., [{j}, {i}]]"
+                yield f"Exchanged in yours: {called(i)} and {called(j)}.", before(both)
+    for i, p in enumerate(parameters):
+        for q in parameters[i + 1 :]:
+            yield f"`{p}` and `{q}` are exchanged in yours.", before(f"{p}, {q} = {q}, {p}")
+
+
+def _of_statement(node, text):
+    """Slips of a line: left out, added the wrong way, results in another order."""
+    if isinstance(node, ast.Assign | ast.AugAssign | ast.Expr):
+        yield f"A step is missing: `{text.of(node)[:LONGEST]}`.", text.with_(node, "pass", False)
+    if isinstance(node, ast.AugAssign):
+        target, value = text.of(node.target), text.of(node.value)
+        for sign in ("", "-", "+"):
+            new = f"{target} {sign}= {value}"
+            yield f"Your results are as if `{new}` stood where `{text.of(node)}` belongs.", text.with_(node, new, False)
+    if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
+        names = list(map(text.of, node.targets[0].elts))
+        for i in range(len(names) - 1):
+            for j in range(i + 1, len(names)):
+                swapped = list(names)
+                swapped[i], swapped[j] = swapped[j], swapped[i]
+                new = text.with_(node.targets[0], ", ".join(swapped), False)
+                yield f"`{names[i]}` and `{names[j]}` are exchanged in yours.", new
+    if isinstance(node, ast.Assign) and not isinstance(node.targets[0], ast.Tuple):
+        value = text.of(node.value)
+        for what, new in (("minus", f"-({value})"), ("twice", f"2 * ({value})"), ("the square of", f"({value}) ** 2"),
+                          ("the root of", f"np.sqrt({value})"), ("the transpose of", f"({value}).T"),
+                          ("half of", f"({value}) / 2"), ("the inverse of", f"np.linalg.inv({value})")):  # fmt: skip
+            place, cut = text.of(node.targets[0]), value if len(value) <= LONGEST else value[:40] + " ..."
+            yield f"Your results are as if `{place}` were {what} `{cut}`.", text.with_(node.value, new)
