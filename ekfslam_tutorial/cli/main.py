@@ -134,6 +134,7 @@ def parser():
     course = _lab, _notebooks, _progress, _lecture, _nbgrader
     for add in (
         _run,
+        _convert,
         _tune,
         _smooth,
         _graph,
@@ -178,6 +179,24 @@ def _run(commands):
     run.add_argument(
         "--threads", type=_positive, default=1, metavar="N", help="of the linear algebra (BLAS); default 1"
     )
+
+
+def _convert(commands):
+    help = "Make a recording and a scenario of a log of any form: CSV, .mat, ROS bags, MCAP. Says first what it sees."
+    convert = _command(commands, "convert", help)
+    convert.add_argument("log", metavar="LOG", help="a file, a folder of files, or a bag")
+    convert.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="ROLE.NAME=COLUMN",
+        help="what a column means: odometry.v=speed, scan.range=dist, scan.angle_unit=deg; docs/your_log.md has all",
+    )
+    convert.add_argument("--plan", metavar="FILE.toml", help="the same, from the section [convert] of a file")
+    convert.add_argument("--look", action="store_true", help="only say what is in the log; write nothing")
+    convert.add_argument("--tune", action="store_true", help="also find the noise: see `tune`; writes tuned.toml")
+    convert.add_argument("--name", metavar="NAME", help="of the scenario; that of the log if not given")
+    convert.add_argument("--out", metavar="DIR", help="folder to write into; results/NAME-log if not given")
 
 
 def _tune(commands):

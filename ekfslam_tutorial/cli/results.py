@@ -63,7 +63,7 @@ def tell(figures):
     words = [f"{figures['frames']} frames", f"{figures['n_landmarks']} landmarks"]
     if figures["n_landmarks_refused"]:
         words.append(f"{figures['n_landmarks_refused']} landmarks not started: the map was full")
-    if figures["landmarks_by"] == "place" and figures["n_left_over"]:
+    if figures.get("landmarks_by") == "place" and figures["n_left_over"]:
         words.append(f"{figures['n_left_over']} of them where no true one is")
     say(f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s", "bold")
     known = {key: value for key, value in figures.items() if value is not None}
