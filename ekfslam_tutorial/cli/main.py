@@ -138,6 +138,7 @@ def parser():
         _tune,
         _smooth,
         _graph,
+        _export,
         _monte_carlo,
         _data,
         *course,
@@ -234,6 +235,17 @@ def _graph(commands):
     _played(graph)
     graph.add_argument("--to", choices=("g2o", "gtsam"), default="g2o", help="g2o if not given")
     graph.add_argument("--out", metavar="FILE", help="results/NAME.g2o, or results/NAME_gtsam.py, if not given")
+
+
+def _export(commands):
+    export = _command(commands, "export", "Write paths and map of a run for other programs: evo, Rerun, Foxglove.")
+    _played(export)
+    export.add_argument(
+        "--to", choices=("tum", "kitti", "euroc", "rerun", "mcap"), default="tum", help="tum if not given"
+    )
+    export.add_argument(
+        "--out", metavar="DIR", help="folder to write into; results/NAME-tum (or kitti, ...) if not given"
+    )
 
 
 def _monte_carlo(commands):

@@ -10,7 +10,7 @@ from ..analysis.fixes import fix_figures
 from ..analysis.rec_file import write_rec
 from .files import pictures, replacing, written
 from .terminal import say, table
-from .tum import write_tum
+from .trajectories import write_tum
 
 TOLD = [
     ("position error (ATE)", "ate_rmse_m", "{:.3g} m", "dead reckoning: {dead_reckoning_ate_m:.3g} m"),
