@@ -9,8 +9,6 @@ world, and each landmark gets the true one in whose place it is: one to one, the
 import itertools
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial import cKDTree
 
 from ..ekf import chi_square
 from ..geometry import Frame2, Frame3, align
@@ -79,6 +77,8 @@ def pairs_by_place(points, P, truth, F):
     F : Frame2 or Frame3
         Laid on the world by these pairs.
     """
+    from scipy.optimize import linear_sum_assignment  # here and below: few runs need it, and all would wait for it
+
     far, d = half_way(truth), points.shape[1]
     allowed = np.sqrt(chi_square.quantile(SURE, d) * np.linalg.eigvalsh(P)[:, -1].clip(0))
     i, j = before = np.zeros((2, 0), int)
@@ -97,6 +97,8 @@ def pairs_by_place(points, P, truth, F):
 
 def half_way(truth):
     """Half the distance to the next landmark of the world, its median: from there on another one may be meant, m."""
+    from scipy.spatial import cKDTree
+
     if len(truth) < 2:
         return np.inf
     return 0.5 * float(np.median(cKDTree(truth).query(truth, 2)[0][:, 1]))
@@ -123,6 +125,8 @@ def laid_by_shape(points, truth):
     Frame2 or Frame3, or None
         None where less than d + 2 landmarks, or less than half of them, find a place.
     """
+    from scipy.spatial import cKDTree
+
     n, d = points.shape
     if min(n, len(truth)) < d + 2:
         return None

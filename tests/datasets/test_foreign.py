@@ -195,6 +195,22 @@ def test_times_and_headings_tell_their_units():
     assert heading_unit(x, y, theta + 1.6) == "rad" and heading_unit(x, y, np.rad2deg(theta)) == "deg"
 
 
+@pytest.mark.parametrize(
+    ("column", "says", "factor"),
+    [
+        ("Speed [km/h]", "kmh, by its name", 1 / 3.6),
+        ("speed_mps", "mps, by its name", 1.0),
+        ("Speed (knots)", "its unit 'knots' is not known", 1.0),
+    ],
+)
+def test_units_in_the_names_of_columns(tmp_path, column, says, factor):
+    (tmp_path / "odo.csv").write_text(f"t,{column},Yaw Rate [°/s]\n0,1,10\n1,1,10\n2,1,10\n")
+    (tmp_path / "laser.csv").write_text("t,id,range,bearing\n0,1,3,0\n1,1,2,0\n")
+    done = convert(tmp_path)
+    assert says in "\n".join(done.said)
+    np.testing.assert_allclose(done.recording.robots[1].u[-1], [factor, np.deg2rad(10)])
+
+
 def test_scatter_is_that_of_white_noise():
     """1000 numbers on a parabola: within 10 %, three standard deviations of such an estimate."""
     a = np.linspace(0, 3, 1000) ** 2 + np.random.default_rng(0).normal(0, 0.2, 1000)

@@ -149,7 +149,8 @@ class _Log:
     def _read(self, role, entry, table, units):
         part = {m: table.columns[c] for m, c in entry.items() if m in NAMES}
         if role != "map":
-            part["t"] = part["t"] * units["t"][0] + float(entry.get("t_offset", 0.0))
+            t = part["t"] * units["t"][0] + float(entry.get("t_offset", 0.0))
+            part["t"] = np.round(t, 6)  # what is measured at one time has one time, whatever was added
         part |= {m: part[m] * factor for m, (factor, _) in units.items() if m != "t"}
         if entry.get("clockwise"):
             part |= {m: -part[m] for m in ("bearing", "theta", "w", "dtheta") if m in part}
@@ -332,7 +333,9 @@ class _Log:
         known = int(np.isfinite(recording.truth[1]).all(1).sum()) if recording.truth else 0
         words = f"{len(recording):,} frames, {len(recording.raw[1].ids):,} measurements"
         words += f"; the true pose is known in {known:,}" if recording.truth else "; no true poses"
-        words += f", {len(recording.fixes[1]):,} fixes" if recording.fixes else ""
+        if recording.fixes:
+            words += f", {len(recording.fixes[1]):,} fixes; they have a frame of their own, so look at"
+            words += " gps_rmse_best95_aligned_m in result.json"
         return [words + (f", {len(recording.landmarks.ids)} true landmarks" if recording.landmarks else "")]
 
 

@@ -65,7 +65,8 @@ def units(entry, table, of_time=None, degrees=False):
             unit = heading_unit(*(table.columns[entry[m]] for m in ("x", "y", "theta")))
             found[meaning] = UNITS[kind][unit], f"{unit}, as the path goes"
         else:
-            found[meaning] = _guessed(kind, meaning, table.columns[entry[meaning]], of_time, degrees)
+            factor, words = _guessed(kind, meaning, table.columns[entry[meaning]], of_time, degrees)
+            found[meaning] = factor, words + f"; its unit {ending!r} is not known" * (ending is not None)
     return found
 
 

@@ -44,6 +44,7 @@ NAMES = {
 ENDINGS = {"t": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "ns": 1e-9, "nsec": 1e-9}}
 ENDINGS["angle"] = {"rad": 1.0, "rads": 1.0, "deg": np.pi / 180, "degrees": np.pi / 180, "dps": np.pi / 180}
 ENDINGS["length"] = {"m": 1.0, "mps": 1.0, "cm": 0.01, "mm": 1e-3, "mmps": 1e-3, "km": 1e3, "ft": 0.3048}
+ENDINGS["length"] |= {"kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704}
 UNITS = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "angle": {"rad": 1.0, "deg": np.pi / 180},
@@ -60,11 +61,11 @@ STEPS = re.compile(r"odo|wheel|pose_est|dead", re.IGNORECASE)
 def plain(name):
     """A column's name without units, brackets and capitals; and the unit, where its ending or brackets say one."""
     word = name.strip().lower()
-    unit = re.search(r"[\[(]\s*([a-z]+)(?:/s)?\s*[\])]$", word)
+    unit = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]$", word)
     word = re.sub(r"\s*[\[(].*[\])]$", "", word)
     word = re.sub(r"[\s-]+", "_", word)
     if unit:
-        return word, unit[1]
+        return word, unit[1].replace("°", "deg").removesuffix("/s").replace("km/h", "kmh")
     stem, _, end = word.rpartition("_")
     if stem and any(end in units for units in ENDINGS.values()):
         return stem, end
