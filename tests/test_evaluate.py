@@ -9,7 +9,7 @@ from evo.tools import file_interface
 
 from ekfslam_tutorial.cli import main
 from ekfslam_tutorial.cli.evaluate import shown
-from ekfslam_tutorial.cli.tum import tum_rows
+from ekfslam_tutorial.cli.trajectories import tum_rows
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ from .consistency import honesty, md2
 from .corrections import GROSS, SecondSums, correction_ratio
 from .gauge import MapGauge, distance_weights, start_gauge
 from .inertial import motion_errors, rotation_rmse, upright
+from .partners import identity, named, placed, pose_on_truth
 from .tracks import Track, rmse
 
 SURPRISING = 60.0
@@ -54,6 +55,8 @@ class History:
         self.n_refused = self.n_recoveries = 0
         self.last: Any = None
         self._laid: Any = None  # the landmarks of the last frame, their covariance, and the gauge by them
+        self._lies: Any = None  # how the map lies in the world, a frame's vector, where landmarks are told by place
+        self._last_rows: Any = None  # the last frame, and its landmarks' rows in the world
 
     # --- collecting ---
 
@@ -82,7 +85,9 @@ class History:
 
     def state(self):
         """All that has been kept, as plain values, for a file."""
-        kept = {name: value for name, value in vars(self).items() if name not in ("last", "_frames", "_laid")}
+        kept = {
+            name: value for name, value in vars(self).items() if name not in ("last", "_frames", "_laid", "_last_rows")
+        }
         return kept | {"_sums": {id: sums.rows for id, sums in self._sums.items()}}
 
     def restore(self, state, frames):
@@ -115,9 +120,43 @@ class History:
         truth = np.array(s.truth.get(rob.id, np.full(n, np.nan)), float)
         self._rows[rob.id].append((s.t, np.array(state[:n]), P, truth, self._states[rob.id][:n]))
 
+    def partners(self, s=None):
+        """Row in `sim_lmk` of each landmark of a frame that has a true one, by id; of the last frame if not given.
+
+        By id where ids are those of the world (`Snapshot.named`), or else by place.
+        """
+        s = self.last if s is None else s
+        if s is None:
+            raise ValueError("this history has no frames yet; call add(snapshot) for each snapshot of a run")
+        if s.named or s.sim_lmk is None:
+            return named(s)
+        if self._last_rows is None or self._last_rows[0] is not s:
+            self._last_rows = s, self._by_place(s)
+        return self._last_rows[1]
+
+    def _by_place(self, s):
+        frame = s.robs[0].motion.frame
+        if self.gauge == "fixed":
+            return placed(s, identity(frame.dim))[0]
+        before = pose_on_truth(s) if self._lies is None else frame(self._lies)
+        if before is None and s is not self.last:
+            return {}
+        rows, F = placed(s, before)
+        self._lies = None if F is None or not rows else F.x
+        return rows
+
+    def _surveyed(self, s=None):
+        """Landmarks of a frame with their true places: ids, points, true places."""
+        rows = self.partners(s)
+        return _with_places(self.last if s is None else s, rows)
+
+    def joint_map(self):
+        """Landmarks of the last frame whose true places are known: see `joint_map`."""
+        return joint_map(self.last, self.partners())
+
     def _gauge_of(self, s):
         """The gauge of the map of this frame, the landmarks by the states, and P; None where they do not fix it."""
-        ids, points, truth = _surveyed(s)
+        ids, points, truth = self._surveyed(s)
         if len(ids) < points.shape[1]:
             return None
         B, P = _points_by_states(s, ids), _covariance(s.map)
@@ -181,7 +220,7 @@ class History:
         covs : ndarray, shape (N, d, d)
         truth : ndarray, shape (N, d)
         """
-        ids, points, truth = _surveyed(self.last)
+        ids, points, truth = self._surveyed()
         d = points.shape[1]
         covs = [self.last.lmks[i].point(self.last.map)[1] for i in ids]
         return np.array(ids, int), points, np.array(covs).reshape(-1, d, d), truth
@@ -195,7 +234,7 @@ class History:
         basis : str
             'landmarks', 'trajectories', or 'none' where there is too little truth.
         """
-        ids, points, P, truth = joint_map(self.last)
+        ids, points, P, truth = self.joint_map()
         weights = distance_weights(points, P) if ids else None
         tracks = [self.track(i) for i in self.robots]
         trajectories = [np.concatenate([track.positions(name) for track in tracks]) for name in ("x", "truth")]
@@ -230,7 +269,7 @@ class History:
         track = self.track(id)
         if self.gauge == "fixed":
             return track.errors()
-        if len(_surveyed(self.last)[0]):
+        if len(self._surveyed()[0]):
             e, P = map(np.array, zip(*self._in_map_gauge[id], strict=True))
             return e[track.known], P[track.known]
         if self.error_of(id) != "pose":
@@ -260,7 +299,9 @@ class History:
             landmark_rmse_aligned_m, after alignment in any case; correction_ratio (see `analysis.corrections`: 1 is
             right), the length of the blocks that it was found with, correction_ratio_s, and what an honest filter stays
             below, correction_ratio_limit; n_innovations, of which n_refused did not pass the gate, which nis_mean does
-            not count, as nis_of says; n_recoveries; and `robots`, by id: the same for each.
+            not count, as nis_of says; n_recoveries; landmarks_by, 'id' or 'place': how landmarks and true ones were
+            paired, with n_left_over landmarks and n_not_found true ones that have no partner; and `robots`, by id: the
+            same for each.
 
             With a free gauge all errors are those after one alignment, of the final map, in which a landmark weighs
             what is known of its place; and the dead reckoning of each robot is laid on its true trajectory as well as
@@ -273,8 +314,17 @@ class History:
         head = {"frames": len(self.n_landmarks), "gauge": self.gauge, "alignment": basis if free else "none"}
         n_innovations = self.n_refused + sum(map(len, self._nis.values()))
         tail = {"n_innovations": n_innovations, "n_refused": self.n_refused, "nis_of": NIS_OF}
-        tail |= {"n_recoveries": self.n_recoveries, "robots": robots}
+        tail |= {"n_recoveries": self.n_recoveries} | self._left_over() | {"robots": robots}
         return head | self._figures(self.robots, F, free) | tail
+
+    def _left_over(self):
+        """How landmarks and true ones were paired, and how many of both have no partner."""
+        s = self.last
+        if s.sim_lmk is None:
+            return {"landmarks_by": None, "n_left_over": None, "n_not_found": None}
+        n = len(self.partners())
+        counts = {"n_left_over": len(s.lmks) - n, "n_not_found": len(s.sim_lmk.ids) - n}
+        return {"landmarks_by": "id" if s.named else "place"} | counts
 
     def _figures(self, robots, F, free):
         """Figures of some of the robots together, and of the landmarks that they have seen."""
@@ -336,23 +386,24 @@ class History:
         return replace(meter, rmse=rmse(_pooled(moved)[0][:, : tracks[0].frame.dim]))
 
 
-def _surveyed(s):
-    """Landmarks of a map whose true places are known and whose estimates are finite: ids, points, true places."""
-    if s is None:
-        raise ValueError("this history has no frames yet; call add(snapshot) for each snapshot of a run")
-    known = [] if s.sim_lmk is None else zip(s.sim_lmk.ids, s.sim_lmk.points, strict=True)
-    places = {int(id): p for id, p in known}
-    points = {i: lmk.point(s.map)[0] for i, lmk in s.lmks.items() if i in places}
+def _with_places(s, rows):
+    """Landmarks of a map with the rows of their true places: ids, points, true places."""
     d = s.robs[0].motion.frame.dim
     return (
-        list(points),
-        np.array(list(points.values())).reshape(-1, d),
-        np.array([places[i] for i in points]).reshape(-1, d),
+        list(rows),
+        np.array([s.lmks[id].point(s.map)[0] for id in rows]).reshape(-1, d),
+        np.array([s.sim_lmk.points[row] for row in rows.values()]).reshape(-1, d),
     )
 
 
-def joint_map(s):
+def joint_map(s, rows=None):
     """Landmarks of a snapshot whose true places are known.
+
+    Parameters
+    ----------
+    s : Snapshot
+    rows : dict of int to int, optional
+        Row of the true landmark in `s.sim_lmk`, by id; by the same id if not given.
 
     Returns
     -------
@@ -362,7 +413,7 @@ def joint_map(s):
         Their joint covariance.
     truth : ndarray, shape (n, d)
     """
-    ids, points, truth = _surveyed(s)
+    ids, points, truth = _with_places(s, named(s) if rows is None else rows)
     B = _points_by_states(s, ids)
     return ids, points, B @ _covariance(s.map) @ B.T, truth
 

@@ -10,6 +10,11 @@ first line the number of columns tells what they are; angles in radians, quatern
    20   t x y z qx qy qz qw, P of rotation, P of position     OpenVINS: 6 numbers each, upper triangles
    29   t x y z qx qy qz qw, then the upper triangle of P     21 numbers; SQUARE, with its #% head: the lower one
    44   t x y z qx qy qz qw, then P                           36 numbers, as in ROS
+   12   KITTI: [R t] by rows; times in NAME-times.txt         a truth in space
+
+Files of EuRoC are known by their first line, #timestamp: nanoseconds, position, quaternion with the scalar first; what
+comes behind is left out. Where a file has no covariances, NAME-cov.txt beside it may have them: in each row an upper
+triangle, of 6 or 21 numbers, as `ekfslam export` writes it.
 """
 
 import re
@@ -17,11 +22,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..geometry import Frame2, Frame3
+from ..geometry import Frame2, Frame3, R2q
 from .estimates import Estimate
 
 AXES_2, AXES_3 = ["x", "y", "theta"], ["x", "y", "z", "rx", "ry", "rz"]
 POSE_2, POSE_3 = ["t", "x", "y", "theta"], ["t", "x", "y", "z", "qx", "qy", "qz", "qw"]
+EUROC = ["t", "x", "y", "z", "qw", "qx", "qy", "qz"]
+FLAT = 1e-6
+"""Variance of height, roll and pitch of a pose in the plane that is written as one in space."""
 OTHER_NAMES = {
     **dict.fromkeys(["time", "timestamp", "stamp", "time_s", "#t"], "t"),
     **dict.fromkeys(["yaw", "heading", "th"], "theta"),
@@ -54,11 +62,10 @@ def read_estimate(path, axes="mixed", rotation_first=False):
     ValueError, OSError
         One sentence that names the file, and what is wrong with it.
     """
-    names, rows, square = _table(path)
-    if names is None:
-        names = _names(path, rows.shape[1], square)
+    names, rows, square = _named_table(path)
     x = _poses(path, names, rows)
     P = _covariances(path, names, rows, AXES_2 if x.dim == 2 else AXES_3)
+    P = _beside(path, len(rows), x) if P is None else P
     if P is None:
         raise ValueError(f"{path} has no covariances: {_columns(names)}; a NEES needs all of P")
     if rotation_first or square == "rotation_translation":
@@ -72,8 +79,7 @@ def read_estimate(path, axes="mixed", rotation_first=False):
 
 def read_truth(path):
     """Read true poses: an `Estimate` without covariances. Raises as `read_estimate`."""
-    names, rows, _ = _table(path)
-    names = _names(path, rows.shape[1], None) if names is None else names
+    names, rows, _ = _named_table(path)
     return Estimate(Path(path).name, _poses(path, names, rows), _column(names, rows, "t"))
 
 
@@ -203,6 +209,50 @@ def _table(path):
                     f"{path}, line {k}: {cell} in column {names[i] if names else i + 1}; all must be finite"
                 )
     return names, rows, square
+
+
+def _named_table(path):
+    """The same with names in any case, and files of EuRoC and KITTI in the form of the others."""
+    names, rows, square = _table(path)
+    if names is not None:
+        return names, rows, square
+    with open(path, encoding="utf-8") as file:
+        first = file.readline()
+    if re.match(r"#\s*timestamp", first) and rows.shape[1] >= 8:
+        return EUROC, np.column_stack([1e-9 * rows[:, 0], rows[:, 1:8]]), None
+    if rows.shape[1] == 12:
+        return POSE_3, _kitti(path, rows.reshape(-1, 3, 4)), None
+    return _names(path, rows.shape[1], square), rows, square
+
+
+def _kitti(path, poses):
+    """Rows t x y z qx qy qz qw of matrices [R t], with the times of the file beside."""
+    times = Path(path).with_name(f"{Path(path).stem}-times.txt")
+    if not times.is_file():
+        raise ValueError(f"{path} has 12 columns, as KITTI, which has no stamps: {times.name} beside it must have them")
+    t = np.loadtxt(times, ndmin=1)
+    if t.shape != (len(poses),):
+        raise ValueError(f"{times} has {t.size} numbers for the {len(poses)} poses of {path}")
+    R = poses[:, :, :3]
+    if np.abs(R @ np.swapaxes(R, 1, 2) - np.eye(3)).max() > UNIT:
+        raise ValueError(f"{path}: the matrices of KITTI must be rotations")
+    q = np.array([R2q(R_k)[0] for R_k in R])
+    return np.column_stack([t, poses[:, :, 3], q[:, 1:], q[:, 0]])
+
+
+def _beside(path, n, x):
+    """Covariances of the file beside, or None where there is none."""
+    beside = Path(path).with_name(f"{Path(path).stem}-cov.txt")
+    if not beside.is_file():
+        return None
+    names, rows, _ = _table(beside)
+    if names is not None or len(rows) != n or rows.shape[1] not in (6, 21):
+        raise ValueError(f"{beside} must have a row of 6 or 21 numbers for each of the {n} poses of {path}")
+    if rows.shape[1] == 21:
+        return _triangle(rows, 6)
+    P, at = np.tile(np.diag([0.0, 0, FLAT, FLAT, FLAT, 0]), (n, 1, 1)), np.array([0, 1, 5])
+    P[:, at[:, None], at] = _triangle(rows, 3)
+    return P if x.dim == 3 else P[:, at[:, None], at]
 
 
 def _is_number(cell):

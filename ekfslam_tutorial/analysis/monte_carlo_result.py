@@ -34,8 +34,8 @@ class MonteCarlo:
         What the filter takes for their root mean square.
     nees : ndarray, shape (R, F, K)
         Of the pose.
-    landmark_rmse, landmark_nees, n_landmarks : ndarray, shape (R,)
-        Of the map at the end: m, mean over the landmarks, number.
+    landmark_rmse, landmark_nees, n_landmarks, n_left_over : ndarray, shape (R,)
+        Of the map at the end: m, mean over the landmarks, number, and how many of them have no true one (`partners`).
     """
 
     name: str
@@ -56,6 +56,7 @@ class MonteCarlo:
     landmark_rmse: np.ndarray
     landmark_nees: np.ndarray
     n_landmarks: np.ndarray
+    n_left_over: np.ndarray
 
     @property
     def complete(self):
@@ -86,11 +87,11 @@ class MonteCarlo:
             _mean(self.nees, (1, 2)),
             self.landmark_rmse,
             self.landmark_nees,
-            (None if np.isnan(n) else int(n) for n in self.n_landmarks),
+            *([None if np.isnan(n) else int(n) for n in counts] for counts in (self.n_landmarks, self.n_left_over)),
             strict=True,
         )
         names = "run", "seed", "rmse_m", "heading_rmse_deg", "nees_mean", "landmark_rmse_m", "landmark_nees_mean"
-        return [dict(zip((*names, "n_landmarks"), map(_known, row), strict=True)) for row in rows]
+        return [dict(zip((*names, "n_landmarks", "n_left_over"), map(_known, row), strict=True)) for row in rows]
 
     def summary(self, confidence=0.95):
         """Figures of all runs together.
@@ -102,7 +103,8 @@ class MonteCarlo:
             spoil; nees_mean with nees_dof, the mean of an honest filter;
             nees_band, where the mean over the runs should be in one frame; nees_in_band, the share of frames in which
             it is (frames follow each other and are not independent); nees_last, in the last frame, and its verdict;
-            landmark_nees_mean with landmark_nees_dof; and `robots`, by id, for each robot.
+            landmark_nees_mean with landmark_nees_dof; n_left_over_mean, landmarks without a true one; and `robots`,
+            by id, for each robot.
         """
         low, high = self.band(confidence)
         anees = self.over_time("nees")
@@ -129,6 +131,7 @@ class MonteCarlo:
                 "landmark_rmse_median_m": _known(_median(self.landmark_rmse)),
                 "landmark_nees_mean": _known(_mean(self.landmark_nees, 0)),
                 "landmark_nees_dof": self.dim,
+                "n_left_over_mean": _known(_mean(self.n_left_over, 0)),
                 "failures": {str(run): why for run, why in self.failures.items()},
                 "robots": poses,
             }

@@ -4,7 +4,6 @@ import numpy as np
 
 from ..geometry import Frame2, Frame3
 from ..toolbox.files import value_file
-from .errors import joint_map
 from .estimates import Estimate
 
 FORMAT = "ekfslam record 1"
@@ -37,7 +36,7 @@ def write_rec(path, history, innovations=None):
             "nis": history.nis(id)[:, 1:],
             "z": np.zeros((0, 0)) if innovations is None else innovations.of(id),
         }
-    ids, points, P, places = joint_map(history.last)
+    ids, points, P, places = history.joint_map()
     land = {"ids": np.array(ids, float), "points": points, "P": P, "truth": places}
     value_file.save(path, {"format": FORMAT, "free": history.gauge == "free", "robots": robots, "map": land})
 

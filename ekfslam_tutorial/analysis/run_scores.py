@@ -3,14 +3,14 @@
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..slam import KnownIds
 from ..toolbox.universal_slam import universal_slam
 from .batch_slam import batch_slam
 from .consistency import md2
+from .partners import identity, named, placed
 
 FRAMES = ("position", "heading", "position_std", "heading_std", "nees")
 """Figures of each run, frame and robot, shape (R, F, K)."""
-ENDS = ("landmark_rmse", "landmark_nees", "n_landmarks")
+ENDS = ("landmark_rmse", "landmark_nees", "n_landmarks", "n_left_over")
 """Figures of each run at its end, shape (R,)."""
 
 
@@ -28,8 +28,8 @@ def score_block(data, seeds, together):
     -------
     scores : dict of str to ndarray
         position and heading, lengths of the errors (m, rad); position_std and heading_std, the same as the filter
-        expects them (root of the trace of its covariance); nees; landmark_rmse (m), landmark_nees, n_landmarks. NaN is
-        what is not known, or not estimated.
+        expects them (root of the trace of its covariance); nees; landmark_rmse (m), landmark_nees, n_landmarks, and
+        n_left_over of them without a true one. NaN is what is not known, or not estimated.
     failures : dict of int to str
         Seeds whose run could not be finished, and why; their scores are NaN.
     """
@@ -79,12 +79,12 @@ def _scores_alone(data, seed):
     x, P, truth = (np.array(a) for a in zip(*poses, strict=True))
     x, P, truth = (a.reshape(*shape, *a.shape[1:]) for a in (x, P, truth))
 
-    known = isinstance(data.options.association, KnownIds)  # ids that the filter gives are not those of the world
-    places = dict(zip(now.sim_lmk.ids.tolist(), now.sim_lmk.points, strict=True)) if known else {}
-    pairs = [(lmk.point(now.map), places[id]) for id, lmk in now.lmks.items() if lmk.r is not None and id in places]
+    rows = named(now) if now.named else placed(now, identity(data.frame.dim))[0]
+    pairs = [(now.lmks[id].point(now.map), now.sim_lmk.points[k]) for id, k in rows.items()
+             if now.lmks[id].r is not None]  # fmt: skip
     e = np.array([p - place for (p, _), place in pairs]).reshape(-1, data.frame.dim)
     P_ll = np.array([P for (_, P), _ in pairs]).reshape(-1, data.frame.dim, data.frame.dim)
-    return _errors(data.frame, x, P, truth) | _ends([(e, P_ll)], [len(now.lmks)])
+    return _errors(data.frame, x, P, truth) | _ends([(e, P_ll)], [len(now.lmks)], [len(now.lmks) - len(rows)])
 
 
 def _errors(frame, x, P, truth):
@@ -97,11 +97,11 @@ def _errors(frame, x, P, truth):
     return dict(zip(FRAMES, (*values, *stds, md2(e, P)), strict=True))
 
 
-def _ends(maps, n=None):
+def _ends(maps, n=None, left_over=None):
     """Scores of maps: for each run the errors of its landmarks (N, d) and their covariances (N, d, d)."""
     mean = lambda a: a[np.isfinite(a)].mean() if np.isfinite(a).any() else np.nan
     rmse = [np.sqrt(mean((e**2).sum(-1))) for e, _ in maps]
     nees = [mean(md2(e, P)) for e, P in maps]
-    return dict(
-        zip(ENDS, map(np.array, (rmse, nees, [float(len(e)) for e, _ in maps] if n is None else n)), strict=True)
-    )
+    n = [float(len(e)) for e, _ in maps] if n is None else n
+    left_over = np.zeros(len(maps)) if left_over is None else left_over
+    return dict(zip(ENDS, map(np.array, (rmse, nees, n, left_over)), strict=True))

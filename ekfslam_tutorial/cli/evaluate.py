@@ -12,6 +12,7 @@ from . import terminal
 COLUMNS = {
     "frames": "frames",
     "n_landmarks": "landmarks",
+    "n_left_over": "without a true one",
     "ate_aligned_m": "ATE aligned m",
     "heading_rmse_deg": "heading deg",
     "landmark_rmse_aligned_m": "map aligned m",

@@ -134,9 +134,11 @@ def parser():
     course = _lab, _notebooks, _progress, _lecture, _nbgrader
     for add in (
         _run,
+        _convert,
         _tune,
         _smooth,
         _graph,
+        _export,
         _monte_carlo,
         _data,
         *course,
@@ -180,6 +182,24 @@ def _run(commands):
     )
 
 
+def _convert(commands):
+    help = "Make a recording and a scenario of a log of any form: CSV, .mat, ROS bags, MCAP. Says first what it sees."
+    convert = _command(commands, "convert", help)
+    convert.add_argument("log", metavar="LOG", help="a file, a folder of files, or a bag")
+    convert.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="ROLE.NAME=COLUMN",
+        help="what a column means: odometry.v=speed, scan.range=dist, scan.angle_unit=deg; docs/your_log.md has all",
+    )
+    convert.add_argument("--plan", metavar="FILE.toml", help="the same, from the section [convert] of a file")
+    convert.add_argument("--look", action="store_true", help="only say what is in the log; write nothing")
+    convert.add_argument("--tune", action="store_true", help="also find the noise: see `tune`; writes tuned.toml")
+    convert.add_argument("--name", metavar="NAME", help="of the scenario; that of the log if not given")
+    convert.add_argument("--out", metavar="DIR", help="folder to write into; results/NAME-log if not given")
+
+
 def _tune(commands):
     help = "Find noise, mounting, clock and bias from a log alone; writes a scenario that `run` takes."
     tune = _command(commands, "tune", help)
@@ -215,6 +235,17 @@ def _graph(commands):
     _played(graph)
     graph.add_argument("--to", choices=("g2o", "gtsam"), default="g2o", help="g2o if not given")
     graph.add_argument("--out", metavar="FILE", help="results/NAME.g2o, or results/NAME_gtsam.py, if not given")
+
+
+def _export(commands):
+    export = _command(commands, "export", "Write paths and map of a run for other programs: evo, Rerun, Foxglove.")
+    _played(export)
+    export.add_argument(
+        "--to", choices=("tum", "kitti", "euroc", "rerun", "mcap"), default="tum", help="tum if not given"
+    )
+    export.add_argument(
+        "--out", metavar="DIR", help="folder to write into; results/NAME-tum (or kitti, ...) if not given"
+    )
 
 
 def _monte_carlo(commands):

@@ -10,7 +10,7 @@ from ..analysis.fixes import fix_figures
 from ..analysis.rec_file import write_rec
 from .files import pictures, replacing, written
 from .terminal import say, table
-from .tum import write_tum
+from .trajectories import write_tum
 
 TOLD = [
     ("position error (ATE)", "ate_rmse_m", "{:.3g} m", "dead reckoning: {dead_reckoning_ate_m:.3g} m"),
@@ -66,6 +66,8 @@ def tell(figures):
     words = [f"{figures['frames']} frames", f"{figures['n_landmarks']} landmarks"]
     if figures["n_landmarks_refused"]:
         words.append(f"{figures['n_landmarks_refused']} landmarks not started: the map was full")
+    if figures.get("landmarks_by") == "place" and figures["n_left_over"]:
+        words.append(f"{figures['n_left_over']} of them where no true one is")
     say(f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s", "bold")
     known = {key: value for key, value in figures.items() if value is not None}
     rows = [[f"  {what}", text.format(known[key]), beside(text_of, known)] for what, key, text, text_of in TOLD
@@ -156,19 +158,25 @@ def lines(history):
 
 
 def landmarks(history):
-    """Header and rows of map.csv: Euclidean mean and covariance of each point, and the truth where known."""
+    """Header and rows of map.csv: Euclidean mean and covariance of each point, and the truth where known.
+
+    Where ids are the filter's own, the last column says which true landmark is in its place.
+    """
     s = history.last
     axes = "xyz"[: s.robs[0].motion.frame.dim]
     i, j = np.triu_indices(len(axes))
     names = [f"P_{axes[a]}{axes[b]}" for a, b in zip(i, j, strict=True)]
     counts = ["n_search", "n_match", "n_inlier"]
     header = ["id", "type", *axes, *names, *(f"true_{axis}" for axis in axes), *counts]
-    places = {} if s.sim_lmk is None else dict(zip(s.sim_lmk.ids.tolist(), s.sim_lmk.points, strict=True))
-    rows = []
+    partners, rows = history.partners(), []
     for lmk in (lmk for lmk in s.lmks.values() if lmk.par is None):
         p, P = lmk.point(s.map)
-        truth = places.get(lmk.id, np.full(len(axes), np.nan))
+        truth = s.sim_lmk.points[partners[lmk.id]] if lmk.id in partners else np.full(len(axes), np.nan)
         rows.append([lmk.id, type(lmk.type).__name__, *p, *P[i, j], *_blank(truth), *(getattr(lmk, n) for n in counts)])
+    if not s.named:  # the ids above are the filter's own
+        header.append("true_id")
+        for row in rows:
+            row.append(int(s.sim_lmk.ids[partners[row[0]]]) if row[0] in partners else "")
     return header, rows
 
 

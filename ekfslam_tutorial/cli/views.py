@@ -45,7 +45,7 @@ def write_figures(out, history, data, fixes=None, costs=None, richest=None):
         tracks = {id: _laid(track.moved(align)) for id, track in tracks.items()}
         fixes = {}  # they are in the frame of the map, not of the truth
     fixes = {id: table[table[:, 0] <= history.last.t, 1:] for id, table in fixes.items()}
-    lmks = _landmarks(history.last, align)
+    lmks = _landmarks(history, align)
     with plt.rc_context({"figure.max_open_warning": 0}):
         names = [_map(out, history.last, tracks, lmks, data, align, fixes)]
         seen = richest or {}
@@ -67,8 +67,9 @@ def _costs(out, history, costs):
     return save_figure(ax.figure, out / "cost.png")
 
 
-def _landmarks(s, align):
-    """The landmarks of the map and the true ones, as `map_picture` takes them."""
+def _landmarks(history, align):
+    """The landmarks of the map and the true ones, as `map_picture` takes them: partners have the same id."""
+    s = history.last
     dim = s.robs[0].motion.frame.dim
     lmks = [lmk for lmk in s.lmks.values() if lmk.par is None]
     points = [lmk.point(s.map) for lmk in lmks]
@@ -82,7 +83,7 @@ def _landmarks(s, align):
         "cov": cov[finite],
         "ids": np.array([lmk.id for lmk in lmks], int)[finite].tolist(),
         "true_points": None if s.sim_lmk is None else s.sim_lmk.points,
-        "true_ids": None if s.sim_lmk is None else s.sim_lmk.ids,
+        "true_ids": None if s.sim_lmk is None else _ids_of_partners(history),
     } | _lines(s, align)
 
 
@@ -96,6 +97,14 @@ def _lines(s, align):
         ends, cov = align.from_frame(ends)[0], align.R @ cov @ align.R.T
     good = np.isfinite(cov).all((1, 2, 3))
     return {"lines": (np.array(ids, int)[good].tolist(), ends[good], cov[good]), "true_edges": edges}
+
+
+def _ids_of_partners(history):
+    """For each true landmark the id of the one in the map that is meant; below 0 where there is none."""
+    ids = -1 - np.arange(len(history.last.sim_lmk.ids))
+    for id, row in history.partners().items():
+        ids[row] = id
+    return ids
 
 
 def _map(out, s, tracks, lmks, data, align, fixes):

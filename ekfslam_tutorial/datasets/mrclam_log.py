@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import Frame2, wrap
+from .odometry import dead_reckon
 from .tables import read_table
 
 ROBOTS = (1, 2, 3, 4, 5)
@@ -65,6 +66,10 @@ class RobotLog:
     robots: Sightings
     truth: np.ndarray
     dense: bool
+
+
+AT_ONCE = 0.05
+"""So near to a stamp of the truth, s, nobody asks how the robot has moved."""
 
 
 @dataclass(frozen=True)
@@ -245,12 +250,20 @@ def truth_at(log, times, tolerance=0.05, gap=1.0):
     return out
 
 
-def _truth_near(log, times, tolerance=0.05):
-    """Poses of a sparse truth at the times that are so near to one of its stamps, s; NaN elsewhere."""
+def _truth_near(log, times, tolerance=1.0):
+    """Poses by the nearest stamp of a sparse truth, and the odometry since; NaN where that is further away, s."""
     t = log.truth[:, 0]
     after = np.clip(np.searchsorted(t, times), 1, max(len(t) - 1, 1))
     near = np.minimum(np.where(times - t[after - 1] < t[after % len(t)] - times, after - 1, after), len(t) - 1)
-    return np.where((abs(times - t[near]) <= tolerance)[:, None], log.truth[near, 1:], np.nan)
+    out, drives = np.full((len(times), 3), np.nan), len(log.odometry) > 1
+    known = abs(times - t[near]) <= (tolerance if drives else AT_ONCE)
+    out[known] = log.truth[near[known], 1:]
+    if drives:
+        path = dead_reckon(*log.odometry.T)
+        driven = lambda at: Frame2(np.column_stack([np.interp(at, log.odometry[:, 0], c) for c in path.T]))
+        step = driven(t[near[known]]).inverse()[0].compose(driven(times[known]))[0]
+        out[known] = Frame2(out[known]).compose(step)[0].x
+    return out
 
 
 def _check_survey(log):

@@ -51,6 +51,8 @@ class Snapshot:
         What the corrections of this frame have done to the poses of the robots, in order: see `toolbox.watch`.
     rings : dict of int to Ring
         Beacons of which one does not know yet where on the ring of their ranges they are, by id: see `toolbox.rings`.
+    named : bool
+        The ids of landmarks are those of the world. False where the filter has numbered them itself.
     """
 
     k: int
@@ -71,6 +73,7 @@ class Snapshot:
     sim_lmk: Any
     corrected: list = field(default_factory=list)
     rings: dict = field(default_factory=dict)
+    named: bool = True
 
     def __repr__(self):
         used = sum(o.updated for o in self.obs.values())
@@ -266,6 +269,7 @@ class Loop:
             sim_lmk=source.sim_lmk,
             corrected=corrected,
             rings=self.rings.live,
+            named=self.data.named,
         )
 
     def restore(self, state):

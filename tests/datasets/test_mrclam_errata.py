@@ -7,6 +7,8 @@ import pytest
 
 from ekfslam_tutorial.analysis import History
 from ekfslam_tutorial.datasets import mrclam_twin, prepare
+from ekfslam_tutorial.datasets.mrclam_log import read_set
+from ekfslam_tutorial.datasets.sources import Source
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
 SCENARIO = Path(__file__).parents[2] / "data" / "scenarios" / "mrclam_joint.toml"
@@ -67,6 +69,18 @@ def test_interchanged_survey_of_set_1(whole, tmp_path):
     notes, _, f = jointly(folder)
     assert sum("landmarks 11 and 17 are interchanged" in note and "put right" in note for note in notes) == 1
     assert f["landmark_rmse_aligned_m"] == pytest.approx(whole[1][2]["landmark_rmse_aligned_m"], abs=1e-9)
+
+
+def test_the_interchange_is_found_with_a_sparse_truth_too(tmp_path):
+    folder = mrclam_twin.write(tmp_path / "MRCLAM_Dataset1", seed=4, duration=90.0, sparse=ROBOTS, robots=ROBOTS)
+    before = read_set(Source(folder), ROBOTS)
+    other = {"11": "17", "17": "11"}
+    swap = lambda table: [[other.get(row[0], row[0]), *row[1:]] for row in table]
+    rewrite(folder / "Landmark_Groundtruth.dat", swap)
+    after = read_set(Source(folder), ROBOTS)
+    assert not any(robot.dense for robot in after.robots.values())
+    assert sum("landmarks 11 and 17 are interchanged" in note for note in after.notes) == 1
+    np.testing.assert_array_equal(after.points[np.argsort(after.ids)], before.points[np.argsort(before.ids)])
 
 
 def test_the_landmark_that_was_never_surveyed_of_set_8(whole, tmp_path):

@@ -16,6 +16,7 @@ TYPED = re.compile(r"^(?:    )?(?:\.venv/bin/)?ekfslam (\S.*)$|`ekfslam ([a-z][^
 STANDS_FOR = {
     "SCENARIO": "cloister_idp", "FILE": "cloister_idp", "NAME": "cloister_idp", "KEY=VALUE": "time.last=9", "SEED": "1",
     "N": "1", "data.set=S": "data.set=7", "data.robots=[R]": "data.robots=[1]", "robot.toml": "cloister_idp",
+    "my_log/scenario.toml": "range_bearing_2d",
     "sensor|landmark|motion": "sensor", "DIR": "out", "FILE.html": "talk.html",
 }  # fmt: skip
 

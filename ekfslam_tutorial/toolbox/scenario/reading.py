@@ -33,7 +33,7 @@ from .robots import Robot, Sensor, std_key
 from .sections import Data, FigureOptions, Landmark, Options, Time, World
 
 DEEP = "this is nested too deeply"
-SECTIONS = ("name", "seed", "time", "world", "robot", "sensor", "landmark", "options", "figure", "data")
+SECTIONS = ("name", "seed", "time", "world", "robot", "sensor", "landmark", "options", "figure", "data", "convert")
 
 
 def read_toml(path):

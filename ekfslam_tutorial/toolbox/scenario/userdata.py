@@ -68,6 +68,14 @@ class UserData:
         """Frame2 or Frame3: whether the whole scenario is in the plane or in space."""
         return self.robots[0].frame
 
+    @property
+    def named(self):
+        """True if landmarks have the ids of those in the world: they are known, or measurements carry their ids.
+
+        False where the association numbers them as they come.
+        """
+        return not self.landmark.in_map or getattr(self.options.association, "by_id", False)
+
     @classmethod
     def from_toml(cls, path, overrides=None, models=()):
         """Read a scenario file.

@@ -1,0 +1,128 @@
+"""ROS 1 and ROS 2 bags and MCAP as tables, by the library `rosbags`: no ROS is needed.
+
+A topic is a table. Fields of a message become columns, `twist.twist.linear.x`; a quaternion `orientation` also gives
+`orientation.yaw`. A message that holds a list of things, landmarks or detections, gives a row for each of them, and so
+does one with arrays of the same length. `t` is the stamp of the header, or else when the bag took the message, s.
+"""
+
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+EXTRA = "bags are read by the package rosbags: pip install ekfslam_tutorial[bags]"
+RAW = ("LaserScan", "PointCloud2", "PointCloud", "Image", "CompressedImage", "CameraInfo", "OccupancyGrid", "TFMessage")
+"""Messages without landmarks, or without numbers that are any use here."""
+COVARIANCES = (4, 9, 36)
+"""Lengths of arrays that are covariances if their name says so."""
+
+
+def is_bag(path):
+    """Tell a bag by its name: .bag, .mcap, .db3, or a folder with metadata.yaml."""
+    return path.suffix in (".bag", ".mcap", ".db3") or (path / "metadata.yaml").is_file()
+
+
+def read_bag(path):
+    """Read all topics of a bag.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    list of (str, dict, list, str)
+        Topic, columns, notes, type of its messages.
+
+    Raises
+    ------
+    ValueError
+        One sentence: `rosbags` is not installed, or the bag is damaged.
+    """
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise ValueError(f"{path}: {EXTRA}") from error
+    path, topics = Path(path), {}
+    try:
+        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
+            wanted = []
+            for connection in bag.connections:
+                kind = connection.msgtype
+                rows, notes = topics.setdefault(connection.topic, ([], [], kind))[:2]
+                if kind.rpartition("/")[2] not in RAW:
+                    wanted.append(connection)
+                elif not notes:
+                    notes.append(f"{kind}: raw data, no landmarks in it; a detector must find them first")
+            for connection, stamp, data in bag.messages(wanted) if wanted else ():
+                message = bag.deserialize(data, connection.msgtype)
+                topics[connection.topic][0].extend(rows_of(message, stamp * 1e-9))
+    except Exception as error:  # of many kinds, by what is broken
+        said = " ".join(str(error).split())[:200] or type(error).__name__
+        raise ValueError(f"{path} is no bag that can be read: {said}") from error
+    if not any(rows for rows, _, _ in topics.values()):
+        there = ", ".join(f"{topic} ({kind})" for topic, (_, _, kind) in topics.items()) or "none"
+        raise ValueError(f"{path} holds no messages that could be of use; topics there: {there}")
+    return [(topic, columns(rows), tuple(notes), kind) for topic, (rows, notes, kind) in topics.items()]
+
+
+def columns(rows):
+    """Columns of rows that are dictionaries."""
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: np.array([row.get(name, np.nan) for row in rows], float) for name in names}
+
+
+def rows_of(message, stamp):
+    """Rows of a message: one, or one for each thing in its list; an empty list gives a row with the time only."""
+    row = {"t": stamp}
+    lists, arrays = _fields(message, "", row)
+    row["t"] = _stamp(row, "header.") or stamp
+    row = {name: value for name, value in row.items() if not name.startswith("header.") and ".stamp." not in name}
+    if lists:
+        name, things = max(lists.items(), key=lambda item: len(item[1]))
+        rows = []
+        for thing in things:
+            own = {}
+            _fields(thing, f"{name}.", own)
+            row["t"] = _stamp(own, f"{name}.header.") or row["t"]
+            rows.append(row | {key: value for key, value in own.items() if ".header." not in key})
+        return rows or [row]
+    lengths = [len(a) for a in arrays.values()]
+    if lengths:
+        n = max(set(lengths), key=lengths.count)
+        same = {name: a for name, a in arrays.items() if len(a) == n}
+        return [row | {name: float(a[k]) for name, a in same.items()} for k in range(n)] or [row]
+    return [row]
+
+
+def _stamp(row, before):
+    """The time of a header, s; 0 where there is none."""
+    return row.get(f"{before}stamp.sec", 0.0) + 1e-9 * row.get(f"{before}stamp.nanosec", 0.0)
+
+
+def _fields(message, before, row):
+    """Put the numbers of a message into a row; return its lists of messages, and its arrays of numbers."""
+    lists, arrays = {}, {}
+    for field in (field.name for field in fields(message) if not field.name.startswith("__")):
+        value, name = getattr(message, field), before + field
+        if isinstance(value, bool | int | float | np.number):
+            row[name] = float(value)
+        elif isinstance(value, str):
+            if value.lstrip("-").isdigit():
+                row[name] = float(value)
+        elif hasattr(value, "__dataclass_fields__"):
+            more = _fields(value, f"{name}.", row)
+            lists |= more[0]
+            arrays |= more[1]
+            if {"x", "y", "z", "w"} <= set(value.__dataclass_fields__):
+                x, y, z, w = value.x, value.y, value.z, value.w
+                row[f"{name}.yaw"] = float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+        elif isinstance(value, list | tuple) and (not value or hasattr(value[0], "__dataclass_fields__")):
+            lists[name] = value
+        elif isinstance(value, np.ndarray | list | tuple):
+            a = np.asarray(value)
+            is_covariance = "covariance" in field and a.size in COVARIANCES
+            if a.ndim == 1 and a.dtype.kind in "iuf" and not is_covariance:
+                arrays[name] = a
+    return lists, arrays

@@ -1,0 +1,134 @@
+"""What is in a log, said before anything is run: rates, gaps, time bases, units, jumps, ids."""
+
+import numpy as np
+
+from .meaning import ENDINGS, KIND, ROLES, UNITS, plain
+
+RATES = 0.25, 2000.0
+"""Times are in the unit, of s, ms, us, ns, that makes the rate one of a sensor, Hz."""
+EPOCHS = (1e17, "ns"), (1e14, "us"), (1e11, "ms")
+"""A time above this is the time of day in this unit."""
+GAP = 5.0
+"""A gap is so many times as long as the usual step."""
+TURN = 2 * np.pi
+PER = "", "/s"
+FASTEST = 50.0
+"""No robot here is faster, m/s: then these are millimetres."""
+FARTHEST = 500.0
+"""Half of the ranges beyond this: then these are millimetres."""
+JUMP = 20.0
+"""A step of a path that is so many times as long as nine in ten is a jump."""
+
+
+def time_unit(t):
+    """The unit of times without one: "s", "ms", "us" or "ns"."""
+    t = t[np.isfinite(t)]
+    for bound, unit in EPOCHS:
+        if len(t) and np.median(t) > bound:
+            return unit
+    steps = np.diff(np.unique(t))
+    if not len(steps):
+        return "s"
+    for unit, seconds in UNITS["t"].items():
+        if RATES[0] <= 1 / (np.median(steps) * seconds) <= RATES[1]:
+            return unit
+    return "s"
+
+
+def units(entry, table, of_time=None, degrees=False):
+    """The unit of each kind of columns of an entry, and how it is known.
+
+    Parameters
+    ----------
+    entry : dict
+        Of a plan, checked.
+    table : Table
+    of_time : str, optional
+        The unit of another table's times, where these look alike.
+    degrees : bool
+        Other angles of the log are degrees.
+
+    Returns
+    -------
+    dict of str to (float, str)
+        By meaning: factor to SI and radians; words.
+    """
+    found = {}
+    for meaning in (m for m in entry if m in ROLES["odometry"] + ROLES["scan"] and KIND.get(m, "length")):
+        kind = KIND.get(meaning, "length")
+        said, ending = entry.get(f"{kind}_unit"), plain(entry[meaning])[1]
+        if said:
+            found[meaning] = UNITS[kind][said], f"{said}, as told"
+        elif ending in ENDINGS[kind]:
+            found[meaning] = ENDINGS[kind][ending], f"{ending}, by its name"
+        elif meaning == "theta" and {"x", "y"} <= set(entry):
+            unit = heading_unit(*(table.columns[entry[m]] for m in ("x", "y", "theta")))
+            found[meaning] = UNITS[kind][unit], f"{unit}, as the path goes"
+        else:
+            factor, words = _guessed(kind, meaning, table.columns[entry[meaning]], of_time, degrees)
+            found[meaning] = factor, words + f"; its unit {ending!r} is not known" * (ending is not None)
+    return found
+
+
+def heading_unit(x, y, theta):
+    """The unit of headings, "rad" or "deg": the one with which they go with the path, be it forward or backward."""
+    way = np.arctan2(np.diff(y), np.diff(x))
+    moved = np.hypot(np.diff(x), np.diff(y)) > 0
+    if not moved.any():
+        return "deg" if np.nanmax(np.abs(theta), initial=0) > TURN else "rad"
+    agree = lambda factor: abs(np.nanmean(np.exp(1j * (way - factor * theta[:-1]))[moved]))
+    return max(UNITS["angle"], key=lambda unit: agree(UNITS["angle"][unit]))
+
+
+def _guessed(kind, meaning, a, of_time, degrees):
+    a = a[np.isfinite(a)]
+    if kind == "t":
+        unit = of_time or time_unit(a)
+        return UNITS["t"][unit], f"{unit}, by its rate"
+    large = float(np.quantile(np.abs(a), 0.95)) if len(a) else 0.0
+    if kind == "angle":
+        in_degrees = large > TURN or (degrees and meaning in ("w", "dtheta") and large > 1.0)
+        unit = "deg" if in_degrees else "rad"
+        return UNITS["angle"][unit], f"{unit}{PER[meaning == 'w']}: up to {large:.3g}"
+    middle = float(np.median(np.abs(a))) if len(a) else 0.0
+    limit = FASTEST if meaning in ("v", "left", "right") else FARTHEST if meaning == "range" else np.inf
+    unit = "mm" if middle > limit else "m"
+    return UNITS["length"][unit], f"{unit}{PER[meaning in ('v', 'left', 'right')]}: up to {large:.3g}"
+
+
+def rate(t):
+    """Words on the times of a table, s: how many, from when to when, rate, gaps."""
+    times = np.unique(t)
+    if len(times) < 2:
+        return f"{len(t)} rows at one time"
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    words = f"{len(t):,} rows, {times[0]:.10g} to {times[-1]:.10g} s, {1 / usual:.3g} Hz"
+    gaps = np.flatnonzero(steps > max(GAP * usual, 0.5))
+    if len(gaps):
+        longest = gaps[np.argmax(steps[gaps])]
+        words += f", {len(gaps)} gap{'s' * (len(gaps) > 1)}, the longest {steps[longest]:.3g} s"
+        words += f" at {times[longest]:.10g} s"
+    return words
+
+
+def jumps(p):
+    """Words on the jumps of a path, shape (n, d); nothing if there are none."""
+    step = np.linalg.norm(np.diff(p, axis=0), axis=1)
+    usual = float(np.quantile(step, 0.9)) if len(step) else 0.0
+    far = np.flatnonzero(step > JUMP * max(usual, 1e-3))
+    if not len(far):
+        return None
+    jumps = f"{len(far)} jump{'s' * (len(far) > 1)} of up to {step.max():.3g} m"
+    return f"{jumps}, nine steps in ten are below {usual:.2g} m"
+
+
+def ids(values):
+    """Words on ids: how many different ones, how often each."""
+    known = values[np.isfinite(values) & (values >= 0)]
+    if not len(known):
+        return "no ids: whose measurement it is must be found out"
+    _, counts = np.unique(known, return_counts=True)
+    words = f"{len(counts)} different ids, each {counts.min()} to {counts.max()} times"
+    without = len(values) - len(known)
+    return words + (f"; {without:,} rows without one" if without else "")

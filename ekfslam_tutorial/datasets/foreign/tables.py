@@ -1,0 +1,168 @@
+"""Files of anybody as tables: named columns of numbers, NaN where a cell has none."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...toolbox.files.archives import check_regular, read_npz
+from ...toolbox.user_input import errors_at
+from ..matlab import read_mat
+from .bags import is_bag, read_bag
+
+TEXT = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
+KNOWN = "text in columns (.csv, .tsv, .txt, .dat, .log), .mat, .npz, ROS bags (.bag, .mcap, .db3, or a folder)"
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of one file, of one kind of lines in it, or of one topic of a bag.
+
+    Parameters
+    ----------
+    name : str
+    columns : dict of str to ndarray, shape (n,)
+        Columns without a name have their number, from "1".
+    notes : list of str
+        What a reader should know.
+    kind : str
+        Type of the messages of a topic.
+    """
+
+    name: str
+    columns: dict
+    notes: tuple = ()
+    kind: str = ""
+
+    def __len__(self):
+        return len(next(iter(self.columns.values()), ()))
+
+
+def read_tables(path):
+    """Read a log.
+
+    Parameters
+    ----------
+    path : path
+        A file, or a folder of files.
+
+    Returns
+    -------
+    list of Table
+
+    Raises
+    ------
+    FileNotFoundError
+    ValueError
+        One sentence that names the file.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"there is no log {path}")
+    if is_bag(path):
+        return [Table(*parts) for parts in read_bag(path)]
+    if path.is_dir():
+        files = [p for p in sorted(path.iterdir()) if p.is_file() and p.suffix.lower() in TEXT | {".mat", ".npz"}]
+        files = [p for p in files if p.suffix]
+        if not files:
+            raise ValueError(f"the folder {path} holds no log; known are {KNOWN}")
+        return [table for file in files for table in read_tables(file)]
+    kind = path.suffix.lower()
+    if kind not in TEXT | {".mat", ".npz"}:
+        raise ValueError(f"{path}: files {kind} are not known; known are {KNOWN}")
+    with errors_at(path):
+        check_regular(path)
+    tables = _text(path) if kind in TEXT else _arrays(path, read_mat(path) if kind == ".mat" else _npz(path))
+    if not any(len(table) for table in tables):
+        raise ValueError(f"{path} holds no rows of numbers")
+    return [table for table in tables if len(table)]
+
+
+def _npz(path):
+    with errors_at(path):
+        return read_npz(path)
+
+
+def _arrays(path, arrays):
+    """Tables of the arrays of a file: a matrix is one, and all vectors of the same length are one."""
+    tables, vectors = [], {}
+    for name, a in arrays.items():
+        if a.dtype.kind not in "iufb" or not a.size:
+            continue
+        if a.ndim == 2 and min(a.shape) > 1:
+            a = a.T if a.shape[0] < a.shape[1] and a.shape[0] <= 12 else a
+            tables.append(Table(f"{path.name}/{name}", {str(k): c.astype(float) for k, c in enumerate(a.T, 1)}))
+        else:
+            vectors.setdefault(a.size, {})[name] = a.reshape(-1).astype(float)
+    many = [(n, columns) for n, columns in vectors.items() if n > 1]
+    for n, columns in many:
+        tables.append(Table(path.name if len(many) == 1 else f"{path.name}/{n}", columns))
+    return tables
+
+
+def _text(path):
+    """Tables of a text file: one, or one for each word that its lines begin with."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path} is not text in UTF-8: byte {error.start}") from error
+    lines = [line for line in text.splitlines() if line.strip()]
+    if not lines:
+        raise ValueError(f"{path} is empty")
+    remarks = [line.lstrip("#%/ ") for line in lines if line.lstrip().startswith(("#", "%", "//"))]
+    lines = [line for line in lines if not line.lstrip().startswith(("#", "%", "//"))]
+    if not lines:
+        raise ValueError(f"{path} holds nothing but remarks")
+    middle = lines[len(lines) // 2]
+    mark = next((c for c in ";\t," if c in middle), None)
+    comma = mark in (";", "\t") and re.search(r"\d,\d", middle) is not None  # a decimal comma
+    split = lambda line: [cell.strip().strip("\"'") for cell in line.split(mark)]
+    rows = [split(line.replace(",", ".") if comma else line) for line in lines]
+    head = None
+    if not any(map(_is_number, rows[0])):
+        head, rows = rows[0], rows[1:]
+    elif remarks and len(split(remarks[-1])) == len(rows[0]) and not any(map(_is_number, split(remarks[-1]))):
+        head = split(remarks[-1])
+    if not rows:
+        raise ValueError(f"{path} has a line of names and no rows")
+    tags = [row[0] for row in rows]
+    if head is None and not any(map(_is_number, tags)) and len({len(row) for row in rows}) > 1:
+        kinds = dict.fromkeys(tags)
+        return [_table(path, f"{path.name}/{tag}", None, [r[1:] for r in rows if r[0] == tag]) for tag in kinds]
+    return [_table(path, path.name, head, rows)]
+
+
+def _table(path, name, head, rows):
+    """A table of rows of words: those of another length than most are left out, and noted."""
+    lengths = [len(row) for row in rows]
+    usual = len(head) if head else max(set(lengths), key=lengths.count)
+    kept = [row for row in rows if len(row) == usual]
+    notes = []
+    if not kept:
+        raise ValueError(f"{path}: {usual} names in its first line, but {lengths[0]} cells in the rows")
+    if len(kept) < len(rows):
+        first = next(k for k, n in enumerate(lengths) if n != usual) + 1
+        notes.append(
+            f"{len(rows) - len(kept)} of {len(rows):,} rows have not {usual} cells and are left out, row {first} first"
+        )
+    names = head or [str(k) for k in range(1, usual + 1)]
+    if len(set(names)) < len(names):
+        twice = next(n for n in names if names.count(n) > 1)
+        raise ValueError(f"{path} has two columns of the name {twice!r}")
+    cells = [[float(cell) if _is_number(cell) else np.nan for cell in row] for row in kept]
+    a = np.array(cells, float).reshape(len(kept), usual)
+    a[np.isinf(a)] = np.nan
+    for k, column in enumerate(names):
+        words = {row[k] for row in kept} - {""} if np.isnan(a[:, k]).all() else set()
+        if words:  # names of landmarks: each gets a number
+            number = {word: n for n, word in enumerate(sorted(words), 1)}
+            a[:, k] = [number.get(row[k], np.nan) for row in kept]
+            if len(number) < len(kept):
+                notes.append(f"column {column} holds words: {len(number)} different, numbered by the alphabet")
+    return Table(name, dict(zip(names, a.T, strict=True)), tuple(notes))
+
+
+def _is_number(cell):
+    return NUMBER.fullmatch(cell) is not None

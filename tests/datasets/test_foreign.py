@@ -1,0 +1,305 @@
+"""`ekfslam convert`: logs of anybody become a recording and a scenario; wrong ones get a sentence."""
+
+import re
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.analysis import History
+from ekfslam_tutorial.cli import main
+from ekfslam_tutorial.datasets.foreign import convert
+from ekfslam_tutorial.datasets.foreign.converting import at_times, scatter
+from ekfslam_tutorial.datasets.foreign.looks import heading_unit, time_unit
+from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """Two rounds of a robot among 12 landmarks: speeds at 10 Hz, sightings at 2 Hz, truth at 5 Hz."""
+    rng, dt = np.random.default_rng(4), 0.1
+    world = rng.uniform(-7, 7, (12, 2))
+    x, odo, seen, true = np.zeros(3), [], [], []
+    for k in range(1, 401):
+        v, w = 1.0, 0.3 + 0.1 * np.sin(0.01 * k)
+        x = x + dt * np.array([v * np.cos(x[2]), v * np.sin(x[2]), w])
+        odo.append((k * dt, v + rng.normal(0, 0.02), w + rng.normal(0, 0.005)))
+        true += [(k * dt, *x)] if k % 2 == 0 else []
+        if k % 5 == 0:
+            way = world - x[:2]
+            r, b = np.hypot(*way.T), np.arctan2(way[:, 1], way[:, 0]) - x[2]
+            b = np.arctan2(np.sin(b), np.cos(b))
+            y = np.column_stack([r + rng.normal(0, 0.03, 12), b + rng.normal(0, 0.01, 12)])
+            seen += [(k * dt, i + 1, *y[i]) for i in np.flatnonzero(r < 6)]
+    return SimpleNamespace(odo=np.array(odo), seen=np.array(seen), true=np.array(true), world=world)
+
+
+def write(path, head, rows, mark=","):
+    np.savetxt(path, rows, delimiter=mark, header=mark.join(head.split()), comments="", fmt="%.9g")
+
+
+def played(done):
+    """Figures of a run of what was converted."""
+    history = History()
+    for _ in history.watch(universal_slam(UserData.from_dict(done.scenario), done.recording)):
+        pass
+    return history.summary()
+
+
+def test_points_in_metres_of_landmarks_without_ids(drive, tmp_path):
+    r, b = drive.seen[:, 2:].T
+    points = np.column_stack([drive.seen[:, 0], r * np.cos(b), r * np.sin(b)])
+    write(tmp_path / "wheels.csv", "time speed yaw_rate", drive.odo)
+    write(tmp_path / "cones.tsv", "stamp x y", points, "\t")
+    write(tmp_path / "ground_truth.txt", "t x y yaw", drive.true, ";")
+    write(tmp_path / "cone_map.csv", "id x y", np.column_stack([np.arange(101, 113), drive.world]))
+    done = convert(tmp_path)
+    said = "\n".join(done.said)
+    assert "10 Hz" in said and "no ids" in said and "theta: rad, as the path goes" in said
+    assert done.scenario["sensor"][0]["type"] == "point_xy"
+    f = played(done)
+    assert f["landmarks_by"] == "place" and f["n_left_over"] == 0
+    assert f["ate_rmse_m"] < 0.2 and f["landmark_rmse_m"] < 0.2
+
+
+def test_degrees_milliseconds_millimetres_and_words_in_one_file(drive, tmp_path):
+    """A decimal point, empty cells, names for landmarks, the time of day."""
+    lines = [(t, f"{1e3 * t + 1.7e12:.0f};{v:.3f};{np.rad2deg(w):.3f};;;") for t, v, w in drive.odo]
+    lines += [
+        (t, f"{1e3 * t + 1.7e12:.0f};;;tree {i:.0f};{1e3 * r:.0f};{np.rad2deg(b):.3f}") for t, i, r, b in drive.seen
+    ]
+    text = "\n".join(line for _, line in sorted(lines, key=lambda pair: pair[0]))
+    (tmp_path / "all.csv").write_text(f"Timestamp (ms);v;w;landmark;dist;angle\n{text}\n")
+    done = convert(tmp_path / "all.csv")
+    said = "\n".join(done.said)
+    for words in ("t: ms, by its name", "range: mm", "bearing: deg", "w: deg/s", "numbered by the alphabet"):
+        assert words in said
+    assert done.recording.t[-1] == pytest.approx(40.0, abs=0.2)
+    sensor = done.scenario["sensor"][0]
+    assert sensor["type"] == "range_bearing" and 0.02 < sensor["range_std"] < 0.15
+    f = played(done)
+    assert f["n_refused"] < 0.05 * f["n_innovations"] and f["n_landmarks"] == len(np.unique(drive.seen[:, 1]))
+
+
+def test_lines_that_begin_with_a_word_and_columns_by_number(drive, tmp_path):
+    lines = [(t, f"ODOM {t:.3f} {v:.4f} {w:.4f}") for t, v, w in drive.odo]
+    lines += [(t, f"UWB {t:.3f} {i:.0f} {r:.3f} ok") for t, i, r, _ in drive.seen]
+    (tmp_path / "car.log").write_text("\n".join(line for _, line in sorted(lines, key=lambda pair: pair[0])))
+    with pytest.raises(ValueError, match=r"which columns are the odometry .* car.log/ODOM: 1, 2, 3; car.log/UWB: 1"):
+        convert(tmp_path / "car.log")
+    plan = {
+        "odometry": {"from": "car.log/ODOM", "t": 1, "v": 2, "w": 3},
+        "scan": {"from": "car.log/UWB", "t": 1, "id": 2, "range": 3},
+    }
+    done = convert(tmp_path / "car.log", plan)
+    assert done.scenario["sensor"][0]["type"] == "range" and done.scenario["landmark"]["hypotheses"] == 64
+    again = convert(tmp_path / "car.log", done.scenario["convert"])
+    assert again.scenario == done.scenario
+
+
+def test_poses_of_an_odometry_become_steps(drive, tmp_path):
+    write(tmp_path / "odom.csv", "t x y theta", drive.true)
+    write(tmp_path / "laser.csv", "t id range bearing", drive.seen)
+    done = convert(tmp_path)
+    assert done.scenario["robot"][0]["motion"] == "odometry2"
+    f = played(done)
+    assert f["n_refused"] < 0.02 * f["n_innovations"]
+
+
+def test_wheels_need_their_base(drive, tmp_path):
+    t, v, w = drive.odo.T
+    write(tmp_path / "wheels.csv", "t left right", np.column_stack([t, v - 0.2 * w, v + 0.2 * w]))
+    write(tmp_path / "laser.csv", "t id range bearing", drive.seen)
+    with pytest.raises(ValueError, match="speeds of wheels need base"):
+        convert(tmp_path)
+    done = convert(tmp_path, {"odometry": {"base": 0.4}})
+    np.testing.assert_allclose(done.recording.robots[1].u[10], [v[10], w[10]], rtol=1e-6)
+
+
+def test_arrays_of_matlab_and_numpy(drive, tmp_path):
+    from scipy.io import savemat
+
+    arrays = {"odo": drive.odo, "look": drive.seen}
+    savemat(tmp_path / "log.mat", arrays)
+    np.savez(tmp_path / "log.npz", **arrays)
+    numbers = {"t": 1, "id": 2, "range": 3, "bearing": 4}
+    for kind in "mat", "npz":
+        plan = {
+            "odometry": {"from": f"log.{kind}/odo", "t": 1, "v": 2, "w": 3},
+            "scan": {"from": f"log.{kind}/look"} | numbers,
+        }
+        assert len(convert(tmp_path / f"log.{kind}", plan).recording.raw[1].ids) == len(drive.seen)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "is empty"),
+        ("# nothing\n", "holds nothing but remarks"),
+        ("t,v,w\n", "a line of names and no rows"),
+        ("t,v,v\n1,2,3\n", "two columns of the name 'v'"),
+        ("t,v,w\n1,2\n", "3 names in its first line, but 2 cells"),
+        ("a,b,c\n1,2,3\n", "which columns are the odometry"),
+        ("v,w,id,range,bearing\n1,0,1,2,0\n", "which column is the time"),
+        ("t,v,w,id,bearing\n1,0,1,2,0\n2,0,1,2,0\n", "which columns are the scan"),
+        ("t,v,w,range\n0,1,0,3\n1,1,0,3\n", "ranges without ids cannot be told apart"),
+        ("t,v,w,id,range\n,1,0,1,3\n,1,0,1,3\n", "no row of log.csv has a number in each of t, v, w"),
+    ],
+)
+def test_what_is_wrong_is_one_sentence(tmp_path, capsys, text, says):
+    (tmp_path / "log.csv").write_text(text)
+    assert main(["convert", str(tmp_path / "log.csv"), "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert says in line and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["odometry.v=sped"], "has no column 'sped'; there are t, speed, w; did you mean 'speed'"),
+        (["odom.v=speed"], r"no 'odom'; possible: odometry, .*; did you mean 'odometry'"),
+        (["odometry.t_unit=hours"], "t_unit must be one of s, ms, us, ns, got 'hours'"),
+        (["odometry.speed=v"], "no key 'speed'"),
+        (["scan.from=lazer.csv"], "the log has no 'lazer.csv'"),
+        (["scan.t_offset=1e6"], "they are in different time bases"),
+    ],
+)
+def test_a_plan_that_does_not_fit_is_one_sentence(tmp_path, capsys, words, says):
+    (tmp_path / "odo.csv").write_text("t,speed,w\n0,1,0\n1,1,0\n2,1,0\n")
+    (tmp_path / "laser.csv").write_text("t,id,range,bearing\n0,1,3,0\n1,1,2,0\n")
+    assert main(["convert", str(tmp_path), *(x for word in words for x in ("--set", word))]) == 2
+    assert re.search(says, capsys.readouterr().err)
+
+
+def test_the_command_writes_what_run_takes(drive, tmp_path, capsys):
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    write(tmp_path / "laser.csv", "t id range bearing", drive.seen[::-1])
+    out = tmp_path / "out"
+    assert main(["convert", str(tmp_path), "--look"]) == 0 and not out.exists()
+    assert main(["convert", str(tmp_path), "--out", str(out), "--set", "scan.clockwise=true"]) == 0
+    said = capsys.readouterr().out
+    assert "times go back" in said and "next: ekfslam run" in said
+    recording, data = Recording.load(out / "recording"), UserData.from_toml(out / "scenario.toml")
+    assert next(universal_slam(data, recording)).k == 1
+    assert main(["convert", str(tmp_path), "--plan", str(out / "scenario.toml"), "--out", str(out)]) == 0
+    np.testing.assert_array_equal(Recording.load(out / "recording").raw[1].y, recording.raw[1].y)
+
+
+def test_times_and_headings_tell_their_units():
+    for unit, factor in {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}.items():
+        assert time_unit(factor * np.arange(0, 10, 0.1)) == unit
+    assert time_unit(1e9 * (1.7e9 + np.arange(3.0))) == "ns"
+    theta = np.linspace(0, 6, 100)
+    x, y = np.cos(theta), np.sin(theta)
+    assert heading_unit(x, y, theta + 1.6) == "rad" and heading_unit(x, y, np.rad2deg(theta)) == "deg"
+
+
+@pytest.mark.parametrize(
+    ("column", "says", "factor"),
+    [
+        ("Speed [km/h]", "kmh, by its name", 1 / 3.6),
+        ("speed_mps", "mps, by its name", 1.0),
+        ("Speed (knots)", "its unit 'knots' is not known", 1.0),
+    ],
+)
+def test_units_in_the_names_of_columns(tmp_path, column, says, factor):
+    (tmp_path / "odo.csv").write_text(f"t,{column},Yaw Rate [°/s]\n0,1,10\n1,1,10\n2,1,10\n")
+    (tmp_path / "laser.csv").write_text("t,id,range,bearing\n0,1,3,0\n1,1,2,0\n")
+    done = convert(tmp_path)
+    assert says in "\n".join(done.said)
+    np.testing.assert_allclose(done.recording.robots[1].u[-1], [factor, np.deg2rad(10)])
+
+
+def test_scatter_is_that_of_white_noise():
+    """1000 numbers on a parabola: within 10 %, three standard deviations of such an estimate."""
+    a = np.linspace(0, 3, 1000) ** 2 + np.random.default_rng(0).normal(0, 0.2, 1000)
+    assert scatter(a) == pytest.approx(0.2, rel=0.1)
+
+
+def test_the_truth_has_gaps():
+    truth = {"t": np.array([0, 1, 2, 10, 11.0]), "x": np.arange(5.0), "y": np.zeros(5), "theta": np.zeros(5)}
+    known = np.isfinite(at_times(np.array([-1, 0.5, 5, 10.5, 12]), truth)).all(1)
+    assert known.tolist() == [False, True, False, True, False]
+
+
+# --- bags ---
+
+
+@pytest.fixture(scope="module", params=["bag", "db3", "mcap"])
+def bag(request, drive, tmp_path_factory):
+    """The drive as a bag: an odometry, markers with ids, true poses, and a laser scan that is of no use."""
+    pytest.importorskip("rosbags", reason="bags need rosbags: pip install ekfslam_tutorial[bags]")
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC if request.param == "bag" else Stores.ROS2_HUMBLE)
+    T, folder = store.types, tmp_path_factory.mktemp("bags")
+    point, turn = T["geometry_msgs/msg/Point"], T["geometry_msgs/msg/Quaternion"]
+    vector, twist = T["geometry_msgs/msg/Vector3"], T["geometry_msgs/msg/Twist"]
+
+    def header(t):
+        stamp = T["builtin_interfaces/msg/Time"](int(t), round(t % 1 * 1e9))
+        return T["std_msgs/msg/Header"](*([0] if request.param == "bag" else []), stamp, "map")
+
+    def pose(x, y, theta):
+        q = turn(0.0, 0.0, np.sin(theta / 2), np.cos(theta / 2))
+        return T["geometry_msgs/msg/Pose"](point(x, y, 0.0), q)
+
+    def odometry(t, v, w):
+        speed = twist(vector(v, 0.0, 0.0), vector(0.0, 0.0, w))
+        unknown = T["geometry_msgs/msg/PoseWithCovariance"](pose(0.0, 0.0, 0.0), np.zeros(36))
+        speed = T["geometry_msgs/msg/TwistWithCovariance"](speed, np.zeros(36))
+        return T["nav_msgs/msg/Odometry"](header(t), "base", unknown, speed)
+
+    def poses(t, rows):
+        return T["geometry_msgs/msg/PoseArray"](header(t), [pose(r * np.cos(b), r * np.sin(b), 0.0) for r, b in rows])
+
+    messages = [(t, "/odom", odometry(t, v, w)) for t, v, w in drive.odo]
+    for t in np.unique(drive.seen[:, 0]):
+        messages.append((t, "/landmarks", poses(t, drive.seen[drive.seen[:, 0] == t, 2:])))
+    for t, *x in drive.true:
+        messages.append((t, "/ground_truth", T["geometry_msgs/msg/PoseStamped"](header(t), pose(*x))))
+    if request.param == "bag":
+        path = folder / "drive.bag"
+        writer = rosbag1.Writer(path)
+    else:
+        path, plugin = folder / "drive", rosbag2.StoragePlugin
+        plugin = plugin.MCAP if request.param == "mcap" else plugin.SQLITE3
+        writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
+    with writer:
+        topics = {}
+        for t, topic, message in sorted(messages, key=lambda m: m[0]):
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, message.__msgtype__, typestore=store)
+            serialize = store.serialize_ros1 if request.param == "bag" else store.serialize_cdr
+            writer.write(topics[topic], round(1e9 * t) + 5_000_000, serialize(message, message.__msgtype__))
+    return path
+
+
+def test_bags_are_read_without_ros(bag, drive):
+    """The stamps are those of the headers, 5 ms before those of the bag."""
+    done = convert(bag)
+    plan = done.scenario["convert"]
+    assert plan["odometry"]["v"] == "twist.twist.linear.x" and plan["scan"]["x"] == "poses.position.x"
+    assert plan["truth"]["theta"] == "pose.orientation.yaw"
+    assert done.recording.t[-1] == pytest.approx(40.0, abs=1e-6) and len(done.recording.raw[1].ids) == len(drive.seen)
+    r, b = drive.seen[0, 2:]
+    np.testing.assert_allclose(done.recording.raw[1].y[0], [r * np.cos(b), r * np.sin(b)], atol=1e-9)
+    if bag.suffix == ".bag":
+        assert played(done)["ate_rmse_m"] < 0.2
+
+
+def test_a_bag_that_is_cut_off_is_one_sentence(bag, tmp_path):
+    file = bag if bag.is_file() else next(p for p in sorted(bag.iterdir()) if p.suffix != ".yaml")
+    broken = tmp_path / f"broken{file.suffix}"
+    broken.write_bytes(file.read_bytes()[:200])
+    with pytest.raises(ValueError, match="is no bag that can be read"):
+        convert(broken)
+
+
+def test_without_rosbags_it_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
+    (tmp_path / "a.bag").write_bytes(b"#ROSBAG V2.0\n")
+    with pytest.raises(ValueError, match=r"pip install ekfslam_tutorial\[bags\]"):
+        convert(tmp_path / "a.bag")
