@@ -7,6 +7,7 @@ import numpy as np
 
 from .. import __version__
 from ..analysis.fixes import fix_figures
+from ..analysis.pictures import picture_figures
 from ..analysis.rec_file import write_rec
 from .files import pictures, replacing, written
 from .terminal import say, table
@@ -22,6 +23,8 @@ TOLD = [
     ("correction ratio", "correction_ratio", "{:.2f}", "honest below: {correction_ratio_limit:.2f}"),
 ]
 """Figures that are told where they are known, each on a line: what it is, its value, and what to hold it against."""
+WARM = 10
+"""In the first frames models are read and written down as programs: they do not count for `frames_per_s`."""
 STATE = {3: ["x", "y", "theta"], 7: ["x", "y", "z", "a", "b", "c", "d"]}
 ERROR = {3: ["std_x", "std_y", "std_theta"], 7: ["std_x", "std_y", "std_z", "std_rx", "std_ry", "std_rz"]}
 
@@ -54,6 +57,8 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     head |= {"complete": not interrupted, "frames_wanted": len(run)}
     tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
     tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
+    tail["frames_per_s"] = round(1 / np.mean(costs[WARM:]), 1) if len(costs) > WARM and np.mean(costs[WARM:]) else None
+    tail |= picture_figures(history, recording) if hasattr(recording, "truth_std") else {}
     tail["notes"] = recording.notes if recording else []  # `run` adds what it has to say
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import lost_in_the_woods, mrclam, plaza, starry_night, victoria_park
+from . import lost_in_the_woods, monoslam_desk, mrclam, plaza, starry_night, victoria_park
 from .mrclam_log import ROBOTS, read_set
 from .sources import ENVIRONMENT, Source, data_folders, find_file
 
@@ -43,6 +43,14 @@ def _park_whole(path):
 def _stars_whole(path):
     rec = starry_night.load(path)
     return f"{len(rec)} frames, {len(rec.raw[1].y)} sightings"
+
+
+def _desk_whole(path):
+    files = monoslam_desk.image_files(path)
+    cut_off = next((p for p in files if not p.stat().st_size), None)
+    if cut_off is not None:
+        raise ValueError(f"{cut_off} is empty")
+    return f"{len(files)} images"
 
 
 def _plaza_whole(path):
@@ -161,7 +169,21 @@ PLAZA = DataSet(
     whole=_plaza_whole,
     wheel=plaza.WHEEL,
 )
-DATASETS = (MRCLAM, PARK, WOODS, STARS, PLAZA)
+DESK = DataSet(
+    name="monoslam_desk",
+    title="MonoSLAM's test sequence, Oxford and Imperial College: a camera in the hand before a desk",
+    home="https://www.doc.ic.ac.uk/~ajd/Scene/index.html",
+    citation=(
+        "A. J. Davison, I. D. Reid, N. D. Molton, O. Stasse, MonoSLAM: Real-Time Single Camera SLAM, IEEE Trans. "
+        "Pattern Analysis and Machine Intelligence 29(6):1052-1067, 2007"
+    ),
+    parts=("monoslam_desk/frames",),
+    sha256={},
+    find=lambda part: monoslam_desk.find_frames(),
+    whole=_desk_whole,
+    put="Put its images, frames/0000.png (or .pgm) and so on, in a folder monoslam_desk",
+)
+DATASETS = (MRCLAM, PARK, WOODS, STARS, PLAZA, DESK)
 
 
 @dataclass(frozen=True)

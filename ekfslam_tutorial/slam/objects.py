@@ -166,6 +166,8 @@ class Lmk(_Shown):
         How many of its innovations in a row have failed the gate; counted with `retry_after`.
     first : ndarray or None
         The state at birth, for first-estimates Jacobians; None without them.
+    appearance : object
+        What it looks like, for an association that asks (manual: `sig`); None where nobody does.
     """
 
     id: int
@@ -180,6 +182,7 @@ class Lmk(_Shown):
     n_inlier: int = 1
     n_refused: int = 0
     first: Any = field(default=None, repr=False)
+    appearance: Any = field(default=None, repr=False)
 
     def __repr__(self):
         counts = f"searched {self.n_search}, matched {self.n_match}, used {self.n_inlier}"
