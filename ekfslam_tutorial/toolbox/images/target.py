@@ -17,6 +17,8 @@ LEVELS = 40, 50, 60, 70, 80, 95, 110
 """Grey values that part black from white: one of them will do."""
 SMALLEST, LARGEST = 400, 0.2
 """Area of the rectangle in the image: pixels, and share of the image."""
+BORDER = 6
+"""All of it is so far inside the image, pixels."""
 EDGE = 40
 """It is so much darker than what is around it, grey values."""
 STEPS = 20
@@ -121,12 +123,15 @@ def rectangles(image, sensor, size):
     size : ndarray, shape (2,) or longer
         Width and height.
     """
-    cv2, found = opencv(), []
+    cv2, found, (rows, columns) = opencv(), [], image.shape
     focal = float(sensor.k[2])
     for level in LEVELS:
         outlines, _ = cv2.findContours((image < level).astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
         for outline in outlines:
             if not SMALLEST < cv2.contourArea(outline) < LARGEST * image.size:
+                continue
+            (left, top), (right, bottom) = outline[:, 0].min(0), outline[:, 0].max(0)
+            if left < BORDER or top < BORDER or right >= columns - BORDER or bottom >= rows - BORDER:
                 continue
             ideal = (focal * sensor.retro(outline[:, 0].astype(float))[0][:, None, :2]).astype(np.float32)
             four = cv2.approxPolyDP(ideal, 0.04 * cv2.arcLength(ideal, True), True)
@@ -138,7 +143,9 @@ def rectangles(image, sensor, size):
             contrast = _contrast(image, outline)
             if 0.65 < ratio < 1.5 and contrast > EDGE:
                 rays = np.column_stack([q / focal, np.ones(4)])
-                found.append((contrast, sensor.project(rays)[0]))
+                pixels = sensor.project(rays)[0]
+                if ((pixels >= BORDER) & (pixels < np.array([columns, rows]) - BORDER)).all():
+                    found.append((contrast, pixels))
     found.sort(key=lambda pair: -pair[0])
     return [_to_a_part(image, q) for _, q in found]
 
