@@ -18,8 +18,9 @@ SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
 TWINS = {"victoria_park": "victoria_park_twin"}
 TWINS |= {f"mrclam_{name}": "mrclam_twin" for name in ("joint", "localisation", "single", "twin")}
 LOGS = "lost_in_the_woods", "starry_night"
-ELSEWHERE = ("plaza",)
-"""Its beacons take a hundred frames to become landmarks: `tests/toolbox/test_rings.py` holds rings to the law."""
+ELSEWHERE = "plaza", "monoslam_desk"
+"""Beacons take a hundred frames to become landmarks: `tests/toolbox/test_rings.py` holds rings to the law. Images need
+the extra `images`: `tests/images` does it."""
 
 SIMULATED = sorted({path.stem for path in SCENARIOS.glob("*.toml")} - {*TWINS, *LOGS, *ELSEWHERE})
 FRAMES = 30

@@ -52,7 +52,7 @@ class ActiveSearch:
     score: float = 0.9
     sigma: float = 3.0
     most: int = 25
-    agree: float = 2.0
+    agree: float = 1.4
     wanted: int = 30
     births: int = 8
     apart: int = 14

@@ -172,4 +172,4 @@ def _to_a_part(image, q):
     """Corners to a part of a pixel."""
     cv2 = opencv()
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 0.01)
-    return cv2.cornerSubPix(image, q.astype(np.float32)[:, None].copy(), (4, 4), (-1, -1), stop)[:, 0].astype(float)
+    return cv2.cornerSubPix(image, q.astype(np.float32)[:, None].copy(), (3, 3), (-1, -1), stop)[:, 0].astype(float)
