@@ -22,6 +22,8 @@ TWIN = 150
 """Images of the twin: five seconds."""
 TARGET = 0.1832, 0.1292
 """Width and height of the black rectangle, m: what fits best; the publisher's four points are no rectangle."""
+CENTRE = -0.0436, 0.0228, 0.0
+"""Its middle in the frame of the truth, m: the mean of the four points."""
 TRUTH = "batch_truth*.npz"
 TRUTH_STD = 0.005, np.deg2rad(0.3)
 """How good a batch adjustment of the same images is: m, and rad about each axis."""
@@ -71,9 +73,12 @@ def load(path=None, first=0, last=None, step=1, target=TARGET, forget=None):
         raise FileNotFoundError(f"{NAME}: no images (.png, .pgm) in {path or 'the folders of EKFSLAM_DATA'}")
     frames = frames_of(folder, None, first, last, step, FPS)
     known = sorted([*folder.glob(TRUTH), *folder.parent.glob(TRUTH)])
-    truth = {1: _truth(known[0], frames.numbers)} if known else {}
+    poses, origin = _truth(known[0], frames.numbers) if known else (None, None)
+    truth = {} if poses is None else {1: poses}
     log = Pictures(f"{NAME}, images {frames.numbers[0]} to {frames.numbers[-1]}", frames, truth=truth, forget=forget)
     log.target, log.truth_std = _target(target), TRUTH_STD if known else (0.0, 0.0)
+    if origin is not None:
+        log.corners = origin.from_frame(Target(*TARGET).corners + CENTRE)[0]
     return log
 
 
@@ -110,7 +115,10 @@ def _target(size):
 
 
 def _truth(file, numbers):
-    """Poses (F, 7) of the camera in the first one's frame, NaN where not known."""
+    """Poses (F, 7) of the camera in the first one's frame, NaN where not known; and the frame that brings them there.
+
+    Where the first pose is not known they stay in their own frame; None then.
+    """
     with np.load(file) as a:
         missing = [name for name in ("frame", "R", "t") if name not in a]
         if missing:
@@ -123,7 +131,7 @@ def _truth(file, numbers):
     for i, n in enumerate(numbers):
         if n in x:
             poses[i] = (x[n] if origin is None else origin.compose(x[n])[0]).normalized()[0].x
-    return poses
+    return poses, origin
 
 
 def twin(seed=1, n=TWIN, step=1, forget=None, noise=2.0, sensor=None):
