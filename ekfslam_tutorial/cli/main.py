@@ -168,6 +168,7 @@ def _run(commands):
     run.add_argument("--record", action="store_true", help="also write recording.npz, to be played again, estimate.rec")
     run.add_argument("--movie", action="store_true", help="also write a movie of the run (MP4 with ffmpeg, else GIF)")
     run.add_argument("--live", action="store_true", help="show the figures while it runs")
+    run.add_argument("--camera", metavar="N", help="live: watch camera N of this computer, 0, 1, ...; or a video file")
     run.add_argument("--models", action="append", default=[], metavar="FILE.py", help="your own models, see `new`")
     run.add_argument(
         "--checkpoint", type=int, metavar="N", help="keep the run every N frames, to be resumed after a crash"

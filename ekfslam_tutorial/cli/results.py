@@ -7,6 +7,7 @@ import numpy as np
 
 from .. import __version__
 from ..analysis.fixes import fix_figures
+from ..analysis.pictures import picture_figures
 from ..analysis.rec_file import write_rec
 from .files import pictures, replacing, written
 from .terminal import say, table
@@ -57,6 +58,7 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
     tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
     tail["frames_per_s"] = round(1 / np.mean(costs[WARM:]), 1) if len(costs) > WARM and np.mean(costs[WARM:]) else None
+    tail |= picture_figures(history, recording) if hasattr(recording, "truth_std") else {}
     tail["notes"] = recording.notes if recording else []  # `run` adds what it has to say
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
 

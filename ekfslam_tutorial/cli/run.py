@@ -70,6 +70,8 @@ def run_into(folder, options, models, written_data):
             "--record writes what the filter was told: with noise_factor, bias or clock_offset it would be "
             "changed twice when it is played again; record without them"
         )
+    if options.camera is not None and options.camera.isdecimal() and views.has_display():
+        options.live = True  # a webcam is watched while it runs
     if options.live:
         views.check_display()
     movie = views.movie_path(out) if options.movie else None
@@ -154,6 +156,9 @@ def read(options, models):
     overrides = dict(parse_override(text) for text in options.set)
     if options.seed is not None:
         overrides["seed"] = options.seed
+    if getattr(options, "camera", None) is not None:
+        number = options.camera.isdecimal()
+        overrides["data.camera" if number else "data.path"] = int(options.camera) if number else options.camera
     try:
         return UserData.from_toml(find_scenario(options.scenario), overrides, models)
     except TypeError as error:  # a sensor and a landmark type that do not go together

@@ -158,6 +158,15 @@ def check_display():
         raise ValueError("--live needs a display, and there is none here; take --movie and watch it afterwards")
 
 
+def has_display():
+    """Return True if a live view can be shown."""
+    try:
+        check_display()
+    except ValueError:
+        return False
+    return True
+
+
 class Richest:
     """Keeps, for each sensor, the frame in which it measured most landmarks: in the last of all there may be none.
 

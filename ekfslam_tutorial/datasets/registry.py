@@ -1,5 +1,8 @@
 """Which recording a scenario means."""
 
+from pathlib import Path
+
+from ..toolbox.images.extra import opencv
 from ..toolbox.rendezvous import find_starts
 from ..toolbox.scenario.keys import arguments, look_up
 from ..toolbox.user_input import errors_at
@@ -8,6 +11,7 @@ from . import (
     euroc_v101,
     lecture,
     lost_in_the_woods,
+    monoslam_desk,
     mrclam,
     mrclam_twin,
     plaza,
@@ -67,6 +71,32 @@ def _lost_in_the_woods(path: str | None = None, max_range: float = lost_in_the_w
     return lost_in_the_woods.load(path, max_range)
 
 
+def _monoslam_desk(
+    path: str | None = None,
+    camera: int | None = None,
+    first: int = 0,
+    last: int | None = None,
+    step: int = 1,
+    target: tuple | None = None,
+    forget: int | None = None,
+):
+    """The images of MonoSLAM's desk; when they are not here and no path was given, the rendered twin, which says so.
+
+    With a camera or a video file it is that which is watched.
+    """
+    opencv()
+    if camera is not None or (path is not None and not Path(path).is_dir()):
+        return monoslam_desk.own(path, camera, first, last, step, target or (), forget)
+    target = monoslam_desk.TARGET if target is None else target
+    if path is not None or monoslam_desk.find_frames() is not None:
+        return monoslam_desk.load(path, first, last, step, target, forget)
+    n = monoslam_desk.TWIN if last is None else last - first + 1
+    twin = monoslam_desk.twin(n=n, step=step, forget=forget)
+    missing = f"{monoslam_desk.NAME} is not found {_nowhere()}"
+    twin.notes.insert(0, f"{missing}: the simulated twin runs instead. See `ekfslam data`.")
+    return twin
+
+
 def _plaza(set: int = 2, path: str | None = None):
     """A set of Plaza; when it is not here and no path was given, the simulated twin, which says so."""
     if path is not None or set not in plaza.FILES or find_file(plaza.FILES[set]) is not None:
@@ -114,6 +144,7 @@ LOADERS = {
     "mrclam_twin": _mrclam_twin,
     "lecture": _lecture,
     "lost_in_the_woods": _lost_in_the_woods,
+    "monoslam_desk": _monoslam_desk,
     "plaza": _plaza,
     "starry_night": _starry_night,
     "victoria_park": _victoria_park,

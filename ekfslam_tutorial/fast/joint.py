@@ -33,33 +33,38 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, threshold):
     obs.update({(id, o.lmk): o for o in seen})
 
     expected = seen if by_id else [Obs(table, k) for k in near]
-    pairs, new = associated(opt.association, map, expected, raw, sen.model)
+    pairs, new, refused = associated(opt.association, map, expected, raw, sen.model)
     wanted = in_view if opt.n_updates is None else most_uncertain(table, in_view, opt.n_updates)
     found = sorted(table.match(pairs, wanted))  # in the order of the table, of which they may be all
+    if refused:
+        out = [k for k in found if table.lmks[k].id in refused]
+        found = [k for k in found if table.lmks[k].id not in refused]
     if found:
         camera = camera_position(Rf, Sf) if opt.reparametrize else None
         _correct(map, rob, sen, lmks, table, found, visible if soon else None, raw, opt, camera, threshold)
     elif soon:
         table.keep(map, near)
+    if refused:
+        table.refuse(out, raw, sen.model)
     events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
     return events, new
 
 
 def associated(association, map, obs, raw, sensor):
-    """Return what an association says: measurements by landmark, and those that may start a landmark.
+    """Return what an association says: measurements by landmark, those that may start a landmark, whose are refused.
 
     Of `KnownIds` the first has ids of other landmarks, too.
     """
     if type(association) is not KnownIds:
         matches = association(map, obs, raw, sensor)
-        return matches.pairs, matches.new
+        return matches.pairs, matches.new, matches.refused
     ids = np.asarray(raw.ids).tolist()
     index = dict(zip(reversed(ids), range(len(ids) - 1, -1, -1), strict=True))
     order = sorted(index)
     if order and order[0] < 0:
         order = [id for id in order if id >= 0]
         index = {id: index[id] for id in order}
-    return index, [index[id] for id in order]
+    return index, [index[id] for id in order], ()
 
 
 def _candidates(map, table, raw, sen, opt):

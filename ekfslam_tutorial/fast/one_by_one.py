@@ -25,9 +25,9 @@ def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
     order = sorted(range(table.K), key=slots.__getitem__)
     expected, visible, id = [Obs(table, k) for k in order], table.visible.tolist(), sen.id
     obs.update({(id, o.lmk): o for o in expected})
-    pairs, new = associated(opt.association, map, expected, raw, sen.model)
+    pairs, new, refused = associated(opt.association, map, expected, raw, sen.model)
 
-    search = _Search(map, rob, sen, lmks, table, raw, opt, Rf, Sf)
+    search = _Search(map, rob, sen, lmks, table, raw, opt, Rf, Sf, refused)
     in_view = [k for k in order if visible[k]]
     wanted = most_uncertain(table, in_view, opt.n_updates)
     for k in wanted:
@@ -42,9 +42,9 @@ def correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf):
 class _Search:
     """The corrections of one sensor in one frame."""
 
-    def __init__(self, map, rob, sen, lmks, table, raw, opt, Rf, Sf):
+    def __init__(self, map, rob, sen, lmks, table, raw, opt, Rf, Sf, refused):
         self.map, self.rob, self.sen, self.lmks, self.table, self.raw, self.opt = map, rob, sen, lmks, table, raw, opt
-        self.Rf, self.Sf, self.stale, self.events = Rf, Sf, False, []
+        self.Rf, self.Sf, self.stale, self.events, self.refused = Rf, Sf, False, [], refused
 
     def look(self, k, index):
         """Look for one landmark: match, project again if its expectation is stale, gate, correct."""
@@ -65,7 +65,7 @@ class _Search:
         R = sen.model.R if self.raw.R is None else np.asarray(self.raw.R[index], float)
         inn = innovation(sen.model.residual(y, table.e[k]), table.E[k], R)
         table.y[k], table.R[k], table.z[k] = y, R, inn.z
-        accepted = inn.md2 < opt.md2_threshold
+        accepted = inn.md2 < opt.md2_threshold and lmk.id not in self.refused
         self.events.append(Event("innovation", rob.id, sen.id, lmk.id, accepted))
         if not accepted:
             return

@@ -125,6 +125,23 @@ class Sightings:
         """
         self._measured = found, index, y, z, R
 
+    def refuse(self, some, raw, sensor):
+        """Note the measurements of those that are found, but must not be used: they come behind the others.
+
+        Parameters
+        ----------
+        some : list of int
+            Which of them.
+        raw : raw measurements: `y` (k, m), and `R` (k, m, m) or None
+        sensor : SensorModel
+        """
+        found, index = [*self._measured[0], *some], [*self._measured[1], *(self.index[k] for k in some)]
+        y = np.asarray(raw.y, float)
+        z = sensor.residual(y.take([self.index[k] for k in some], 0), self.e.take(some, 0))
+        if len(found) > len(some):
+            z = np.concatenate([self._measured[3], z])
+        self.measure(found, index, y, z, sensor.R if raw.R is None else np.asarray(raw.R, float).take(index, 0))
+
     def _column(self, value):
         """Column of what `measure` has noted, None for those not found: written out when somebody asks for it."""
         column, (found, index, *noted) = [None] * self.K, self._measured

@@ -54,6 +54,8 @@ class SenFig:
     new
         Line of the measurements that began a landmark in this frame.
     label : Labels
+    picture : AxesImage or None
+        The image behind it, of a sensor that takes pictures.
     """
 
     def __init__(self, snapshot, sensor=None, k=3, labels=True, figsize=(9, 7.6)):
@@ -70,6 +72,7 @@ class SenFig:
 
     def _make(self) -> None:
         ax = self.axes
+        self.picture = None  # the image that it was measured in, if there is one
         self.raw = new_line(ax, color=GREY, marker="o", markersize=8, fillstyle="none", linestyle="none", zorder=2)
         self.innovation = new_line(ax, **line(MEASUREMENT, linestyle="-", linewidth=1.4), zorder=4)
         self.expected, self.ellipse = {}, {}
@@ -105,6 +108,7 @@ class SenFig:
         """Show another frame in the same artists. The caller decides when to draw the canvas."""
         seen = [obs for (sen, _), obs in snapshot.obs.items() if sen == self.sen.id and obs_state(obs)]
         raw_ids, raw_y = self._raw(snapshot)
+        self._show_image(getattr(snapshot.raw.get(self.sen.id), "image", None))
         new = [ev.lmk for ev in snapshot.events if ev.kind == "initialisation" and ev.sen == self.sen.id]
         is_new = np.isin(raw_ids, new)
 
@@ -121,6 +125,18 @@ class SenFig:
         self.heading.set_text(
             f"{self.sen.name or f'sensor {self.sen.id}'}, frame {snapshot.k}: {', '.join(words) or 'nothing'}"
         )
+
+    def _show_image(self, image) -> None:
+        """Show a grey image behind all else; a pixel's number is that of its middle."""
+        if image is None:
+            return
+        if self.picture is None:
+            rows, columns = image.shape
+            around = self.axes.get_xlim(), self.axes.get_ylim()
+            extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
+            self.picture = self.axes.imshow(image, "gray", vmin=0, vmax=255, extent=extent, zorder=0, alpha=0.85)
+            self.axes.set(xlim=around[0], ylim=around[1])
+        self.picture.set_data(image)
 
     def _raw(self, snapshot) -> tuple[Array, Array]:
         raw = snapshot.raw.get(self.sen.id)

@@ -24,10 +24,14 @@ class Matches:
         Landmark id to index of its raw measurement.
     new : list of int
         Indices of the raw measurements that may start a landmark, in the order in which they should.
+    refused : set of int
+        Ids of those landmarks among the pairs whose measurement must not be used: they count as found, and as not
+        fitting, whatever the gate says. It does not fit the others.
     """
 
     pairs: dict = field(default_factory=dict)
     new: list = field(default_factory=list)
+    refused: set = field(default_factory=set)
 
 
 def gate(confidence, dof):

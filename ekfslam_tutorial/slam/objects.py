@@ -177,6 +177,8 @@ class Lmk(_Shown):
         How often in a row it has not been found; counted with `lost_after` and `wander`.
     first : ndarray or None
         The state at birth, for first-estimates Jacobians; None without them.
+    appearance : object
+        What it looks like, for an association that asks (manual: `sig`); None where nobody does.
     """
 
     id: int
@@ -193,6 +195,7 @@ class Lmk(_Shown):
     n_refused: int = 0
     n_missed: int = 0
     first: Any = field(default=None, repr=False)
+    appearance: Any = field(default=None, repr=False)
 
     def __repr__(self):
         counts = f"searched {self.n_search}, matched {self.n_match}, used {self.n_inlier}"

@@ -138,9 +138,9 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
         _match(o, matches.pairs.get(o.lmk), raw, sen)
 
     if opt.joint:
-        _correct_jointly(map, rob, sen, lmks, [o for o in seen if o.matched], opt)
+        _correct_jointly(map, rob, sen, lmks, [o for o in seen if o.matched], opt, matches.refused)
     else:
-        _correct_one_by_one(map, rob, sen, lmks, [o for o in wanted if o.matched], opt)
+        _correct_one_by_one(map, rob, sen, lmks, [o for o in wanted if o.matched], opt, matches.refused)
     events = [event for o in wanted for event in _count(rob, sen, lmks[o.lmk], o)]
     return events + delete_bad(map, rob, sen, lmks, seen, opt), matches.new
 
@@ -152,7 +152,7 @@ def _match(o, index, raw, sen):
         o.y, o.R = np.asarray(raw.y[index], float), sen.model.R if raw.R is None else np.asarray(raw.R[index], float)
 
 
-def _correct_one_by_one(map, rob, sen, lmks, found, opt):
+def _correct_one_by_one(map, rob, sen, lmks, found, opt, refused):
     """Correct by each that was found: project it again if the map has been corrected since, gate, correct."""
     stale = False
     for o in found:
@@ -163,19 +163,19 @@ def _correct_one_by_one(map, rob, sen, lmks, found, opt):
         PHt = cross(map, o.blocks)
         o.z, o.E = sen.model.residual(o.y, o.e), covariance(PHt, o.blocks)
         inn = innovation(o.z, o.E, o.R)
-        if inn.md2 < opt.md2_threshold:
+        if inn.md2 < opt.md2_threshold and o.lmk not in refused:
             o.updated, stale, camera = True, True, rob.frame(map).compose(sen.frame(map))[0].t
             correct_invariant(map, rob, lmks, PHt, inn, opt)
             _after(map, rob, sen, lmks, [o], camera, opt)
 
 
-def _correct_jointly(map, rob, sen, lmks, found, opt):
+def _correct_jointly(map, rob, sen, lmks, found, opt, refused):
     """Gate each that was found on its own; correct once, by all that pass: z, P H' and R side by side."""
     for o in found:
         if hasattr(sen.model, "innovation"):
             _to_innovation(sen.model, o)
         o.z = sen.model.residual(o.y, o.e)
-        o.updated = innovation(o.z, o.E, o.R).md2 < opt.md2_threshold
+        o.updated = innovation(o.z, o.E, o.R).md2 < opt.md2_threshold and o.lmk not in refused
     used = [o for o in found if o.updated]
     if used:
         PHt, z, R = zip(*[(cross(map, o.blocks), o.z, o.R) for o in used], strict=True)

@@ -7,6 +7,7 @@ from typing import Any
 from ..ekf.html import map_html
 from ..slam import let_go, reopen_gate, retry_lmks, tilt, wander
 from . import engines
+from .images.eyes import Eyes
 from .rings import Rings
 from .run_state import restore
 from .scenario.agreement import can_start, started_by
@@ -121,8 +122,8 @@ def universal_slam(data, recording=None, seed=None, resume=None, engine=None):
     Parameters
     ----------
     data : UserData
-    recording : Recording, optional
-        Controls and measurements to take instead of simulated ones.
+    recording : Recording or Pictures, optional
+        Controls and measurements to take instead of simulated ones; or images.
     seed : int, optional
         Instead of `data.seed`.
     resume : dict, optional
@@ -147,6 +148,8 @@ def universal_slam(data, recording=None, seed=None, resume=None, engine=None):
     engine = engines.engine(data.options)
     if recording is None:
         source = Simulation(data, data.seed if seed is None else seed)
+    elif hasattr(recording, "source"):  # pictures
+        source = recording.source(data)
     else:
         source = Replay(data, recording)
     structures = create_slam_structures(data, source.sim_lmk, source.starts)
@@ -189,7 +192,7 @@ class Loop:
         self.data, self.engine, self.opt = data, engine, data.slam_options()
         self.map, self.robs, self.sens, self.lmks = map, robs, sens, lmks
         self.obs, self.refused = {}, set()
-        self.rings = Rings(data.landmark.hypotheses, data.landmark.model)
+        self.rings, self.eyes = Rings(data.landmark.hypotheses, data.landmark.model), Eyes()
         self._sen_of = {sen.id: sen for sen in sens}
         self._starts = {s.id: data.landmark.in_map and can_start(s.model, started_by(data, s)) for s in data.sensors}
 
@@ -209,7 +212,7 @@ class Loop:
             As `Snapshot` has them.
         """
         engine, opt, sen_of = self.engine, self.opt, self._sen_of
-        map, robs, lmks, obs, rings = self.map, self.robs, self.lmks, self.obs, self.rings
+        map, robs, lmks, obs, rings, eyes = self.map, self.robs, self.lmks, self.obs, self.rings, self.eyes
         events, watch = [], Watch(map, robs, opt)
         for key in [key for key in obs if key[0] in now.idle]:
             del obs[key]
@@ -220,6 +223,7 @@ class Loop:
                 self.move(rob, now)
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = now.raw[sen.id]
+                eyes.look(rob, sen, lmks, raw)
                 with watch, rings.carried(map, rob, opt):
                     done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 done += reopen_gate(map, rob, done, opt, lmks)
@@ -231,6 +235,7 @@ class Loop:
                     with watch:
                         done += rings.see(map, rob, sen, lmks, raw, opt, n_max)
                 events += done + let_go(map, rob, sen, lmks, done, opt)
+                events += eyes.remember(map, rob, sen, lmks, raw)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
                 with watch, rings.carried(map, rob, opt):
@@ -275,4 +280,4 @@ class Loop:
     def restore(self, state):
         """Go back, or on, to what `run_state` has kept."""
         self.lmks, self.refused, self.rings.live = restore(state, self.data, self.map, self.robs, self.sens)
-        self.obs = {}
+        self.obs, self.eyes = {}, Eyes(found=True)

@@ -142,8 +142,8 @@ def test_a_path_that_was_given_is_never_replaced(data):
         (
             "mrclm",
             {},
-            "unknown data set 'mrclm'; known: euroc_v101, mrclam, mrclam_twin, lecture, "
-            "lost_in_the_woods, plaza, starry_night, victoria_park, victoria_park_twin; "
+            "unknown data set 'mrclm'; known: euroc_v101, mrclam, mrclam_twin, lecture, lost_in_the_woods, "
+            "monoslam_desk, plaza, starry_night, victoria_park, victoria_park_twin; "
             "did you mean 'mrclam'",
         ),
         (

@@ -9,9 +9,11 @@ from ekfslam_tutorial.models import landmarks, motion, sensors
 from ekfslam_tutorial.simulation import worlds
 from ekfslam_tutorial.slam import Jcbb, KnownIds, NearestNeighbour
 from ekfslam_tutorial.toolbox import FigureOptions, Landmark, Options, Robot, Sensor, Time
+from ekfslam_tutorial.toolbox.images import ActiveSearch
 from ekfslam_tutorial.toolbox.scenario.keys import exported, functions, parameters, snake
 from ekfslam_tutorial.toolbox.scenario.reading import SECTIONS
 
+ASSOCIATIONS = KnownIds, NearestNeighbour, Jcbb, ActiveSearch
 PAGE = (Path(__file__).parents[2] / "docs" / "scenarios.md").read_text(encoding="utf-8")
 
 
@@ -61,7 +63,7 @@ def test_motion_models_and_their_fields():
     [
         ("`[[sensor]]`", "`type`", exported(sensors)),
         ("`[world]`", "`type`", functions(worlds)),
-        ("`[options]`", "`association`", {snake(c.__name__): c for c in (KnownIds, NearestNeighbour, Jcbb)}),
+        ("`[options]`", "`association`", {snake(c.__name__): c for c in ASSOCIATIONS}),
     ],
 )
 def test_models_and_their_keys(title, head, known):

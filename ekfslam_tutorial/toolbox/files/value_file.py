@@ -97,7 +97,7 @@ def _is_table(rows):
 
 
 def _keep(a, arrays, small):
-    if a.dtype.kind not in "bif":
+    if a.dtype.kind not in "biuf":
         raise TypeError(f"an array of {a.dtype} cannot be kept in a file of plain values")
     if a.dtype == float and a.size <= SMALL:
         start = len(small)

@@ -14,6 +14,7 @@ from ...models import landmarks, motion, sensors
 from ...models.protocols import VALUES, lacking
 from ...simulation import worlds
 from ...slam import association
+from ..images import ActiveSearch
 from ..user_input import MAIN, errors_at, short_text
 from .keys import (
     arguments,
@@ -163,7 +164,7 @@ class Known:
         self.motions = having(exported(motion), MAIN["motion"])
         self.sensors = having(exported(sensors), MAIN["sensor"])
         self.landmarks = having(exported(landmarks), MAIN["landmark"])
-        self.associations = having(associations, "birth_id")
+        self.associations = having(associations | {"active_search": ActiveSearch}, "birth_id")
         self.worlds = functions(worlds)
 
     def _model(self, role, kind, name, known):
