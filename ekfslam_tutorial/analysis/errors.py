@@ -283,7 +283,7 @@ class History:
 
     def error_of(self, id):
         """What `errors` are of: "pose", or of a robot with an IMU in a gauge of its own "position and velocity"."""
-        own = self.gauge == "free" and id in self._velocities and not len(_surveyed(self.last)[0])
+        own = self.gauge == "free" and id in self._velocities and not len(self._surveyed()[0])
         return "position and velocity" if own else "pose"
 
     def summary(self):

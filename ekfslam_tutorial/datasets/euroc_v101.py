@@ -10,8 +10,6 @@ import gzip
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import savgol_filter
-from scipy.spatial.transform import Rotation, Slerp
 
 from ..geometry import Frame3
 from ..models.motion import Imu
@@ -132,6 +130,8 @@ def with_clock(log, imu, t, start, clock_std):
     Rates are those of parabolas through `SMOOTH` rows. Rates of single rows are nearly all noise: the filter would look
     for a motion like that, find none at any offset, and believe that there is no offset.
     """
+    from scipy.signal import savgol_filter  # here: it takes a while, and few runs need it
+
     rates = savgol_filter(imu[:, 1:], SMOOTH, 2, deriv=1, delta=np.median(np.diff(imu[:, 0])), axis=0)
     middles = t[0] + np.cumsum(log.dt) - log.dt / 2
     at = np.stack([np.interp(middles, imu[:, 0], column) for column in rates.T], -1)
@@ -171,6 +171,8 @@ def _between(imu, a, b):
 
 def _true(file, t):
     """True poses at these times, NaN where there are none; None without a file."""
+    from scipy.spatial.transform import Rotation, Slerp  # here, too
+
     if file is None:
         return None
     try:

@@ -7,7 +7,6 @@ from ..toolbox.rendezvous import find_starts
 from ..toolbox.scenario.keys import arguments, look_up
 from ..toolbox.user_input import errors_at
 from . import (
-    euroc_twin,
     euroc_v101,
     lecture,
     lost_in_the_woods,
@@ -55,6 +54,8 @@ def _euroc_v101(path: str | None = None, first: int = 0, last: int | None = None
     """EuRoC V1_01; when it is not here and no path was given, the simulated twin, which says so."""
     if path is not None or find_file(euroc_v101.FILE) is not None:
         return euroc_v101.load(path, first, last, clock_std)
+    from . import euroc_twin  # here: scipy's rotations take a while to load
+
     twin = euroc_twin.twin(clock_std=clock_std)
     missing = f"EuRoC V1_01 is not found {_nowhere()}"
     twin.notes.insert(0, f"{missing}: the simulated twin runs instead. See `ekfslam data`.")

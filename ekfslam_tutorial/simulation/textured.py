@@ -6,7 +6,6 @@ Each pixel's ray is followed to the nearest board, lens and all. So what is in t
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates
 
 GRAIN = 0.004
 """Length of a texture element, m: about what a pixel sees of a desk."""
@@ -46,6 +45,8 @@ def board(rng, corner, right, down, width, height):
     width, height : float
         Metres.
     """
+    from scipy.ndimage import gaussian_filter  # here and below: few need it, and all would wait for it
+
     shape = (int(height / GRAIN) + 1, int(width / GRAIN) + 1)
     texture = 130 + 350 * gaussian_filter(rng.normal(size=shape), 8.0)
     for _ in range(int(shape[0] * shape[1] / 700)):
@@ -117,6 +118,8 @@ class Room:
         ndarray of uint8, shape (height, width)
             Black where no board is.
         """
+        from scipy.ndimage import map_coordinates
+
         rays = self.rays @ camera.R.T
         nearest, grey = np.full(rays.shape[:2], np.inf), np.zeros(rays.shape[:2])
         for b in self.boards:
