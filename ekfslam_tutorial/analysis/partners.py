@@ -44,9 +44,9 @@ def placed(s, F=None):
     F : Frame2 or Frame3, or None
         The frame of the map, seen from the world, that the pairs were found with.
     """
-    found = {id: lmk.point(s.map) for id, lmk in s.lmks.items()} if s.sim_lmk is not None else {}
+    found = {id: lmk.point(s.map) for id, lmk in s.lmks.items() if lmk.par is None}
     found = {id: (p, P) for id, (p, P) in found.items() if np.isfinite(p).all() and np.isfinite(P).all()}
-    if not found:
+    if not found or s.sim_lmk is None:
         return {}, F
     points, P = (np.array(column) for column in zip(*found.values(), strict=True))
     truth, ids = np.asarray(s.sim_lmk.points, float), list(found)
@@ -97,11 +97,11 @@ def pairs_by_place(points, P, truth, F):
 
 def half_way(truth):
     """Half the distance to the next landmark of the world, its median: from there on another one may be meant, m."""
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     if len(truth) < 2:
         return np.inf
-    return 0.5 * float(np.median(cKDTree(truth).query(truth, 2)[0][:, 1]))
+    return 0.5 * float(np.median(KDTree(truth).query(truth, 2)[0][:, 1]))
 
 
 def spans(points):
@@ -125,12 +125,12 @@ def laid_by_shape(points, truth):
     Frame2 or Frame3, or None
         None where less than d + 2 landmarks, or less than half of them, find a place.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     n, d = points.shape
     if min(n, len(truth)) < d + 2:
         return None
-    rng, tree, far = np.random.default_rng(0), cKDTree(truth), half_way(truth)
+    rng, tree, far = np.random.default_rng(0), KDTree(truth), half_way(truth)
     best, most = None, (max(d + 1, (n - 1) // 2), 0.0)
     for _ in range(BASES):
         base = points[rng.choice(n, d, replace=False)]

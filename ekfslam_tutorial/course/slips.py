@@ -211,7 +211,7 @@ def _changes(node, text):
             yield "A condition is missing", f" {_word(node.op)} ".join(of(v) for v in node.values if v is not value)
         other = "or" if isinstance(node.op, ast.And) else "and"
         yield f"`{other}` for `{_word(node.op)}`", f" {other} ".join(map(of, node.values))
-    elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+    elif isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
         for new in (node.value + 1, node.value - 1):
             yield "A number", str(new)
     elif isinstance(node, ast.Attribute) and node.attr == "T":

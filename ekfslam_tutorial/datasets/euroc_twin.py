@@ -105,7 +105,7 @@ def _tracks(poses, dt, rng, n_points=700, budget=30, ends=0.03):
         for i in rng.permutation(sorted(view - set(track)))[: budget - len(track)].tolist():
             last += 1
             track[i] = last
-        for i in sorted(track, key=track.get):
+        for i in sorted(track, key=track.__getitem__):
             u = y[i] + rng.normal(size=2) * euroc_v101.CAMERA.pixel_std
             rows.append([k * dt, track[i], *((u - euroc_v101.CAMERA.k[:2]) / euroc_v101.CAMERA.k[2:])])
     return np.array(rows)

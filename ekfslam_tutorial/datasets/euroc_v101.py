@@ -134,7 +134,7 @@ def with_clock(log, imu, t, start, clock_std):
 
     rates = savgol_filter(imu[:, 1:], SMOOTH, 2, deriv=1, delta=np.median(np.diff(imu[:, 0])), axis=0)
     middles = t[0] + np.cumsum(log.dt) - log.dt / 2
-    at = np.stack([np.interp(middles, imu[:, 0], column) for column in rates.T], -1)
+    at = np.stack([np.interp(middles, imu[:, 0], column) for column in np.asarray(rates, float).T], -1)
     x, P = np.append(start[0], 0.0), np.zeros((17, 17))
     P[:16, :16], P[16, 16] = start[1], clock_std**2
     return replace(log, u=np.concatenate([log.u, at], 1)), (x, P)
@@ -153,7 +153,9 @@ def start(imu, t):
         return (x, P), f"it starts at rest: gravity, and the gyrometer's bias, from {len(rest)} rows of the IMU"
     log = _controls(imu, imu[0, 0] + np.array([begin, t]))
     motion = Imu()
-    x, P = integrate(motion, x, P, ((u, motion.noise(h), h) for u, h in zip(log.u, log.dt.tolist(), strict=True)))
+    x, P = integrate(
+        motion, x, P, ((u, motion.noise(h), h) for u, h in zip(log.u, np.asarray(log.dt).tolist(), strict=True))
+    )
     x[:3], P[:3], P[:, :3] = 0.0, 0.0, 0.0  # it starts where the map begins
     return (x, P), f"it starts in flight: by the IMU alone, from {begin:.2f} s, when it stood, to {t:.2f} s"
 

@@ -99,7 +99,7 @@ def own(path=None, camera=None, first=0, last=None, step=1, target=(), forget=No
     Pictures
     """
     frames = frames_of(path, camera, first, last, step)
-    name = f"camera {camera}" if camera is not None else Path(path).name
+    name = f"camera {camera}" if camera is not None else Path(path or "").name
     log = Pictures(name, frames, _target(target), forget)
     if log.target is None:
         log.notes = ["no target of known size: how long a metre is, is a guess"]

@@ -139,7 +139,7 @@ class Sightings:
         y = np.asarray(raw.y, float)
         z = sensor.residual(y.take([self.index[k] for k in some], 0), self.e.take(some, 0))
         if len(found) > len(some):
-            z = np.concatenate([self._measured[3], z])
+            z = np.concatenate([np.asarray(self._measured[3]), z])
         self.measure(found, index, y, z, sensor.R if raw.R is None else np.asarray(raw.R, float).take(index, 0))
 
     def _column(self, value):

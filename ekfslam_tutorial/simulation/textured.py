@@ -53,7 +53,7 @@ def board(rng, corner, right, down, width, height):
         row, column, h, w = *(rng.random(2) * shape), *rng.integers(4, 22, 2)
         texture[int(row) : int(row) + h, int(column) : int(column) + w] = rng.uniform(30, 230)
     texture = gaussian_filter(texture, 0.6).clip(0, 255)
-    return Board(*(np.array(v, float) for v in (corner, right, down)), texture)
+    return Board(np.array(corner, float), np.array(right, float), np.array(down, float), texture)
 
 
 def with_black_rectangle(board, row, column, width, height):
@@ -134,5 +134,6 @@ class Room:
             nearest[near] = far[near]
             grey[near] = map_coordinates(b.texture, at[:, inside], order=1)
         if noise:
+            rng = np.random.default_rng(0) if rng is None else rng
             grey = grey + rng.normal(0, noise, grey.shape)
         return np.rint(grey).clip(0, 255).astype(np.uint8)

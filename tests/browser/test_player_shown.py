@@ -97,7 +97,7 @@ def test_ellipsoids_stand_where_they_should(space, open_log):
                 if (Math.max(x1 - x0, y1 - y0) < 12 || x0 < 0 || y0 < 0 || x1 > w || y1 > h) continue
                 stage.clear()
                 const alone = new Map([[id, {p, L}]])
-                stage.shapes('ball', scene.ellipsoids({robots: new Map(), lmks: alone}, new Map()), 0)
+                stage.shapes('ball', scene.ellipsoids({robots: new Map(), lmks: alone, lines: new Map()}, new Map()), 0)
                 stage.draw(camera.view(), [w, h])
                 context.clearRect(0, 0, ...scene.area)
                 context.drawImage(stage.canvas, 0, stage.canvas.height - h * ratio, w * ratio, h * ratio, 0, 0, w, h)

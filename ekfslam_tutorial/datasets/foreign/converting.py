@@ -228,7 +228,7 @@ class _Log:
         kind, scan = self.sensor, self.parts["scan"]
         sensor = {"id": 1, "robot": 1, "type": kind}
         known = "id" in scan and bool((scan["id"][np.isfinite(scan["id"])] >= 0).any())
-        landmark = {"type": "euc_pnt"}
+        landmark: dict = {"type": "euc_pnt"}
         if kind == "range" and not known:
             raise ValueError("scan: ranges without ids cannot be told apart; which column is the id of the beacon?")
         if kind == "point_xy":

@@ -26,7 +26,7 @@ def time_unit(t):
     for bound, unit in EPOCHS:
         if len(t) and np.median(t) > bound:
             return unit
-    steps = np.diff(np.unique(t))
+    steps = np.diff(np.unique(np.asarray(t, float)))
     if not len(steps):
         return "s"
     for unit, seconds in UNITS["t"].items():

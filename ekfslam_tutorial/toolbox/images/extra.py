@@ -18,7 +18,7 @@ def opencv() -> Any:
     """
     if find_spec("cv2") is None:
         raise ValueError(MISSING)
-    import cv2
+    import cv2  # pyright: ignore[reportMissingImports] -- an extra
 
     cv2.setNumThreads(1)
     return cv2

@@ -108,8 +108,8 @@ class Target:
             step = P @ J.T @ z
             t = t + step[:3]
             R = opencv().Rodrigues(step[3:])[0] @ R
-        G = G.reshape(-1, 6)
-        return float(z @ z), (self.corners @ R.T + t).ravel(), G @ P @ G.T
+        P = G.reshape(-1, 6) @ P @ G.reshape(-1, 6).T  # pyright: ignore -- there are STEPS
+        return float(z @ z), (self.corners @ R.T + t).ravel(), P  # pyright: ignore
 
 
 def rectangles(image, sensor, size):

@@ -41,8 +41,9 @@ class ControlLog:
             raise ValueError("many controls a frame need both, the offsets of their rows and the seconds dt of each")
         if self.offsets is not None:
             object.__setattr__(self, "offsets", _offsets("controls", self.offsets, len(self.u)))
-            object.__setattr__(self, "dt", finite_array("seconds dt of the controls", self.dt, 1))
-            if self.dt.shape != self.u.shape[:1] or (self.dt < 0).any():
+            dt = finite_array("seconds dt of the controls", self.dt, 1)
+            object.__setattr__(self, "dt", dt)
+            if dt.shape != self.u.shape[:1] or (dt < 0).any():
                 raise ValueError(f"seconds dt of the controls must be {len(self.u)} numbers of 0 or more")
 
     def __len__(self):

@@ -42,6 +42,7 @@ class Recorder:
             if u[0].ndim == 1:
                 robots[i] = ControlLog(np.array(u), np.array(U))
             else:  # many a frame
-                robots[i] = ControlLog(*map(np.concatenate, (u, U)), np.cumsum([0, *map(len, u)]), np.concatenate(dt))
+                rows = np.cumsum([0, *map(len, u)])
+                robots[i] = ControlLog(np.concatenate(u), np.concatenate(U), rows, np.concatenate(dt))
         truth = {i: np.array(x) for i, x in self._truth.items()}
         return Recording(name, np.array(self._t), robots, self._raw, truth, self._landmarks, list(notes), self._met)
