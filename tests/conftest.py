@@ -48,6 +48,14 @@ def cache_dir(tmp_path_factory):
         yield
 
 
+@pytest.fixture(scope="module", autouse=True)
+def environment_is_left_as_it_was():
+    """A variable that the tests of a file lose, or leave behind, would decide what later files test."""
+    before = {name: value for name, value in os.environ.items() if name.startswith("EKFSLAM_")}
+    yield
+    assert {name: value for name, value in os.environ.items() if name.startswith("EKFSLAM_")} == before
+
+
 @pytest.fixture(scope="session")
 def data_dir():
     """Folder of the real logs as their publishers give them (EKFSLAM_DATA)."""

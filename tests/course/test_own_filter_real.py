@@ -84,7 +84,7 @@ def student(folder, text=MY_SLAM):
         patch.delenv("EKFSLAM_DATA", raising=False)
         for module in figures, widgets:
             patch.setattr(module, "display", lambda *objects, **options: None)
-        yield
+        yield patch
     sys.modules.pop("my_slam", None)
 
 
@@ -312,10 +312,10 @@ def test_09_goes_on_with_mistakes(tmp_path):
         assert "ATE 0.038 m; of the path moved by 54 m" in run.printed
 
 
-def test_09_on_the_real_log(tmp_path, data_dir, monkeypatch):
+def test_09_on_the_real_log(tmp_path, data_dir):
     """The answers about the real log, where there is one."""
-    with student(tmp_path):
-        monkeypatch.setenv("EKFSLAM_DATA", str(data_dir))
+    with student(tmp_path) as patch:  # what is patched last is restored first
+        patch.setenv("EKFSLAM_DATA", str(data_dir))
         run = Run("09", skip=("explore(", "clock_figure", "for error in"))
         space = run.space
         if space["which"] == "simulated twin":
