@@ -229,58 +229,80 @@ def _word(op):
     return "and" if isinstance(op, ast.And) else "or"
 
 
+OPERATIONS = {
+    ast.Add: (
+        ("A sign is wrong", "{left} - {b}"),
+        ("A sign is wrong", "{right} - {a}"),
+        ("A term is missing", "{left}"),
+        ("A term is missing", "{right}"),
+        ("A term counts twice", "2 * {a} + {right}"),
+        ("A term counts twice", "{left} + 2 * {b}"),
+    ),
+    ast.Sub: (
+        ("A sign is wrong", "{left} + {right}"),
+        ("The difference is the wrong way round", "{right} - {a}"),
+        ("A term is missing", "{left}"),
+        ("A term is missing", "-{b}"),
+        ("A term is missing", "{right}"),
+        ("A term counts twice", "{left} - 2 * {b}"),
+    ),
+    ast.Mult: (
+        ("A factor is missing", "{left}"),
+        ("A factor is missing", "{right}"),
+        ("A sign is wrong", "-({left} * {right})"),
+        ("Divided, not multiplied", "{left} / {b}"),
+        ("Added, not multiplied", "{left} + {right}"),
+        ("Twice as much", "2 * ({left} * {right})"),
+        ("Half as much", "({left} * {right}) / 2"),
+    ),
+    ast.MatMult: (
+        ("A factor is missing", "{left}"),
+        ("A factor is missing", "{right}"),
+        ("A sign is wrong", "-({left} @ {right})"),
+        ("The factors are in the wrong order", "{b} @ {a}"),
+        ("The product of matrices is `@`, and `*` goes entry by entry", "{a} * {b}"),
+        ("A transpose too many", "{a}.T @ {b}"),
+        ("A transpose too many", "{a} @ {b}.T"),
+        ("An inverse", "np.linalg.inv({left}) @ {b}"),
+        ("An inverse", "{a} @ np.linalg.inv({right})"),
+        ("Twice as much", "2 * ({left} @ {right})"),
+        ("Half as much", "({left} @ {right}) / 2"),
+    ),
+    ast.Div: (
+        ("A division is missing", "{left}"),
+        ("Multiplied, not divided", "{left} * {b}"),
+        ("The quotient is upside down", "{right} / {a}"),
+        ("A sign is wrong", "-{a} / {b}"),
+        ("Divided by the square", "{left} / {b}**2"),
+        ("Divided by the root", "{left} / np.sqrt({right})"),
+    ),
+    ast.Pow: (
+        ("The power is missing", "{left}"),
+        ("The power is another one", "{a} ** ({right} + 1)"),
+        ("The power is another one", "{a} ** ({right} - 1)"),
+        ("The power is another one", "{a} ** (2 * {b})"),
+        ("A factor, not a power", "{a} * {b}"),
+    ),
+    ast.BitAnd: (
+        ("A condition is missing", "{left}"),
+        ("A condition is missing", "{right}"),
+        ("`|` for `&`", "{left} | {right}"),
+    ),
+    ast.BitOr: (
+        ("A condition is missing", "{left}"),
+        ("A condition is missing", "{right}"),
+        ("`&` for `|`", "{left} & {right}"),
+    ),
+}
+"""What may be written instead of an operation: `a` and `b` are `left` and `right`, in brackets where they need them."""
+
+
 def _of_operation(node, left, right):
-    op = type(node.op)
+    """What may be written instead of an operation; `left` and `right` are its operands as they are (or with a slip)."""
     a, b = (f"({s})" if isinstance(n, ast.BinOp | ast.UnaryOp) else s
             for n, s in ((node.left, left), (node.right, right)))  # fmt: skip
-    if op is ast.Add:
-        yield "A sign is wrong", f"{left} - {b}"
-        yield "A sign is wrong", f"{right} - {a}"
-        yield "A term is missing", left
-        yield "A term is missing", right
-        yield "A term counts twice", f"2 * {a} + {right}"
-        yield "A term counts twice", f"{left} + 2 * {b}"
-    elif op is ast.Sub:
-        yield "A sign is wrong", f"{left} + {right}"
-        yield "The difference is the wrong way round", f"{right} - {a}"
-        yield "A term is missing", left
-        yield "A term is missing", f"-{b}"
-        yield "A term is missing", right
-        yield "A term counts twice", f"{left} - 2 * {b}"
-    elif op in (ast.Mult, ast.MatMult):
-        yield "A factor is missing", left
-        yield "A factor is missing", right
-        yield "A sign is wrong", f"-({left} {'@' if op is ast.MatMult else '*'} {right})"
-        if op is ast.Mult:
-            yield "Divided, not multiplied", f"{left} / {b}"
-            yield "Added, not multiplied", f"{left} + {right}"
-        else:
-            yield "The factors are in the wrong order", f"{b} @ {a}"
-            yield "The product of matrices is `@`, and `*` goes entry by entry", f"{a} * {b}"
-            yield "A transpose too many", f"{a}.T @ {b}"
-            yield "A transpose too many", f"{a} @ {b}.T"
-            yield "An inverse", f"np.linalg.inv({left}) @ {b}"
-            yield "An inverse", f"{a} @ np.linalg.inv({right})"
-        yield "Twice as much", f"2 * ({left} {'@' if op is ast.MatMult else '*'} {right})"
-        yield "Half as much", f"({left} {'@' if op is ast.MatMult else '*'} {right}) / 2"
-    elif op is ast.Div:
-        yield "A division is missing", left
-        yield "Multiplied, not divided", f"{left} * {b}"
-        yield "The quotient is upside down", f"{right} / {a}"
-        yield "A sign is wrong", f"-{a} / {b}"
-        yield "Divided by the square", f"{left} / {b}**2"
-        yield "Divided by the root", f"{left} / np.sqrt({right})"
-    elif op is ast.Pow:
-        yield "The power is missing", left
-        yield "The power is another one", f"{a} ** ({right} + 1)"
-        yield "The power is another one", f"{a} ** ({right} - 1)"
-        yield "The power is another one", f"{a} ** (2 * {b})"
-        yield "A factor, not a power", f"{a} * {b}"
-    elif op in (ast.BitAnd, ast.BitOr):
-        other = "|" if op is ast.BitAnd else "&"
-        yield "A condition is missing", left
-        yield "A condition is missing", right
-        yield f"`{other}` for `{'&' if other == '|' else '|'}`", f"{left} {other} {right}"
+    for words, text in OPERATIONS.get(type(node.op), ()):
+        yield words, text.format(left=left, right=right, a=a, b=b)
 
 
 def _of_call(node, of):

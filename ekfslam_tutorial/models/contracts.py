@@ -11,6 +11,7 @@ from .line_contracts import check_line, check_line_pair, check_line_sensor
 from .observation import birth, check_fit, observe, retro_project
 from .trials import (
     check_complete,
+    check_noise,
     check_residual,
     check_retro,
     check_stack,
@@ -81,8 +82,7 @@ def check_sensor(model, dim=None):
     if hasattr(model, "innovation"):
         return check_line_sensor(model)
     if written(model, "R"):
-        R = np.asarray(model.R)
-        assert R.ndim == 2 and np.allclose(R, R.T) and (np.linalg.eigvalsh(R) > 0).all(), "R is not a covariance"
+        check_noise(model.R)
     if written(model, "project"):
         with told_dim(model, dim):
             for seed in SEEDS:

@@ -5,7 +5,7 @@ import numpy as np
 from ..geometry import Frame3, check_jacobians
 from .landmarks.lines import abscissas, ends, offsets
 from .observation import observe, retro_project
-from .trials import check_complete, check_stack, check_three, of_stack, random_frame, written
+from .trials import check_complete, check_noise, check_stack, check_three, of_stack, random_frame, written
 
 SEEDS = range(4)
 PRIOR = np.array([0.2, 0.15])
@@ -39,8 +39,7 @@ def check_line_sensor(model):
     --------
     check_sensor : Calls it.
     """
-    R = np.asarray(model.R)
-    assert np.allclose(R, R.T) and (np.linalg.eigvalsh(R) > 0).all(), "R is not a covariance"
+    R = check_noise(model.R)
     for seed in SEEDS:
         p = segments(np.random.default_rng(seed))
         y, seen = model.segments(p)

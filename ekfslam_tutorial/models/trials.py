@@ -17,6 +17,13 @@ def refuse_class(model):
         raise TypeError(f"give an instance, {model.__name__}(...), not the class {model.__name__}")
 
 
+def check_noise(R):
+    """Test the noise covariance R (m, m) of a sensor. Returns it."""
+    R = np.asarray(R)
+    assert R.ndim == 2 and np.allclose(R, R.T) and (np.linalg.eigvalsh(R) > 0).all(), "R is not a covariance"
+    return R
+
+
 def random_frame(F, rng):
     """A random frame of class F, with a unit quaternion in 3D."""
     return F(np.concatenate([rng.normal(size=F.dim), rng.normal(size=F.size - F.dim)])).normalized()[0]
