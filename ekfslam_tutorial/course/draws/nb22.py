@@ -134,18 +134,18 @@ def slide_figure(runs):
         ax.set_title(name, loc="left")
         ax.legend(loc="lower left")
         words.append(
-            f"{name}: drove {truth[-1, 0]:.2f} m, says {x[-1, 0]:.2f} m, sigma {sigma[-1, 0]:.2f} m along and "
-            f"{sigma[-1, 1]:.2f} m across"
+            f"{name}: drove {truth[-1, 0]:.2f} m, says {x[-1, 0]:.2f} m, sigma {sigma[-1, 0]:.3f} m along and "
+            f"{sigma[-1, 1]:.3f} m across"
         )
     axes[0].set_ylabel("error along the edges (m)")
-    return fig, f"{'; '.join(words)}."
+    return fig, f"Each on its own scale. {'; '.join(words)}."
 
 
 def fan_figure(l, b, std, truth):
     """Lines that a prior allows in the plane of one segment, from outside and in the plane. Returns (fig, caption)."""
     n = l[:3]
     e1, e2, *_ = plane_base(n)
-    fig, ax = plt.subplots(figsize=(9.6, 4.9), layout="constrained")
+    fig, ax = plt.subplots(figsize=(10.2, 4.9), layout="constrained")
     flat = lambda p: np.stack([p @ e1, p @ e2 * np.sign(e2[2])], -1)
     t = np.linspace(-14, 14, 2)
     count = 0
@@ -158,7 +158,7 @@ def fan_figure(l, b, std, truth):
             count += 1
     p0, d, *_ = PlkLin().support(l)
     ax.plot(*flat(p0 + t[:, None] * d).T, **line(ESTIMATE, linewidth=3), label="mean of the prior")
-    ax.plot([], [], color=BLUE, alpha=0.5, linewidth=1.0, label="others within 2 σ of the prior")
+    ax.plot([], [], color=BLUE, alpha=0.5, linewidth=1.0, label="others within 2 σ")
     rays = flat(np.stack([p / np.linalg.norm(p) for p in truth]))
     for i, r in enumerate(rays):
         ax.plot(*np.stack([0 * r, 30 * r]).T, color=ORANGE, linewidth=2.2, linestyle=":",

@@ -11,9 +11,9 @@ def image_line(F, l, k):
     """Image of a Plücker line: where the plane through camera and line meets the image.
 
     F, a Frame3, is the camera in the world: F.t its position, shape (3,), and F.R its rotation, shape (3, 3), of which
-    the columns are the camera's axes. l = [n; v], shape (6,), is the line: its points p have p x v = n. k = [u0, v0, au,
-    av], shape (4,), are the camera's centre and focal lengths in pixels. `hat(a)` is the matrix, shape (3, 3), with
-    hat(a) @ b = a x b.
+    the columns are the camera's axes. l = [n; v], shape (6,), is the line: its points p have p x v = n.
+    k = [u0, v0, au, av], shape (4,), are the camera's centre and focal lengths in pixels. `hat(a)` is the matrix,
+    shape (3, 3), with hat(a) @ b = a x b.
     Seen from the camera the normal is n_c = R' (n - t x v), and the image line is h = K_L n_c, with
     K_L = [[av, 0, 0], [0, au, 0], [-av u0, -au v0, au av]].
     Return h = [a, b, c], shape (3,): the pixels of the line have a u + b v + c = 0; and H_l, shape (3, 6), its

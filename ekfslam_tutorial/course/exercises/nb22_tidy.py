@@ -51,7 +51,7 @@ tidied = table(
     covariance    | P          | any  | J P J' with J = [[I, 0], [D_n, D_v]], D_n by the product rule.
     """,
     wrong="""
-    n gives way: Here n was measured to a pixel, and v was a prior. Take the part away from v, and leave n as it is.
+    n gives way: Here n was measured, and v was a prior. Take the part away from v, and leave n as it is.
         np.concatenate([n, v - s * n]) -> np.concatenate([n - (n @ v) / (v @ v) * v, v])
     length of n forgotten | s = n @ v / (n @ n) -> s = n @ v | n need not have the length one: s = n'v / n'n.
     divided by the length | s = n @ v / (n @ n) -> s = n @ v / np.linalg.norm(n) | Divide by n'n, the square of the length: once for the direction of n, once for the part.

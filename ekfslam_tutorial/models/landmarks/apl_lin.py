@@ -87,9 +87,9 @@ class AplLin:
     def normalized(self, l):
         """The line with n' v = 0, which a correction does not keep. Returns l, L_l.
 
-        It is v that gives way. Seen from the anchor, n has been measured to a pixel, and the direction v in the plane
-        is a prior. The more v has been corrected, the further n' v is from zero: to take that out of n would move what
-        is known well by many of its sigmas.
+        It is v that gives way. Seen from the anchor, n has been measured, and v was a prior. P holds the condition
+        for the v that it was corrected from, which may have been another direction altogether: so what it says of v
+        across the plane is out of date, and follows anew from n.
         """
         d, D_v, D_n = perpendicular(l[..., 6:], l[..., 3:6])
         L_l = np.zeros_like(l, shape=(*l.shape, 9))
