@@ -37,8 +37,8 @@ def bend_result(exercise, part, change):
 
     def answer(*args):
         parts, several = as_parts(exercise.solution(*args))
-        if isinstance(parts[part], np.ndarray):
-            parts[part] = change(parts[part].copy())
+        if isinstance(parts[part], (np.ndarray, np.floating)):
+            parts[part] = change(np.array(parts[part]))
         return tuple(parts) if several else parts[0]
 
     return answer

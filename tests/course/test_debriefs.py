@@ -83,3 +83,26 @@ def test_notebook_21_how_far_gauss_newton_finds_back(run):
     assert "the same solution; cost 374" in said[3.2] and "374" in debrief
     assert "another solution" in said[3.4] and "3.4 rad" in debrief
     assert re.search(r"cost (\d+)", said[4.0])[1] in debrief
+
+
+def test_notebook_22_a_lens_and_a_prior(run):
+    """Also what the widget of its first section shows: the ends of an edge move by 48 pixels, the line by none."""
+    figures_and_runs = "slide_figure(", "fan_figure(", "seen_figure(", "results = {", "far =", "watch(", "verdict"
+    space, debrief = run("22", *figures_and_runs, "before =", "std = 0.05")
+    nees_of, lens, measured, through = (space[name] for name in ("nees_of", "lens", "measured", "through"))
+    given = {
+        "no lens": nees_of(measured),
+        "lens, undone": nees_of(through, eye=lens, innovation=lens.innovation),
+        "lens, ends undone, noise not": nees_of(space["moved"]),
+        "lens, ignored": nees_of(through),
+        "prior of 0.125 /m": nees_of(measured, std=0.125),
+        "prior of 0.05 /m": nees_of(measured, std=0.05),
+    }
+    said = rows(debrief)
+    assert [name for name, _, _ in said] == list(given)
+    for name, mean, median in said:
+        assert given[name].mean() == pytest.approx(float(mean), rel=0.01)
+        assert np.median(given[name]) == pytest.approx(float(median), rel=0.02)
+    aperture = space["nb22"].aperture
+    _, facts = aperture(**{name: control.value for name, control in aperture.controls.items()})
+    assert facts["ends"] == pytest.approx(48, abs=0.5) and facts["moved"] < 1e-9

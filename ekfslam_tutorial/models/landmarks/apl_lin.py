@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from .lines import cross
-from .plk_lin import PlkLin
+from .plk_lin import PlkLin, perpendicular
 
 LINE = PlkLin()
 LAST = np.eye(6, 9, 3)
@@ -18,7 +18,8 @@ class AplLin:
     """A line l = [x0; n; v]: its points p have (p - x0) x v = n, with the anchor x0 (m).
 
     n and v are what they are in a Plücker line, seen from the anchor. So a change of frame turns them and no more; what
-    is uncertain of a line that was seen from one place stays a matter of that place.
+    is uncertain of a line that was seen from one place stays a matter of that place. So a wide prior does not make the
+    filter too sure of itself, as it does with a Plücker line, which has forgotten where it was seen from.
     Solà et al., "Impact of landmark parametrization on monocular EKF-SLAM with points and lines", IJCV 97 (2012).
 
     See Also
@@ -84,6 +85,13 @@ class AplLin:
         return np.concatenate([zero, l], -1), LAST.T @ L_v, LAST.T @ L_n
 
     def normalized(self, l):
-        """The line with n' v = 0, which a correction does not keep. Returns l, L_l."""
-        last, J = LINE.normalized(l[..., 3:])
-        return np.concatenate([l[..., :3], last], -1), LAST.T @ J @ LAST + np.diag(np.arange(9) < 3)
+        """The line with n' v = 0, which a correction does not keep. Returns l, L_l.
+
+        It is v that gives way. Seen from the anchor, n has been measured, and v was a prior. P holds the condition
+        for the v that it was corrected from, which may have been another direction altogether: so what it says of v
+        across the plane is out of date, and follows anew from n.
+        """
+        d, D_v, D_n = perpendicular(l[..., 6:], l[..., 3:6])
+        L_l = np.zeros_like(l, shape=(*l.shape, 9))
+        L_l[..., :6, :6], L_l[..., 6:, 3:6], L_l[..., 6:, 6:] = np.eye(6), D_n, D_v
+        return np.concatenate([l[..., :6], d], -1), L_l

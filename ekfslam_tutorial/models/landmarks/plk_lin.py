@@ -9,13 +9,13 @@ from ...geometry import hat, unit
 from .lines import cross, plane_base
 
 
-def perpendicular(n, v):
-    """n without its part along v: the nearest that n' v = 0 allows. Returns m, M_n, M_v."""
-    vv = (v * v).sum(-1)[..., None]
-    s = (n * v).sum(-1)[..., None] / vv
-    S_n, S_v = (v / vv)[..., None, :], (n / vv - 2 * s * v / vv)[..., None, :]
-    M_n = np.eye(3) - v[..., None] @ S_n
-    return n - s * v, M_n, -s[..., None] * np.eye(3) - v[..., None] @ S_v
+def perpendicular(a, b):
+    """a without its part along b: the nearest to a that a' b = 0 allows. Returns c, C_a, C_b."""
+    bb = (b * b).sum(-1)[..., None]
+    s = (a * b).sum(-1)[..., None] / bb
+    S_a, S_b = (b / bb)[..., None, :], (a / bb - 2 * s * b / bb)[..., None, :]
+    C_a = np.eye(3) - b[..., None] @ S_a
+    return a - s * b, C_a, -s[..., None] * np.eye(3) - b[..., None] @ S_b
 
 
 @dataclass(frozen=True)

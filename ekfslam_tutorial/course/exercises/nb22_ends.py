@@ -1,0 +1,73 @@
+"""Exercise 22.6: which part of a line has been seen."""
+
+import numpy as np
+
+from ..table import table
+from .nb22_project import line_of
+
+
+def extend(t, l, c, m):
+    """The part of a line that has been seen, after one more segment.
+
+    l = [n; v], shape (6,), is a Plücker line. Its points are p0 + t d, with p0 = v x n / v'v, the point nearest to the
+    origin, and d = v / |v|; so t, in metres, says where on the line. t = [t1, t2], shape (2,), t1 < t2, is the part
+    seen so far. A camera at c, shape (3,), has seen a segment of it: m, shape (2, 3), are the rays of its two ends, in
+    the world, in any order and of any length. A measured ray misses the line a little: take the point of the line that
+    is nearest to the ray.
+    Return the new [t1, t2], shape (2,): it holds all that was seen before, and all that is seen now.
+    """
+    n, v = l[:3], l[3:]
+    p0, d = np.cross(v, n) / (v @ v), v / np.linalg.norm(v)
+    both = [np.column_stack([d, -ray]) for ray in m]  # p0 + t d = c + s ray, for t and s
+    seen = [np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] for A in both]
+    return np.array([min(t[0], *seen), max(t[1], *seen)])
+
+
+def case(rng, seen, t=(-1.0, 1.0), miss=0.02):
+    """A line, what was seen of it, and a camera that sees it between two places, by their share of t."""
+    a = rng.uniform(-3, 3, 3)
+    d = rng.normal(size=3)
+    d /= np.linalg.norm(d)
+    l = line_of(a, a + rng.uniform(0.4, 2.5) * d)
+    p0 = np.cross(l[3:], l[:3]) / (l[3:] @ l[3:])
+    c = p0 + 4 * rng.normal(size=3)
+    rays = p0 + np.array(seen)[:, None] * d - c + miss * rng.normal(size=(2, 3))
+    return np.array(t), l, c, rays * rng.uniform(0.3, 2.0, (2, 1))
+
+
+grown = table(
+    "22.6 The part that has been seen",
+    extend,
+    hints=(
+        "First where the two rays meet the line: two abscissas. Then the smallest and the largest of four numbers.",
+        "p0 + t d = c + s m has three equations for t and s: least squares gives the point nearest to the ray.",
+        "A = np.column_stack([d, -ray]); t, s = np.linalg.solve(A.T @ A, A.T @ (c - p0)), for each ray.",
+    ),
+    returns="t",
+    cases={
+        "any": lambda rng: [case(rng, (-0.4, 2.0)), case(rng, (-3.0, 1.4), (-0.5, 0.7))],
+        "inside": lambda rng: [case(rng, (-0.5, 0.3)), case(rng, (0.4, -0.2))],
+        "one side": lambda rng: [case(rng, (0.2, 2.0)), case(rng, (-2.0, 0.1)), case(rng, (1.7, 2.4))],
+        "backwards": lambda rng: [case(rng, (2.0, -1.6)), case(rng, (0.5, -1.8)), case(rng, (2.2, 0.1))],
+    },
+    checks="""
+    seen on both sides | t | any       | The abscissa t of the point of the line nearest to each ray, in metres from p0; then the smallest and the largest.
+    seen inside        | t | inside    | What was seen before stays: a shorter segment takes nothing away.
+    seen on one side   | t | one side  | The part grows where something new is seen, and only there.
+    ends in any order  | t | backwards | Which end of a segment comes first means nothing: take the smallest and the largest of all.
+    """,
+    wrong="""
+    what is seen now | np.array([min(t[0], *seen), max(t[1], *seen)]) -> np.sort(seen) | What was seen before is forgotten: the part must hold both.
+    what was seen before | np.array([min(t[0], *seen), max(t[1], *seen)]) -> t | The segment adds something: the part grows by what is seen now.
+    what both have | np.array([min(t[0], *seen), max(t[1], *seen)]) -> np.array([max(t[0], min(seen)), min(t[1], max(seen))]) | That is the part seen both times. All that was seen at any time is asked for.
+    ends taken in order | np.array([min(t[0], *seen), max(t[1], *seen)]) -> np.array([min(t[0], seen[0]), max(t[1], seen[1])]) | The ends come in any order: the second may be the smaller one. Compare with both.
+    distance from the camera | (c - p0))[0] -> (c - p0))[1] | That is s, how far along the ray. t, along the line, is the first unknown.
+    direction not of length one | v / np.linalg.norm(v) -> v | t is in metres: d has the length one, v has not.
+    p0 on the other side | np.cross(v, n) / -> np.cross(n, v) / | The point nearest to the origin is v x n / v'v, in this order.
+    p0 too far | np.cross(v, n) / (v @ v) -> np.cross(v, n) / np.linalg.norm(v) | p0 = v x n / v'v: divide by the square of the length.
+    camera at the origin | (c - p0))[0] -> -p0)[0] | The rays begin at the camera, c, not at the origin.
+    counted from the camera | (c - p0))[0] -> c)[0] | t is counted from p0: p0 + t d = c + s m.
+    nearest to the camera | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> d @ (c - A[:, 1] - p0) | That is the foot of the ray's end. The ray has any length: take the point of the line nearest to the whole ray.
+    one end only | for ray in m -> for ray in m[:1] | The segment has two ends, and both tell how far the line has been seen.
+    """,
+)

@@ -1,0 +1,72 @@
+"""Exercise 22.5: NEES of a line, in its four degrees of freedom."""
+
+import numpy as np
+
+from ...geometry import unit
+from ..table import table
+from .nb04_blocks import random_covariance
+
+
+def line_nees(l, P, truth):
+    """NEES of an estimated Plücker line: four degrees of freedom.
+
+    l = [n; v], shape (6,), is the estimate and P, shape (6, 6), its covariance. truth = [n; v], shape (6,), is the true
+    line. Both have n' v = 0. Their scales are any, and differ: l and -3 l are the same line.
+    A small error of a line has no meaning along `truth`: that is a change of scale. And it has no part along [v; n] of
+    the true line: n' v = 0 forbids it. Four directions are left. `np.linalg.svd(A)[2][2:]`, for a matrix A of shape
+    (2, 6), has unit vectors across both rows of A in its four rows.
+    Return the NEES, a number: e' C^-1 e, with the four numbers e = B l and their covariance C.
+    """
+    n, v = truth[:3], truth[3:]
+    B = np.linalg.svd(np.stack([truth, np.concatenate([v, n])]))[2][2:]
+    e = B @ l
+    return e @ np.linalg.solve(B @ P @ B.T, e)
+
+
+def case(rng, scale=1.0, true_scale=1.0):
+    """A true line and an estimate: small errors of all the filter can have, also along the scale."""
+    n, v = np.linalg.qr(rng.normal(size=(3, 2)))[0].T * rng.uniform(0.5, 2.0, (2, 1))
+    truth, across = np.concatenate([n, v]), unit(np.concatenate([v, n]))[0]
+    T = np.eye(6) - np.outer(across, across)
+    P = T @ random_covariance(rng, 6, 1e-5) @ T
+    error = T @ rng.normal(0, 1e-5, 6)
+    l = truth + error
+    l[3:] -= l[:3] * (l[:3] @ l[3:]) / (l[:3] @ l[:3])
+    return scale * l, scale**2 * P, true_scale * truth
+
+
+free = table(
+    "22.5 NEES of a line",
+    line_nees,
+    hints=(
+        "Six numbers, two of which mean nothing: take the four others, of the error and of the covariance alike.",
+        "B has four rows, across truth and across [v; n]. B @ truth is zero, so B @ l is the error already. C = B P B'.",
+        "e = B @ l; C = B @ P @ B.T; e @ np.linalg.solve(C, e).",
+    ),
+    returns="nees",
+    rtol={"nees": 3e-3},  # first order in errors of 1e-5; P has lost digits
+    cases={
+        "any": lambda rng: [case(rng), case(rng), case(rng, 3e4, 3e4)],
+        "scaled": lambda rng: [case(rng, a, b) for a, b in ((3.0, 1.0), (-0.4, 1.0), (1.0, 5.0), (2.0, -0.3))],
+    },
+    checks="""
+    same scale | nees | any    | e' C^-1 e with four numbers: e = B l, C = B P B', and B across truth and across [v; n] of the truth.
+    any scale  | nees | scaled | l and -3 l are the same line: with B across truth the scale has no part in e = B l.
+    """,
+    wrong="""
+    six numbers: Two of the six have no meaning, and P says nothing of them. A pseudo-inverse hides that; the four directions B show what is left.
+        e @ np.linalg.solve(B @ P @ B.T, e) -> (l - truth) @ np.linalg.pinv(P, rcond=1e-9) @ (l - truth)
+    condition forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> truth[None])[2][1:] | n'v = 0 takes away one direction more: across [v; n]. Five directions are one too many.
+    scale forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.concatenate([v, n])[None])[2][1:] | A line has no scale: the direction of truth itself is to be taken away, too.
+    directions of the estimate | n, v = truth[:3], truth[3:] -> truth = l; n, v = truth[:3], truth[3:] | B is across the *true* line: across the estimate itself, B l is zero whatever the error.
+    the other directions | [2][2:] -> [2][:2] | Those are the two directions that mean nothing. The four that are left are the other rows.
+    the columns of U | np.linalg.svd(np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.linalg.svd(np.stack([truth, np.concatenate([v, n])]).T)[0][:, :4].T | The first two are truth and [v; n] themselves: take the four that are across both.
+    covariance not reduced | B @ P @ B.T, e) -> np.eye(4) * np.trace(P) / 6, e) | e = B l has the covariance B P B'.
+    only the variances | np.linalg.solve(B @ P @ B.T, e) -> (e / np.diag(B @ P @ B.T)) | The four numbers are correlated: take the whole of B P B'.
+    inverse forgotten | np.linalg.solve(B @ P @ B.T, e) -> (B @ P @ B.T @ e) | Large where C is *small*: e' C^-1 e.
+    root taken | return e @ np.linalg.solve(B @ P @ B.T, e) -> return np.sqrt(e @ np.linalg.solve(B @ P @ B.T, e)) | NEES is the *squared* distance: no root.
+    divided by four | return e @ np.linalg.solve(B @ P @ B.T, e) -> return e @ np.linalg.solve(B @ P @ B.T, e) / 4 | NEES of a line is about 4, its degrees of freedom: do not divide by them.
+    difference to the truth, scaled: P belongs to l as it stands. If you bring l to another scale, P must go to the square of it.
+        e = B @ l -> e = B @ (l / np.linalg.norm(l))
+    """,
+)
