@@ -5,6 +5,7 @@ May not: know of maps, filters, robots or ids.
 """
 
 from . import landmarks, motion, sensors
+from .calibrated import Calibrated, frame_with, state_class
 from .contracts import check_landmark, check_motion, check_pair, check_sensor
 from .observation import (
     check_fit,
@@ -15,15 +16,19 @@ from .observation import (
     retro_project_parameters,
     to_sensor,
 )
+from .moving import Moving
 from .turning import turning
 
 __all__ = [
+    "Calibrated",
+    "Moving",
     "check_fit",
     "check_landmark",
     "check_motion",
     "check_pair",
     "check_sensor",
     "expect",
+    "frame_with",
     "landmarks",
     "motion",
     "observe",
@@ -31,6 +36,7 @@ __all__ = [
     "retro_project",
     "retro_project_parameters",
     "sensors",
+    "state_class",
     "to_sensor",
     "turning",
 ]

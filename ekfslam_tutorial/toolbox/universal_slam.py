@@ -225,7 +225,10 @@ class Loop:
                 raw = now.raw[sen.id]
                 eyes.look(rob, sen, lmks, raw)
                 with watch, rings.carried(map, rob, opt):
-                    done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
+                    if hasattr(sen.model, "without_lmks"):
+                        done, new = engine.correct_without_lmks(map, rob, sen, obs, raw, opt, lmks), []
+                    else:
+                        done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 done += reopen_gate(map, rob, done, opt, lmks)
                 done += retry_lmks(map, rob, done, opt, lmks)
                 n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]

@@ -167,6 +167,7 @@ class PinHole(Imager):
     dim: ClassVar[int] = 3
     bearing_only: ClassVar[bool] = True
     units: ClassVar = ("px", "px")
+    parameters: ClassVar = ("k", "d")
 
     def __post_init__(self):
         self.check_image()
