@@ -57,6 +57,8 @@ class Calibrated:
             raise AttributeError(name)
         if name == "asks_robot" and "delay" in self.names:
             return "moving"
+        if name == "retro":  # it has the way back if its model has it
+            return self._retro if hasattr(self.model, "retro") else getattr(self.model, "retro")
         return getattr(self.model, name)
 
     @property
@@ -103,7 +105,7 @@ class Calibrated:
         Y_v = np.broadcast_to(Y_v, (*y.shape, v.shape[-1]))
         return y + bias, np.concatenate([Y_v, self._by(getattr(model, "project_parameters", None), v, y, 1.0)], -1)
 
-    def retro(self, y):
+    def _retro(self, y):
         """The way back from [y; parameters]. Returns v, V_y: derivatives by the parameters behind those by y."""
         y, model, bias, there = self._parted(y, len(self.model.R))
         v, V_y = model.retro(y - bias)

@@ -196,7 +196,8 @@ class Replay:
                 frame = np.searchsorted(log.offsets, far[0], "right") - 1
                 value = f"y{j + 1} = {log.y[far[0], j]:.1f} in frame {frame}"
                 raise ValueError(f"{what}: {value} is beyond 2 pi; recordings have radians, are these degrees?")
-        if len(log.ids) and log.ids.max() < 0 and getattr(self._data.options.association, "by_id", False):
+        named = not hasattr(model, "without_lmks")
+        if named and len(log.ids) and log.ids.max() < 0 and getattr(self._data.options.association, "by_id", False):
             why = "and the association known_ids needs them; choose nearest_neighbour or jcbb"
             raise ValueError(f"{what}: all ids in the recording {name!r} are -1, {why}")
 

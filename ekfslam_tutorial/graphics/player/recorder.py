@@ -187,6 +187,8 @@ def _observations(snapshot, frames, dim) -> dict[str, dict]:
     """Return the innovations that were used, those that were rejected, and the missed landmarks, by sensor."""
     sens, found = {sen.id: sen for sen in snapshot.sens}, {"used": {}, "rejected": {}, "missed": {}}
     for (id, lmk), obs in snapshot.obs.items():
+        if lmk < 0:  # the robot's own state, no landmark
+            continue
         if obs.matched and obs.z is not None:
             sen, kind = sens[id], "used" if obs.updated else "rejected"
             row = [int(lmk), hundredths(obs.md2), *_innovation(obs)]
