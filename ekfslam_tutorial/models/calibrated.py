@@ -15,7 +15,8 @@ class Calibrated:
     """A sensor model with parameters that are states of the map: they stand behind its frame in `Sen`'s state.
 
     A model says in `parameters` which of its fields may be, and has the derivatives by them, in that order:
-    `project_parameters(p)` and, if it has `retro`, `retro_parameters(y)`. Any sensor of points may have a `bias` of
+    `project_parameters(p)` and, if it has `retro`, `retro_parameters(y)`. It may say in `tied` which numbers move
+    several of a field together, and how, in `tie(name)`: the focal length of a camera. Any sensor of points may have a `bias` of
     what it measures, y = h + bias; and a `delay` of its stamps, s, if its robot has a velocity (see `Moving.compose`).
 
     What `project` gets has the parameters behind the point, [p; parameters], as `to_sensor` puts them there; what
@@ -43,12 +44,15 @@ class Calibrated:
 
     def __post_init__(self):
         kind, own = type(self.model).__name__, tuple(getattr(self.model, "parameters", ()))
+        own += tuple(getattr(self.model, "tied", ()))
         known = () if hasattr(self.model, "innovation") else own + UNIVERSAL  # a line is another thing than a point
         for name in self.names:
             if name not in known:
                 raise ValueError(f"{name!r} of {kind} cannot be a state; possible: {', '.join(known) or 'none'}")
         if len(set(self.names)) < len(self.names):
             raise ValueError(f"{kind}: a parameter is named twice in {list(self.names)}")
+        if both := [n for n in self.names if n in getattr(self.model, "tied", ()) and self.model.tie(n)[0] in self.names]:
+            raise ValueError(f"{kind}: {both[0]} is a part of {self.model.tie(both[0])[0]}; let one of them be a state")
         if "d" in self.names and getattr(self.model, "c", None) is not None:
             raise ValueError(f"{kind}: c is the inverse of one d only; leave it out where d is a state")
 
@@ -69,6 +73,8 @@ class Calibrated:
     def _value(self, name):
         if name == "bias":
             return np.zeros(len(self.model.R))
+        if name in getattr(self.model, "tied", ()):
+            return self.model.tie(name)[2]
         return 0.0 if name == "delay" else getattr(self.model, name)
 
     def slices(self):
@@ -78,9 +84,11 @@ class Calibrated:
 
     def at(self, a):
         """The model with these parameters, and the bias."""
-        at = self.slices()
-        values = {n: a[at[n]] for n in self.names if n not in UNIVERSAL}
-        given = {n: tuple(v.tolist()) if np.ndim(self._value(n)) else v.item() for n, v in values.items()}
+        at, tied = self.slices(), getattr(self.model, "tied", ())
+        values = {n: a[at[n]] for n in self.names if n not in (*UNIVERSAL, *tied)}
+        for of, K, start, value in ((*self.model.tie(n), a[at[n]]) for n in self.names if n in tied):
+            values[of] = np.asarray(getattr(self.model, of)) + K * (value - start)
+        given = {n: tuple(v.tolist()) if np.ndim(getattr(self.model, n)) else v.item() for n, v in values.items()}
         return replace(self.model, **given) if given else self.model, a[at["bias"]] if "bias" in at else 0.0
 
     def _parted(self, v, n):
@@ -118,6 +126,9 @@ class Calibrated:
         """Derivatives of `out` by all parameters, side by side; the delay has been told to the frame already."""
         J = np.zeros((*out.shape, len(self.start)))
         known = dict(zip(getattr(self.model, "parameters", ()), derivatives(v)[1:], strict=True)) if derivatives else {}
+        for name in getattr(self.model, "tied", ()) if derivatives else ():
+            of, K, _ = self.model.tie(name)
+            known[name] = (known[of] @ K)[..., None]
         for name, at in self.slices().items():
             if name != "delay":
                 bias = by_bias * np.eye(out.shape[-1]) if np.ndim(by_bias) == 0 else by_bias

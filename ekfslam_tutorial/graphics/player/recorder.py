@@ -106,7 +106,8 @@ def _robot(map, rob, frame) -> list[int]:
 
 def _sensors(snapshot, memory, dim) -> list[list[int]]:
     """Return the poses of the sensors on their robots, where they are not what they were."""
-    now = {int(sen.id): pack(sen.frame(snapshot.map).x, dim) for sen in snapshot.sens}
+    frames = {int(sen.id): sen.frame(snapshot.map) for sen in snapshot.sens}
+    now = {id: pack(np.concatenate([F.t, F.o]), dim) for id, F in frames.items()}  # parameters are not drawn
     moved = [[id, *x] for id, x in now.items() if x and memory.sens.get(id) != x]
     memory.sens |= now
     return moved

@@ -275,7 +275,7 @@ def _split(entry, cls, own, key):
 def _parameter_keys(sensor):
     """Return where keys of parameters that may be states go: "k_std" -> ("params_std", "k")."""
     angles, keys = getattr(sensor, "angles", ()), {}
-    for name in (*getattr(sensor, "parameters", ()), *UNIVERSAL):
+    for name in (*getattr(sensor, "parameters", ()), *getattr(sensor, "tied", ()), *UNIVERSAL):
         deg = "_deg" if name in angles else ""
         keys |= {f"{name}_{what}{deg}": (f"params_{what}", name) for what in ("std", "walk")}
     return {key: where for key, where in keys.items() if key not in parameters(sensor)}
