@@ -132,12 +132,15 @@ class SimObs:
         Measurements.
     R : ndarray, shape (k, m, m), optional
         Noise covariance of each, where it differs from the sensor's.
+    d : ndarray, shape (k, n), optional
+        Descriptor of each: what it looks like.
     """
 
     sen: int
     ids: np.ndarray
     y: np.ndarray
     R: np.ndarray | None = None
+    d: np.ndarray | None = None
 
     def __len__(self):
         return len(self.ids)

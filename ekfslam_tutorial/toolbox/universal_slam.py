@@ -7,6 +7,7 @@ from typing import Any
 from ..ekf.html import map_html
 from ..slam import let_go, reopen_gate, retry_lmks, tilt, wander
 from . import engines
+from .descriptors import described, remember
 from .images.eyes import Eyes
 from .rings import Rings
 from .run_state import restore
@@ -222,7 +223,7 @@ class Loop:
             if rob.id in now.controls:
                 self.move(rob, now)
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
-                raw = now.raw[sen.id]
+                raw = described(now.raw[sen.id], lmks)
                 eyes.look(rob, sen, lmks, raw)
                 with watch, rings.carried(map, rob, opt):
                     if hasattr(sen.model, "without_lmks"):
@@ -239,6 +240,7 @@ class Loop:
                         done += rings.see(map, rob, sen, lmks, raw, opt, n_max)
                 events += done + let_go(map, rob, sen, lmks, done, opt)
                 events += eyes.remember(map, rob, sen, lmks, raw)
+                remember(sen, lmks, obs, raw)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
                 with watch, rings.carried(map, rob, opt):

@@ -9,11 +9,12 @@ from ekfslam_tutorial.models import landmarks, motion, sensors
 from ekfslam_tutorial.simulation import worlds
 from ekfslam_tutorial.slam import Jcbb, KnownIds, NearestNeighbour
 from ekfslam_tutorial.toolbox import FigureOptions, Landmark, Options, Robot, Sensor, Time
+from ekfslam_tutorial.toolbox.descriptors import Descriptors
 from ekfslam_tutorial.toolbox.images import ActiveSearch
 from ekfslam_tutorial.toolbox.scenario.keys import exported, functions, parameters, snake
 from ekfslam_tutorial.toolbox.scenario.reading import SECTIONS
 
-ASSOCIATIONS = KnownIds, NearestNeighbour, Jcbb, ActiveSearch
+ASSOCIATIONS = KnownIds, NearestNeighbour, Jcbb, Descriptors, ActiveSearch
 PAGE = (Path(__file__).parents[2] / "docs" / "scenarios.md").read_text(encoding="utf-8")
 
 

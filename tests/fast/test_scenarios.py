@@ -19,7 +19,7 @@ TWINS = {"victoria_park": "victoria_park_twin"}
 TWINS |= {f"mrclam_{name}": "mrclam_twin" for name in ("joint", "localisation", "single", "twin")}
 LOGS = "lost_in_the_woods", "starry_night"
 LINES = "house_ahm"
-OF_STATES = "doppler", "focal_length", "gps_compass"
+OF_STATES = "descriptors", "doppler", "focal_length", "gps_compass"
 ELSEWHERE = *OF_STATES, "plaza", "monoslam_desk", *(f"house_{kind}" for kind in ("plk", "apl", "idp", "hmg", "ahm"))
 """The beacons of `plaza` take a hundred frames to become landmarks: `tests/toolbox/test_rings.py` holds rings to the
 law. Images need the extra `images`: `tests/images` does it. Lines are computed as they are written in `slam`: one

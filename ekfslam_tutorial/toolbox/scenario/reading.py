@@ -17,6 +17,7 @@ from ...models.calibrated import UNIVERSAL
 from ...models.protocols import VALUES, lacking
 from ...simulation import worlds
 from ...slam import association
+from ..descriptors import Descriptors
 from ..images import ActiveSearch
 from ..user_input import MAIN, errors_at, finite_array, short_text
 from .keys import (
@@ -167,7 +168,9 @@ class Known:
         self.motions = having(exported(motion), MAIN["motion"])
         self.sensors = having(exported(sensors), MAIN["sensor"])
         self.landmarks = having(exported(landmarks), MAIN["landmark"])
-        self.associations = having(associations | {"active_search": ActiveSearch}, "birth_id")
+        self.associations = having(
+            associations | {"active_search": ActiveSearch, "descriptors": Descriptors}, "birth_id"
+        )
         self.worlds = functions(worlds)
 
     def _model(self, role, kind, name, known):

@@ -8,8 +8,20 @@ import numpy as np
 from ...models import Calibrated
 from ...models.motion import Odometry2
 from ...simulation import MOST_CLUTTER
-from ..user_input import check_id, check_model, covariance_stack, finite_array, short_text, sized_vector, std_vector
+from ..user_input import (
+    check_id,
+    check_model,
+    covariance_stack,
+    finite_array,
+    is_whole,
+    short_text,
+    sized_vector,
+    std_vector,
+)
 from .poses import n_angles, pose
+
+MOST_NUMBERS = 4096
+"""Of a descriptor."""
 
 
 def _si(name, value):
@@ -224,6 +236,10 @@ class Sensor:
         Simulation: probability that a visible landmark is measured.
     clutter : float
         Simulation: mean number of false measurements in a frame.
+    descriptor_size : int
+        Simulation: so many numbers tell what each measurement looks like; 0: none do. Landmarks look like white noise.
+    descriptor_std : float
+        Simulation: noise of each of them.
     noise_factor : float
         The filter is told the noise covariance R times this, be it the sensor's or a recording's own. The simulator
         draws with R.
@@ -250,6 +266,8 @@ class Sensor:
     params_walk: dict = field(default_factory=dict)
     p_detect: float = 1.0
     clutter: float = 0.0
+    descriptor_size: int = 0
+    descriptor_std: float = 0.2
     noise_factor: float = 1.0
     bias: Any = None
     lasting: float = 0.0
@@ -281,6 +299,11 @@ class Sensor:
             raise ValueError("orientation_walk_deg is of a mounting that is estimated: write frame_in_map = true")
         self.biases()
         self._check_params()
+        if not is_whole(self.descriptor_size) or not 0 <= self.descriptor_size <= MOST_NUMBERS:
+            got = short_text(self.descriptor_size)
+            raise ValueError(f"descriptor_size must be a whole number, 0 to {MOST_NUMBERS}, got {got}")
+        if finite_array("descriptor_std", self.descriptor_std).ndim or not self.descriptor_std >= 0:
+            raise ValueError(f"descriptor_std must be 0 or more, got {short_text(self.descriptor_std)}")
 
     def _check_params(self):
         """Refuse parameters that cannot be estimated, and what is said of others."""
