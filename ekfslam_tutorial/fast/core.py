@@ -15,7 +15,6 @@ from ..slam.upkeep import EUCLIDEAN, delete_bad, free_slot, well_inside
 from .symbols import Symbol, Tape
 
 
-
 def as_written(sensor):
     """Return True for a sensor that is left to the steps as they are written in `slam`.
 

@@ -5,8 +5,10 @@ May not: know of maps, filters, robots or ids.
 """
 
 from . import landmarks, motion, sensors
-from .calibrated import Calibrated, frame_with, state_class
+from .behind import frame_with
+from .calibrated import Calibrated, state_class
 from .contracts import check_landmark, check_motion, check_pair, check_sensor
+from .moving import Moving
 from .observation import (
     check_fit,
     expect,
@@ -16,7 +18,6 @@ from .observation import (
     retro_project_parameters,
     to_sensor,
 )
-from .moving import Moving
 from .turning import turning
 
 __all__ = [

@@ -1,10 +1,11 @@
 """A sensor some of whose parameters are states: focal length, bias, delay. `Sen.frame_type` of it has them, too."""
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
+
+from .behind import frame_with
 
 UNIVERSAL = "bias", "delay"
 """Parameters that the observation chain knows how to give to any sensor of points; they begin at zero."""
@@ -16,8 +17,9 @@ class Calibrated:
 
     A model says in `parameters` which of its fields may be, and has the derivatives by them, in that order:
     `project_parameters(p)` and, if it has `retro`, `retro_parameters(y)`. It may say in `tied` which numbers move
-    several of a field together, and how, in `tie(name)`: the focal length of a camera. Any sensor of points may have a `bias` of
-    what it measures, y = h + bias; and a `delay` of its stamps, s, if its robot has a velocity (see `Moving.compose`).
+    several of a field together, and how, in `tie(name)`: the focal length of a camera. Any sensor of points may have a
+    `bias` of what it measures, y = h + bias; and a `delay` of its stamps, s, if its robot has a velocity (see
+    `Moving.compose`).
 
     What `project` gets has the parameters behind the point, [p; parameters], as `to_sensor` puts them there; what
     `retro` gets has them behind the measurement. Without them, the parameters are those of the model.
@@ -51,7 +53,9 @@ class Calibrated:
                 raise ValueError(f"{name!r} of {kind} cannot be a state; possible: {', '.join(known) or 'none'}")
         if len(set(self.names)) < len(self.names):
             raise ValueError(f"{kind}: a parameter is named twice in {list(self.names)}")
-        if both := [n for n in self.names if n in getattr(self.model, "tied", ()) and self.model.tie(n)[0] in self.names]:
+        if both := [
+            n for n in self.names if n in getattr(self.model, "tied", ()) and self.model.tie(n)[0] in self.names
+        ]:
             raise ValueError(f"{kind}: {both[0]} is a part of {self.model.tie(both[0])[0]}; let one of them be a state")
         if "d" in self.names and getattr(self.model, "c", None) is not None:
             raise ValueError(f"{kind}: c is the inverse of one d only; leave it out where d is a state")
@@ -62,7 +66,7 @@ class Calibrated:
         if name == "asks_robot" and "delay" in self.names:
             return "moving"
         if name == "retro":  # it has the way back if its model has it
-            return self._retro if hasattr(self.model, "retro") else getattr(self.model, "retro")
+            return self._retro if hasattr(self.model, "retro") else self.model.retro
         return getattr(self.model, name)
 
     @property
@@ -92,7 +96,7 @@ class Calibrated:
         return replace(self.model, **given) if given else self.model, a[at["bias"]] if "bias" in at else 0.0
 
     def _parted(self, v, n):
-        """Split [v; parameters] after n numbers: v, the model at the parameters, the bias, and whether they are there."""
+        """Split [v; parameters] after n numbers: v, the model at them, the bias, and whether there are any."""
         there = v.shape[-1] > n
         a = v.reshape(-1, v.shape[-1])[0, n:] if there and v.size else self.start
         return v[..., :n], *self.at(a), there
@@ -105,7 +109,7 @@ class Calibrated:
         return point + dof * (getattr(self.model, "asks_robot", "") == "moving")
 
     def project(self, v):
-        """What the model measures of [v; parameters]. Returns y, Y_v: derivatives by the parameters behind those by v."""
+        """What the model measures of [v; parameters]. Returns y, Y_v; derivatives by the parameters come last."""
         v, model, bias, there = self._parted(v, self._size())
         y, Y_v = model.project(v)
         if not there:
@@ -114,7 +118,7 @@ class Calibrated:
         return y + bias, np.concatenate([Y_v, self._by(getattr(model, "project_parameters", None), v, y, 1.0)], -1)
 
     def _retro(self, y):
-        """The way back from [y; parameters]. Returns v, V_y: derivatives by the parameters behind those by y."""
+        """The way back from [y; parameters]. Returns v, V_y; derivatives by the parameters come last."""
         y, model, bias, there = self._parted(y, len(self.model.R))
         v, V_y = model.retro(y - bias)
         if not there:
@@ -139,75 +143,6 @@ class Calibrated:
         """Return True for each point that the model sees with these parameters."""
         v, model, bias, _ = self._parted(v, self._size())
         return model.visible(y - bias, v)
-
-
-class _Behind:
-    """What a frame with parameters behind it does otherwise: the numbers of the frame itself come first."""
-
-    def __reduce__(self):
-        return _made, (self.plain, self.size - self.plain.size, self.delay_at, self.x)
-
-    @property
-    def o(self):
-        return self.x[..., self.dim : self.plain.size]
-
-    @property
-    def a(self):
-        """The parameters."""
-        return self.x[..., self.plain.size :]
-
-    @property
-    def delay(self):
-        """By how much the stamps of the sensor are late, s; None if that is no state."""
-        return None if self.delay_at is None else self.x[..., self.delay_at]
-
-    def normalized(self):
-        """The same with its frame in the normal form. Returns N, N_f."""
-        N, N_f = self.plain(self.x[: self.plain.size]).normalized()
-        J = np.eye(self.size)
-        J[: N.size, : N.size] = N_f
-        return type(self)(np.concatenate([N.x, self.a])), J
-
-    def minus(self, G):
-        """Difference of the frames alone: see `Frame2.minus`."""
-        return self.plain(self.x[: self.plain.size]).minus(G)
-
-
-@lru_cache
-def frame_with(frame, n, delay_at=None):
-    """Class of the state of a sensor: a frame, and n parameters behind it.
-
-    Parameters
-    ----------
-    frame : type
-        Frame2 or Frame3.
-    n : int
-    delay_at : int, optional
-        Which number of the state is the delay.
-
-    Returns
-    -------
-    type
-        A frame, with the parameters in `a`; its `size` counts them.
-
-    See Also
-    --------
-    Calibrated : The sensor.
-    state_class : The class that a sensor model needs.
-    """
-    return type(f"{frame.__name__}With{n}", (_Behind, frame), {"size": frame.size + n, "plain": frame, "delay_at": delay_at})
-
-
-def _made(frame, n, delay_at, x):
-    return frame_with(frame, n, delay_at)(x)
-
-
-def state_class(frame, sensor):
-    """Class of the state of a sensor on its robot: `frame` itself, or with the parameters that are states behind it."""
-    if not isinstance(sensor, Calibrated):
-        return frame
-    delay = sensor.slices().get("delay")
-    return frame_with(frame, len(sensor.start), None if delay is None else frame.size + delay.start)
 
 
 def seen_with(Rf, Sf, sensor, v, V_r, V_s, V_l):
@@ -261,3 +196,11 @@ def begun_with(Sf, L_s, L_y, m):
     whole[..., : L_s.shape[-1]] = L_s
     whole[..., Sf.size - len(Sf.a) :] += L_y[..., m:]
     return whole, L_y[..., :m]
+
+
+def state_class(frame, sensor):
+    """Class of the state of a sensor on its robot: `frame` itself, or with the parameters that are states behind it."""
+    if not isinstance(sensor, Calibrated):
+        return frame
+    delay = sensor.slices().get("delay")
+    return frame_with(frame, len(sensor.start), None if delay is None else frame.size + delay.start)

@@ -117,7 +117,9 @@ def check_velocity(model, x, u, dt=1e-5):
     check_jacobians(lambda x: model.velocity(x, u), x)
     here, there = (model.frame(s[:n]) for s in (x, model.move(x, u, dt)[0]))
     step = here.inverse()[0].compose(there)[0].minus(O)[0] / dt
-    assert np.allclose(model.velocity(x, u)[0], step, atol=1e-3), "velocity is not how the robot moves, in its own frame"
+    assert np.allclose(model.velocity(x, u)[0], step, atol=1e-3), (
+        "velocity is not how the robot moves, in its own frame"
+    )
 
 
 def check_parameters(model):
@@ -163,7 +165,10 @@ def check_states(sensor, names, lmk, rng):
     free, F = Calibrated(sensor, names), Frame2 if sensor.dim == 2 else Frame3
     kind = state_class(F, free)
     moving = hasattr(free, "asks_robot")
-    x, s = robot_state(F, rng), np.concatenate([random_frame(F, rng).x, free.start + 0.01 * rng.normal(size=len(free.start))])
+    x, s = (
+        robot_state(F, rng),
+        np.concatenate([random_frame(F, rng).x, free.start + 0.01 * rng.normal(size=len(free.start))]),
+    )
     robot = (lambda x: Moving(AnyRobot(F), x)) if moving else F
     x = x if moving else x[: F.size]
     y = sensor.project(random_points(F.dim, rng, sensor))[0][0]

@@ -102,7 +102,7 @@ class SimLmk:
         return np.stack([all.min(0), all.max(0)], -1)
 
     def seen_by(self, sensor):
-        """Return ids and coordinates of what a sensor model can measure: its points, its segments, or its robot (-1)."""
+        """Return ids and coordinates of what a sensor model can measure: its points, segments, or its robot (-1)."""
         if hasattr(sensor, "without_lmks"):
             return np.array([-1]), np.zeros((1, 0))
         return (self.segment_ids, self.segments) if hasattr(sensor, "segments") else (self.ids, self.points)

@@ -36,7 +36,7 @@ def range_rate(v, d):
 
 @dataclass(frozen=True)
 class Doppler(RangeBearing):
-    """Distance, direction and range rate of a point in the plane: y = [r, beta, -(p / r) v_s], v_s the sensor's velocity.
+    """Distance, direction and range rate of a point in the plane: y = [r, beta, -(p / r) v_s], v_s its own velocity.
 
     A static world shows how fast the sensor moves: D. Kellner et al., "Instantaneous ego-motion estimation using
     Doppler radar", ITSC 2013, eq. 1. The robot needs a velocity among its states.

@@ -63,7 +63,9 @@ def _check_asks(data, robot, sensor):
             "has none among its states; take constant_turn in the plane, constant_velocity or imu in space"
         )
     if asks and not robot.in_map:
-        raise ValueError(f"sensor {sensor.id}: {kind} asks for the velocity of robot {robot.id}, which must be in the map")
+        raise ValueError(
+            f"sensor {sensor.id}: {kind} asks for the velocity of robot {robot.id}, which must be in the map"
+        )
     if data.options.first_estimates and (asks or sensor.params_in_map):
         raise ValueError(f"sensor {sensor.id}: first_estimates know neither velocities nor parameters of sensors")
     if sensor.params_in_map and data.landmark.hypotheses and rings_by(sensor.model):

@@ -206,7 +206,10 @@ class Known:
         params, entry = _split(entry, cls, own, key="type")
         made = {"model": cls(**arguments(cls, params))}
         for key, value in said.items():
-            (group, name), radians = groups[key], np.deg2rad(finite_array(key, value)) if key.endswith("_deg") else value
+            (group, name), radians = (
+                groups[key],
+                np.deg2rad(finite_array(key, value)) if key.endswith("_deg") else value,
+            )
             made.setdefault(group, {})[name] = radians
         if "landmark" in entry:
             with errors_at("landmark"):
