@@ -1,10 +1,18 @@
 """The state of a sensor with parameters: they stand behind its frame, as velocities do behind that of a robot."""
 
+from typing import Any
+
 import numpy as np
 
 
 class _Behind:
     """What a frame with parameters behind it does otherwise: the numbers of the frame itself come first."""
+
+    x: Any
+    dim: Any
+    size: Any
+    plain: Any  # Frame2 or Frame3
+    delay_at: Any
 
     def __reduce__(self):
         return _made, (self.plain, self.size - self.plain.size, self.delay_at, self.x)
@@ -28,14 +36,15 @@ class _Behind:
         N, N_f = self.plain(self.x[: self.plain.size]).normalized()
         J = np.eye(self.size)
         J[: N.size, : N.size] = N_f
-        return type(self)(np.concatenate([N.x, self.a])), J
+        kind: Any = type(self)
+        return kind(np.concatenate([N.x, self.a])), J
 
     def minus(self, G):
         """Difference of the frames alone: see `Frame2.minus`."""
         return self.plain(self.x[: self.plain.size]).minus(G)
 
 
-def frame_with(frame, n, delay_at=None):
+def frame_with(frame, n, delay_at=None) -> Any:
     """Class of the state of a sensor: a frame, and n parameters behind it.
 
     Parameters

@@ -198,7 +198,7 @@ def begun_with(Sf, L_s, L_y, m):
     return whole, L_y[..., :m]
 
 
-def state_class(frame, sensor):
+def state_class(frame, sensor) -> Any:
     """Class of the state of a sensor on its robot: `frame` itself, or with the parameters that are states behind it."""
     if not isinstance(sensor, Calibrated):
         return frame

@@ -3,6 +3,8 @@
 `contracts.py` calls them.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ..geometry import ORIGIN, Frame2, Frame3, check_jacobians
@@ -162,14 +164,13 @@ def check_states(sensor, names, lmk, rng):
     ------
     AssertionError
     """
-    free, F = Calibrated(sensor, names), Frame2 if sensor.dim == 2 else Frame3
+    free: Any = Calibrated(sensor, names)
+    F = Frame2 if sensor.dim == 2 else Frame3
     kind = state_class(F, free)
     moving = hasattr(free, "asks_robot")
-    x, s = (
-        robot_state(F, rng),
-        np.concatenate([random_frame(F, rng).x, free.start + 0.01 * rng.normal(size=len(free.start))]),
-    )
-    robot = (lambda x: Moving(AnyRobot(F), x)) if moving else F
+    x, a = robot_state(F, rng), free.start + 0.01 * rng.normal(size=len(free.start))
+    s = np.concatenate([random_frame(F, rng).x, a])
+    robot: Any = (lambda x: Moving(AnyRobot(F), x)) if moving else F
     x = x if moving else x[: F.size]
     y = sensor.project(random_points(F.dim, rng, sensor))[0][0]
     n = np.array([0.3]) if sensor.bearing_only else np.zeros(0)

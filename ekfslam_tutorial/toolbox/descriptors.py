@@ -24,6 +24,7 @@ class Described(SimObs):
         Which measurement each new landmark comes from.
     """
 
+    d: Any = None
     lmks: Any = None
     born: dict = field(default_factory=dict)
 
