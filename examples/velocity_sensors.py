@@ -2,6 +2,11 @@
 
 The motion model has the speeds among its states, the sensors ask for them. Neither measures where the robot is, or how
 far the beacons are; both together still keep the path, because a range rate depends on where the beacon is.
+
+It prints
+
+    GroundFlow: position off by 9.29 m, sigma 12.22 m; speed 1.17 m/s
+    GroundFlow and RangeRate: position off by 0.12 m, sigma 0.05 m; speed 1.17 m/s
 """
 
 import numpy as np

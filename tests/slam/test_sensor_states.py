@@ -1,12 +1,14 @@
 """Sensors that ask for more than a point: against filters written by hand, and in whole runs with both engines."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from ekfslam_tutorial import fast, slam
 from ekfslam_tutorial.analysis import anees_band
+from ekfslam_tutorial.cli.results import parameters
 from ekfslam_tutorial.geometry import Frame2, numerical_jacobian
 from ekfslam_tutorial.models import Calibrated, state_class
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, IdpPnt
@@ -215,6 +217,16 @@ def test_what_is_found_is_honest(name, dof, frames, prior, factor):
     low, high = anees_band(z.size, 1, 0.999)
     assert low < np.mean(z**2) < high, z
     assert (factor * std < prior).all(), std
+
+
+def test_the_run_tells_what_was_found():
+    *_, now = universal_slam(scenario("gps_compass", **{"time.last": 3}))
+    found = parameters(SimpleNamespace(last=now))
+    (sen,) = (sen for sen in now.sens if isinstance(sen.model, Calibrated))
+    assert set(found) == {"3"} and set(found["3"]) == {"declination"}
+    told = found["3"]["declination"]
+    assert told["value"] == [now.map.x[sen.r.stop - 1]] and told["true"] == now.sim_sens[2].frame.a.tolist()
+    assert np.isclose(told["std"][0] ** 2, now.map.P[sen.r.stop - 1, sen.r.stop - 1])
 
 
 def test_a_delay_is_found():
