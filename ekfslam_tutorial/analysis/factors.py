@@ -225,6 +225,9 @@ def graph_of(data, recording=None, seed=None):
     for sensor in data.sensors:
         if hasattr(sensor.model, "innovation"):
             raise ValueError(f"sensor {sensor.id} measures lines; the smoother knows points only")
+        if hasattr(sensor.seen_as, "asks_robot") or hasattr(sensor.model, "without_lmks") or sensor.params_in_map:
+            what = "parameters, or asks for more than the place of a landmark"
+            raise ValueError(f"sensor {sensor.id} has {what}; the smoother knows points and mountings only")
     maker = None
     for now in universal_slam(data, recording, seed):
         if maker is None:

@@ -56,7 +56,7 @@ def ids_left_out(data, recording):
     """Measurements without an id, which `known_ids` passes over."""
     if not getattr(data.options.association, "by_id", False):
         return
-    for sensor in data.sensors:
+    for sensor in (s for s in data.sensors if not hasattr(s.model, "without_lmks")):
         ids = recording.raw[sensor.id].ids if sensor.id in recording.raw else np.zeros(0, int)
         without = int((ids < 0).sum())
         if without:

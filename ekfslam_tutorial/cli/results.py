@@ -9,6 +9,7 @@ from .. import __version__
 from ..analysis.fixes import fix_figures
 from ..analysis.pictures import picture_figures
 from ..analysis.rec_file import write_rec
+from ..models import Calibrated
 from .files import pictures, replacing, written
 from .terminal import say, table
 from .trajectories import write_tum
@@ -58,6 +59,7 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
     tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
     tail["frames_per_s"] = round(1 / np.mean(costs[WARM:]), 1) if len(costs) > WARM and np.mean(costs[WARM:]) else None
+    tail |= {"parameters": found} if (found := parameters(history)) else {}
     tail |= picture_figures(history, recording) if hasattr(recording, "truth_std") else {}
     tail["notes"] = recording.notes if recording else []  # `run` adds what it has to say
     return head | {k: v for k, v in figures.items() if k != "robots"} | tail | {"robots": figures["robots"]}
@@ -74,7 +76,36 @@ def tell(figures):
     known = {key: value for key, value in figures.items() if value is not None}
     rows = [[f"  {what}", text.format(known[key]), beside(text_of, known)] for what, key, text, text_of in TOLD
             if key in known]  # fmt: skip
+    for number, names in figures.get("parameters", {}).items():
+        for name, p in names.items():
+            true = f"true: {_few(p['true'])}" if "true" in p else ""
+            rows.append([f"  {name} of sensor {number}", f"{_few(p['value'])} ± {_few(p['std'])}", true])
     table(rows, styles=["", "bold", "dim"])
+
+
+def _few(numbers):
+    return ", ".join(f"{x:.4g}" for x in numbers)
+
+
+def parameters(history):
+    """Parameters of sensors that were estimated: value, standard deviation, and the true value where it is known.
+
+    Returns
+    -------
+    dict
+        By sensor id, as a text, and name.
+    """
+    s, found = history.last, {}
+    truth = {sen.id: sen.frame for sen in s.sim_sens}
+    for sen in s.sens:
+        if isinstance(sen.model, Calibrated):
+            k = sen.r.stop - sen.frame(s.map).a.size
+            std = np.sqrt(np.diag(s.map.block(slice(k, sen.r.stop))))
+            values = {"value": sen.frame(s.map).a, "std": std}
+            values |= {"true": truth[sen.id].a} if sen.id in truth else {}
+            slices = sen.model.slices().items()
+            found[str(sen.id)] = {n: {key: v[at].tolist() for key, v in values.items()} for n, at in slices}
+    return found
 
 
 def beside(text, figures):

@@ -49,7 +49,7 @@ def write_figures(out, history, data, fixes=None, costs=None, richest=None):
     with plt.rc_context({"figure.max_open_warning": 0}):
         names = [_map(out, history.last, tracks, lmks, data, align, fixes)]
         seen = richest or {}
-        names += [_sensor(out, seen.get(sen.id, history.last), sen.id, data.figure) for sen in data.sensors]
+        names += [_sensor(out, seen.get(sen.id, history.last), sen.id, data.figure) for sen in lookers(history.last)]
         names += write_robot_figures(out, history, tracks, lmks, data, fixes)
         return names + ([_costs(out, history, costs)] if costs is not None and len(costs) > 1 else [])
 
@@ -131,6 +131,11 @@ def _laid(track):
         return track.aligned_dead()
     except ValueError:
         return track
+
+
+def lookers(snapshot):
+    """The sensors that have a figure: those that see landmarks."""
+    return [sen for sen in snapshot.sens if not hasattr(sen.model, "without_lmks")]
 
 
 def _sensor(out, snapshot, sensor, figure):
@@ -244,7 +249,7 @@ class _Figures:
     def _make(self, snapshot):
         o = self._options
         world = MapFig(snapshot, k=o.k, view=o.view or None, limits=o.limits, labels=o.labels)
-        self.figures = [world, *(SenFig(snapshot, sen.id, k=o.k, labels=o.labels) for sen in snapshot.sens)]
+        self.figures = [world, *(SenFig(snapshot, sen.id, k=o.k, labels=o.labels) for sen in lookers(snapshot))]
 
     def show(self):
         """Do with the figures what they are for."""

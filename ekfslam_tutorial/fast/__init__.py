@@ -32,7 +32,7 @@ from .compressed_map import CompressedMap
 from .extra import check_compiled
 from .fast_map import FastMap
 from .filter import Innovation, augment, correct, covariance, cross, innovation, predict, transform, update
-from .steps import correct_known_lmks, correct_met_robots, move, new_map
+from .steps import correct_known_lmks, correct_met_robots, correct_without_lmks, move, new_map
 
 __all__ = [
     "Batch",
@@ -44,6 +44,7 @@ __all__ = [
     "correct",
     "correct_known_lmks",
     "correct_met_robots",
+    "correct_without_lmks",
     "covariance",
     "cross",
     "init_new_lmks",

@@ -27,7 +27,7 @@ NOTHING = np.zeros(0), np.zeros((0, 0))
 def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     """Start landmarks from measurements that belong to none: see `slam.init_new_lmks`."""
     check_map(map)
-    if hasattr(sen.model, "innovation"):
+    if core.as_written(sen.model):
         return core.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
     events = []
     if type(opt.association) is KnownIds and new:  # most often all of them are there

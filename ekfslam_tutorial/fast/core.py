@@ -4,14 +4,24 @@ from ..ekf import MapFull, check_covariance, real
 from ..ekf.covariances import faults, real_blocks
 from ..ekf.html import map_html, table_html
 from ..geometry import ORIGIN
+from ..models.calibrated import Calibrated
 from ..slam.association import Jcbb, KnownIds, NearestNeighbour, gate
 from ..slam.first_estimates import check_first_estimates, first_jacobians, note_first_estimates, transport
-from ..slam.meetings import correct_met_robots
+from ..slam.meetings import correct_met_robots, correct_without_lmks
 from ..slam.objects import Event, Lmk, short
 from ..slam.projection import by_type
 from ..slam.steps import check_control, check_raw, correct_known_lmks, init_new_lmks, travel
 from ..slam.upkeep import EUCLIDEAN, delete_bad, free_slot, well_inside
 from .symbols import Symbol, Tape
+
+
+def as_written(sensor):
+    """Return True for a sensor that is left to the steps as they are written in `slam`.
+
+    Those of lines, of velocities, and those with parameters that are states: what costs time there is not in the steps.
+    """
+    return hasattr(sensor, "innovation") or hasattr(sensor, "asks_robot") or isinstance(sensor, Calibrated)
+
 
 __all__ = [
     "EUCLIDEAN",
@@ -24,6 +34,7 @@ __all__ = [
     "ORIGIN",
     "Symbol",
     "Tape",
+    "as_written",
     "by_type",
     "check_control",
     "check_covariance",
@@ -31,6 +42,7 @@ __all__ = [
     "check_raw",
     "correct_known_lmks",
     "correct_met_robots",
+    "correct_without_lmks",
     "delete_bad",
     "faults",
     "first_jacobians",

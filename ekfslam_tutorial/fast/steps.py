@@ -68,7 +68,7 @@ def _moved_compiled(map, rob, dt):
 def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     """Correct the map with the landmarks that are in it: see `slam.correct_known_lmks`."""
     near = check_measurements(map, raw, sen)
-    if hasattr(sen.model, "innovation"):  # of lines: not quicker than as it is written in `slam`
+    if core.as_written(sen.model):
         whole(map, rob, lmks, opt)
         return core.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
     Rf, Sf = normal_frame(map, rob, rob.motion.frame), normal_frame(map, sen, sen.frame_type)
@@ -93,3 +93,10 @@ def correct_met_robots(map, rob, sen, robs, raw, opt, lmks=None):
     if len(raw.ids):
         whole(map, rob, lmks or {}, opt)
     return core.correct_met_robots(map, rob, sen, robs, raw, opt, lmks)
+
+
+def correct_without_lmks(map, rob, sen, obs, raw, opt, lmks):
+    """Correct the map with measurements of the robot's own state: see `slam.correct_without_lmks`."""
+    if len(raw.ids):
+        whole(map, rob, lmks, opt)
+    return core.correct_without_lmks(map, rob, sen, obs, raw, opt, lmks)

@@ -182,4 +182,5 @@ def measurement_space(fig, model):
         return Segments(fig, model)
     if units[:2] == ("px", "px"):
         return Picture(fig, model)
-    return Polar(fig, model) if units in (("rad",), ("m", "rad"), ("rad", "m")) else Plain(fig, model)
+    polar = units[:2] in (("rad",), ("m", "rad"), ("rad", "m")) and "rad" not in units[2:]
+    return Polar(fig, model) if polar else Plain(fig, model)

@@ -5,7 +5,10 @@ May not: know of maps, filters, robots or ids.
 """
 
 from . import landmarks, motion, sensors
+from .behind import frame_with
+from .calibrated import Calibrated, state_class
 from .contracts import check_landmark, check_motion, check_pair, check_sensor
+from .moving import Moving
 from .observation import (
     check_fit,
     expect,
@@ -18,12 +21,15 @@ from .observation import (
 from .turning import turning
 
 __all__ = [
+    "Calibrated",
+    "Moving",
     "check_fit",
     "check_landmark",
     "check_motion",
     "check_pair",
     "check_sensor",
     "expect",
+    "frame_with",
     "landmarks",
     "motion",
     "observe",
@@ -31,6 +37,7 @@ __all__ = [
     "retro_project",
     "retro_project_parameters",
     "sensors",
+    "state_class",
     "to_sensor",
     "turning",
 ]

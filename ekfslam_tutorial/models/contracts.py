@@ -7,8 +7,9 @@ still being written is tested as far as it goes; what is missing is said last.
 import numpy as np
 
 from ..geometry import Frame2, Frame3, check_jacobians
-from .line_contracts import check_line, check_line_pair, check_line_sensor
+from .line_contracts import check_line
 from .observation import birth, check_fit, observe, retro_project
+from .state_contracts import check_parameters, check_velocity, pair_check, sensor_check
 from .trials import (
     check_complete,
     check_noise,
@@ -56,6 +57,7 @@ def check_motion(model, dt=0.1):
                 assert isinstance(value, np.ndarray), f"move must give arrays, got a {type(value).__name__} for {name}"
                 assert value.shape == shape, f"move gives {name} of shape {value.shape}; it must be {shape}"
             check_jacobians(lambda x, u: model.move(x, u, dt), x, u)
+            check_velocity(model, x, u)
     X, U = rng.normal(size=(4, model.size)), rng.normal(size=(4, n_u))
     check_stack(lambda x, u: model.move(x, u, dt), "move", X, U)
 
@@ -79,14 +81,15 @@ def check_sensor(model, dim=None):
     check_pair : Together with a landmark type.
     """
     refuse_class(model)
-    if hasattr(model, "innovation"):
-        return check_line_sensor(model)
+    if special := sensor_check(model):
+        return special(model)
     if written(model, "R"):
         check_noise(model.R)
     if written(model, "project"):
         with told_dim(model, dim):
             for seed in SEEDS:
                 _check_sensor(model, dim_of(model, dim), np.random.default_rng(seed))
+        check_parameters(model) if hasattr(model, "parameters") else None
     check_complete(model, "sensor")
 
 
@@ -189,8 +192,8 @@ def check_pair(sensor, lmk, dim=None):
     check_sensor, check_landmark : Each by itself.
     """
     check_fit(sensor, lmk, birth(sensor))
-    if hasattr(sensor, "innovation"):
-        return check_line_pair(sensor, lmk)
+    if special := pair_check(sensor):
+        return special(sensor, lmk)
     F = Frame2 if dim_of(lmk, dim) == 2 else Frame3
     n = np.array([0.3]) if sensor.bearing_only else np.zeros(0)
     for seed in SEEDS:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from .calibrated import begun_with, seen_with
+
 
 def to_sensor(Rf, Sf, sensor, lmk, l):
     """Landmarks seen from a sensor: points in the sensor frame, or rays towards them.
@@ -53,7 +55,8 @@ def to_sensor(Rf, Sf, sensor, lmk, l):
         point: Any = getattr(lmk, "apparent", None) or getattr(lmk, "point", None)
         v, V_ls = getattr(lmk, getattr(sensor, "asks", "ray"))(ls) if sensor.bearing_only else point(ls)
         V_f, V_l = V_ls @ LS_f, V_ls @ LS_l
-    return v, V_f @ F_r, V_f @ F_s, V_l
+    seen = v, V_f @ F_r, V_f @ F_s, V_l
+    return seen_with(Rf, Sf, sensor, *seen) if hasattr(Rf, "velocity") or hasattr(Sf, "a") else seen
 
 
 def birth(sensor):
@@ -62,8 +65,30 @@ def birth(sensor):
 
 
 def fits(sensor, lmk):
-    """Return True unless one of them is for lines and the other for points: no sensor sees both."""
-    return hasattr(sensor, "innovation") == hasattr(lmk, "normal")
+    """Return True unless one of them is for lines and the other for points, or the sensor sees no landmarks at all."""
+    return hasattr(sensor, "innovation") == hasattr(lmk, "normal") and not hasattr(sensor, "without_lmks")
+
+
+class ItsRobot:
+    """What stands in the place of a landmark, without a state, for a sensor that sees none: its own frame, F.x.
+
+    GPS, a compass, a wheel: `without_lmks` sensors. They get F.x, and behind it what else they ask for.
+
+    See Also
+    --------
+    to_sensor : Takes it as it takes a landmark type.
+    """
+
+    size = 0
+
+    def to_frame(self, F, l):
+        """Return the frame itself, a row for each l, and derivatives."""
+        shape = np.shape(l)[:-1]
+        return np.broadcast_to(F.x, (*shape, F.size)), np.eye(F.size), np.zeros((*shape, F.size, 0))
+
+    def point(self, l):
+        """Return the same."""
+        return l, np.eye(l.shape[-1])
 
 
 def expect(Rf, Sf, sensor, lmk, l):
@@ -154,6 +179,8 @@ def retro_project(Rf, Sf, sensor, lmk, y, n):
     check_fit : Which sensor can start which landmark.
     """
     check_fit(sensor, lmk, birth(sensor))
+    known = not hasattr(Sf, "a")
+    m, y = y.shape[-1], y if known else np.concatenate([y, np.broadcast_to(Sf.a, (*y.shape[:-1], len(Sf.a)))], -1)
     v, V_y = sensor.retro(y)
     start = getattr(lmk, birth(sensor))
     ls, LS_v, LS_n = start(v, n) if sensor.bearing_only else start(v)
@@ -161,7 +188,8 @@ def retro_project(Rf, Sf, sensor, lmk, y, n):
     l, L_f, L_ls = lmk.from_frame(F, ls)
 
     LS_y = LS_v @ V_y
-    return l, L_f @ F_r, L_f @ F_s, L_ls @ LS_y, L_ls @ LS_n
+    L_s, L_y = L_f @ F_s, L_ls @ LS_y
+    return l, L_f @ F_r, *((L_s, L_y) if known else begun_with(Sf, L_s, L_y, m)), L_ls @ LS_n
 
 
 def observe_parameters(Rf, Sf, sensor, lmk, l):

@@ -5,8 +5,20 @@ May not: filter, know of estimates, draw.
 """
 
 from . import worlds
+from .looks import Looks
 from .simulator import MOST_CLUTTER as MOST_CLUTTER
 from .simulator import SimLmk, SimObs, SimRob, SimSen, sim_motion, sim_observation
 from .streams import Streams, draw
 
-__all__ = ["SimLmk", "SimObs", "SimRob", "SimSen", "Streams", "draw", "sim_motion", "sim_observation", "worlds"]
+__all__ = [
+    "Looks",
+    "SimLmk",
+    "SimObs",
+    "SimRob",
+    "SimSen",
+    "Streams",
+    "draw",
+    "sim_motion",
+    "sim_observation",
+    "worlds",
+]

@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..models import Moving, to_sensor
+from ..models.landmarks import EucPnt
+from ..models.observation import ItsRobot
 from .streams import draw
 
 MOST_CLUTTER = 10_000
@@ -99,7 +102,9 @@ class SimLmk:
         return np.stack([all.min(0), all.max(0)], -1)
 
     def seen_by(self, sensor):
-        """Return ids and coordinates of what a sensor model can measure: its points, or its segments."""
+        """Return ids and coordinates of what a sensor model can measure: its points, segments, or its robot (-1)."""
+        if hasattr(sensor, "without_lmks"):
+            return np.array([-1]), np.zeros((1, 0))
         return (self.segment_ids, self.segments) if hasattr(sensor, "segments") else (self.ids, self.points)
 
     @property
@@ -127,12 +132,15 @@ class SimObs:
         Measurements.
     R : ndarray, shape (k, m, m), optional
         Noise covariance of each, where it differs from the sensor's.
+    d : ndarray, shape (k, n), optional
+        Descriptor of each: what it looks like.
     """
 
     sen: int
     ids: np.ndarray
     y: np.ndarray
     R: np.ndarray | None = None
+    d: np.ndarray | None = None
 
     def __len__(self):
         return len(self.ids)
@@ -186,14 +194,22 @@ def _measure(rob, sen, points, rng):
     """Noisy measurements of all points, and which of them the sensor can make."""
     if hasattr(sen.model, "segments"):
         return _measure_segments(rob, sen, points, rng)
-    pr = rob.frame.to_frame(points)[0]
-    ps = sen.frame.to_frame(pr)[0]
+    ps = _seen(rob, sen, points)
     with np.errstate(all="ignore"):  # a point in the plane of a camera has no image; it is not visible either
         y = sen.model.project(ps)[0]
         y = y + draw(rng, sen.model.R, (len(points),))
         y = sen.model.residual(y, np.zeros(y.shape[-1:]))  # the noise may have carried an angle beyond pi
         seen = np.asarray(sen.model.visible(y, ps), bool)
         return y, np.broadcast_to(seen, (len(points),))  # True alone: of all
+
+
+def _seen(rob, sen, points):
+    """Points in the frame of the sensor, and behind them what else it asks for; of each point a row."""
+    if not hasattr(sen.model, "asks_robot") and not hasattr(sen.model, "without_lmks") and not hasattr(sen.frame, "a"):
+        return sen.frame.to_frame(rob.frame.to_frame(points)[0])[0]
+    Rf = Moving(rob.motion, rob.x, rob.u) if hasattr(sen.model, "asks_robot") else rob.frame
+    kind = ItsRobot() if hasattr(sen.model, "without_lmks") else EucPnt(rob.frame.dim)
+    return to_sensor(Rf, sen.frame, sen.model, kind, points)[0]
 
 
 def _measure_segments(rob, sen, segments, rng):

@@ -26,7 +26,7 @@ def draw(rng, cov, shape=()):
 
 
 class Streams:
-    """Independent generators for the world and for each robot's motion, each sensor's noise and each sensor's clutter.
+    """Independent generators for the world and for each robot's motion, each sensor's noise, clutter and descriptors.
 
     All come from one seed by `SeedSequence.spawn`. A robot or sensor is told apart by its id, not by its turn: adding
     a sensor, or turning one on, changes no other draw of the run.
@@ -37,7 +37,8 @@ class Streams:
     """
 
     def __init__(self, seed):
-        self._world, self._motion, self._sensing, self._clutter = np.random.SeedSequence(seed).spawn(4)
+        children = np.random.SeedSequence(seed).spawn(5)
+        self._world, self._motion, self._sensing, self._clutter, self._looks = children
         self.world = np.random.default_rng(self._world)
 
     def motion(self, robot):
@@ -51,6 +52,10 @@ class Streams:
     def clutter(self, sensor):
         """Missed and false measurements of a sensor."""
         return _child(self._clutter, sensor)
+
+    def looks(self, sensor=None):
+        """What landmarks look like; or the noise of what a sensor sees of that."""
+        return np.random.default_rng(self._looks) if sensor is None else _child(self._looks, sensor)
 
 
 def _child(sequence, id):

@@ -6,7 +6,7 @@ May not: simulate, read files or draw.
 
 from .association import Jcbb, KnownIds, Matches, NearestNeighbour
 from .lockout import retry_lmks
-from .meetings import correct_met_robots, project_robots
+from .meetings import correct_met_robots, correct_without_lmks, project_robots
 from .objects import Event, Lmk, Obs, Rob, Sen, Tim
 from .options import Options
 from .projection import normalize, place, project_lmks
@@ -29,6 +29,7 @@ __all__ = [
     "add_landmark",
     "correct_known_lmks",
     "correct_met_robots",
+    "correct_without_lmks",
     "init_new_lmks",
     "let_go",
     "move",

@@ -74,8 +74,7 @@ class KnownIds:
         """
         ids = np.asarray(raw.ids).tolist()
         index = {id: i for i, id in reversed(list(enumerate(ids))) if id >= 0}
-        pairs = {o.lmk: index[o.lmk] for o in obs if o.lmk in index}
-        return Matches(pairs, [index[id] for id in sorted(index)])
+        return Matches({o.lmk: index[o.lmk] for o in obs if o.lmk in index}, [index[id] for id in sorted(index)])
 
     def birth_id(self, raw, i, lmks):
         """Id for a landmark started by measurement i; None if there is one already."""

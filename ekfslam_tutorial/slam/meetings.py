@@ -1,13 +1,14 @@
-"""Robots that see each other: the position of a robot is a landmark that moves."""
+"""What is seen, and is no landmark: other robots, whose position is a landmark that moves, and one's own."""
 
 import numpy as np
 
 from ..ekf import covariance, cross, innovation
 from ..models.landmarks import EucPnt
+from ..models.observation import ItsRobot
 from .first_estimates import note_first_estimates
 from .objects import Event, Lmk
-from .projection import correct_invariant, frame_range, normalize, project_lmks
-from .steps import check_raw
+from .projection import correct_invariant, normalize, project_lmks
+from .steps import check_raw, match
 
 
 def project_robots(map, rob, sen, others):
@@ -37,11 +38,10 @@ def project_robots(map, rob, sen, others):
 def _as_landmark(map, rob):
     """The position of a robot as a landmark: the same range in the map, or the same known numbers."""
     F = rob.frame(map)
-    r = frame_range(rob, F)
-    if r is None:
+    if rob.r is None:
         return Lmk(rob.id, EucPnt(F.dim), x=F.t)
     first = (F.x if rob.first is None else rob.first)[: F.dim]
-    return Lmk(rob.id, EucPnt(F.dim), r=slice(r.start, r.start + F.dim), first=first)
+    return Lmk(rob.id, EucPnt(F.dim), r=slice(rob.r.start, rob.r.start + F.dim), first=first)
 
 
 def correct_met_robots(map, rob, sen, robs, raw, opt, lmks=None):
@@ -72,20 +72,59 @@ def correct_met_robots(map, rob, sen, robs, raw, opt, lmks=None):
         passed the gate.
     """
     check_raw(raw, sen)
-    known = {other.id: other for other in robs if other.id != rob.id}
-    events = []
+    known, events = {other.id: other for other in robs if other.id != rob.id}, []
     for each in robs if opt.first_estimates else ():
         note_first_estimates(map, each, {})
     for i, id in enumerate(np.asarray(raw.ids).tolist()):
-        if id not in known:
-            continue
-        (o,) = project_robots(map, rob, sen, [known[id]])
-        R = sen.model.R if raw.R is None else raw.R[i]
-        PHt = cross(map, o.blocks)
-        inn = innovation(sen.model.residual(np.asarray(raw.y[i], float), o.e), covariance(PHt, o.blocks), R)
-        accepted = inn.md2 < opt.md2_threshold
-        events.append(Event("meeting", rob.id, sen.id, id, accepted))
-        if accepted:
-            correct_invariant(map, rob, lmks or {}, PHt, inn, opt)
-            normalize(map, rob, known[id], sen)
+        if id in known:
+            (o,) = project_robots(map, rob, sen, [known[id]])
+            _correct_by(map, rob, sen, o, i, raw, opt, lmks or {}, known[id])
+            events.append(Event("meeting", rob.id, sen.id, id, o.updated))
     return events
+
+
+def correct_without_lmks(map, rob, sen, obs, raw, opt, lmks):
+    """Correct the map with what sensors measure that see no landmark, but their own robot: GPS, a compass, a wheel.
+
+    As a landmark is observed, but there is none: e = h(F) or h(F, V), with the frame F of the sensor in the world and
+    its velocity V. One after the other, each projected from the map as corrected so far, gated and corrected.
+
+    Parameters
+    ----------
+    map : Map
+    rob, sen : Rob, Sen
+    obs : dict of (int, int) to Obs
+        Gets the last observation, by (sensor id, -1).
+    raw : raw measurements
+        `ids` are not looked at.
+    opt : Options
+        The gate `md2_threshold`, and the error.
+    lmks : dict of int to Lmk
+        The landmarks in the map: what is correlated with the robot moves with it.
+
+    Returns
+    -------
+    list of Event
+        One of kind innovation for each measurement; its lmk is -1, its flag says whether it passed the gate.
+    """
+    check_raw(raw, sen)
+    normalize(map, rob, sen)
+    events = []
+    for i in range(len(raw.y)):
+        (o,) = project_lmks(map, rob, sen, [Lmk(-1, ItsRobot(), x=())])
+        _correct_by(map, rob, sen, o, i, raw, opt, lmks, rob)
+        obs[sen.id, -1] = o
+        events.append(Event("innovation", rob.id, sen.id, -1, o.updated))
+    return events
+
+
+def _correct_by(map, rob, sen, o, i, raw, opt, lmks, seen):
+    """Gate measurement i of what was observed, a robot, and correct the map by it."""
+    match(o, i, raw, sen)
+    PHt = cross(map, o.blocks)
+    o.z, o.E = sen.model.residual(o.y, o.e), covariance(PHt, o.blocks)
+    inn = innovation(o.z, o.E, o.R)
+    o.updated = inn.md2 < opt.md2_threshold
+    if o.updated:
+        correct_invariant(map, rob, lmks, PHt, inn, opt)
+        normalize(map, rob, seen, sen)

@@ -13,6 +13,7 @@ import numpy as np
 from ..ekf import Innovation
 from ..ekf.html import table_html
 from ..models.landmarks.lines import ends
+from ..models.moving import Moving
 
 
 def _state(map, obj):
@@ -105,6 +106,10 @@ class Rob(_Shown):
         """Frame2 or Frame3 of the robot in the world."""
         return self.motion.frame(self.state(map)[: self.motion.frame.size])
 
+    def moving(self, map):
+        """Frame and velocity, for a sensor that asks for them."""
+        return Moving(self.motion, self.state(map), self.u)
+
 
 @dataclass
 class Sen(_Shown):
@@ -116,17 +121,19 @@ class Sen(_Shown):
     robot : int
         Id of the robot that carries it.
     model : SensorModel
-        Holds the parameters (manual: `par`).
+        Holds the parameters (manual: `par`). `Calibrated`, where some of them are states.
     x : ndarray or None
-        Frame on the robot, [x y theta] or [t; q], where it is known.
+        Frame on the robot, [x y theta] or [t; q], where it is known; parameters that are states stand behind it.
     r : slice or None
-        Range of the frame in the map, for self-calibration (manual: `frameInMap`).
+        Range of all of that in the map, for self-calibration (manual: `frameInMap`).
     frame_type : type
-        Frame2 or Frame3.
+        Frame2 or Frame3; `state_class` makes one with parameters of it.
     lmk_type : LmkType or None
         How landmarks that this sensor finds are stored; `Options.lmk_type` if None.
     tilt : float
         Its mounting gives way, with the frame in the map: random walk of each of its angles, rad/sqrt(s).
+    walk : float or ndarray
+        The same of its parameters that are states: of each its unit per sqrt(s).
     """
 
     id: int
@@ -138,6 +145,7 @@ class Sen(_Shown):
     r: slice | None = None
     lmk_type: Any = None
     tilt: float = 0.0
+    walk: Any = 0.0
 
     def __repr__(self):
         return f"Sen({_title(self)}, {type(self.model).__name__} on robot {self.robot}, frame {_where(self)})"
@@ -248,7 +256,8 @@ class Obs(_Shown):
     v : ndarray, shape (d,)
         Point in the sensor frame, or ray towards it.
     blocks : tuple of 3 (slice or None, ndarray of shape (m, ·))
-        (rob.r, E_r), (sen.r, E_s), (lmk.r, E_l): the states it depends on, and its Jacobians.
+        (rob.r, E_r), (sen.r, E_s), (lmk.r, E_l): the states it depends on, and its Jacobians. Of a robot it is the
+        frame, or its whole state if the sensor asks for its velocity.
     visible : bool
         The sensor should see it.
     y, R : ndarray, shape (m,) and (m, m), or None

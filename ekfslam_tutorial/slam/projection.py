@@ -158,12 +158,12 @@ def by_type(lmks):
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def _project(map, rob, sen, lmks):
     """Expected observations of landmarks of one type."""
-    Rf, Sf, r, obs = rob.frame(map), sen.frame(map), frame_range(rob, rob.motion.frame), []
+    Rf, Sf, obs = getattr(rob, getattr(sen.model, "asks_robot", "frame"))(map), sen.frame(map), []
     e, v, *E_ = expect(Rf, Sf, sen.model, lmks[0].type, states(map, lmks))
     if rob.first is not None:
         E_ = first_jacobians(rob, sen, Sf, lmks)
     v = v if lmks[0].par is None else _ends_seen(map, Rf.compose(Sf)[0], lmks)
-    visible = np.broadcast_to(sen.model.visible(e, v), (len(lmks),))  # True alone: of all
+    r, visible = frame_range(rob, Rf), np.broadcast_to(sen.model.visible(e, v), (len(lmks),))  # True alone: of all
     for k, (lmk, E_r, E_s, E_l) in enumerate(zip(lmks, *E_, strict=True)):
         blocks = (r, E_r), (sen.r, E_s), (lmk.r, E_l)
         E = covariance(cross(map, blocks), blocks)

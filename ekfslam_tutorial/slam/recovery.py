@@ -44,8 +44,7 @@ def reopen_gate(map, rob, events, opt, lmks=()):
     F = rob.frame(map)
     position, angle = opt.reopen_std
     U = np.diag([position**2] * F.dim + [angle**2] * (F.dof - F.dim))
-    x, X_x, X_u = NO_STEP[F.dim].move(F.x, np.zeros(F.dof), 0.0)
-    predict(map, frame_range(rob, F), x, X_x, X_u, U)
+    predict(map, frame_range(rob, F), *NO_STEP[F.dim].move(F.x, np.zeros(F.dof), 0.0), U)  # pyright: ignore
     normalize(map, rob)
     rob.n_refused = 0
     for each in (rob, *dict(lmks).values()):

@@ -135,7 +135,7 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     matches = opt.association(map, expected, raw, sen.model)
     wanted = seen if opt.joint and opt.n_updates is None else most_uncertain(seen, opt.n_updates)
     for o in wanted:
-        _match(o, matches.pairs.get(o.lmk), raw, sen)
+        match(o, matches.pairs.get(o.lmk), raw, sen)
 
     if opt.joint:
         _correct_jointly(map, rob, sen, lmks, [o for o in seen if o.matched], opt, matches.refused)
@@ -145,7 +145,7 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     return events + delete_bad(map, rob, sen, lmks, seen, opt), matches.new
 
 
-def _match(o, index, raw, sen):
+def match(o, index, raw, sen):
     """Note the measurement of a landmark that is looked for, if there is one."""
     o.measured, o.matched, o.index = True, index is not None, index
     if o.matched:
@@ -204,7 +204,7 @@ def _after(map, rob, sen, lmks, used, camera, opt):
 
 def _project_again(map, rob, sen, lmk, o):
     """Expectation of a landmark from the map as corrected so far; first estimates keep their Jacobians."""
-    Rf, Sf = rob.frame(map), sen.frame(map)
+    Rf, Sf = getattr(rob, getattr(sen.model, "asks_robot", "frame"))(map), sen.frame(map)
     o.e, E_r, E_s, E_l = observe(Rf, Sf, sen.model, lmk.type, lmk.state(map))
     if rob.first is None:
         o.blocks = (frame_range(rob, Rf), E_r), (sen.r, E_s), (lmk.r, E_l)
@@ -270,7 +270,7 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
     if opt.max_lmks is not None and len(lmks) >= opt.max_lmks:
         raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
     kind = sen.lmk_type or opt.lmk_type or EUCLIDEAN[sen.frame_type.dim]
-    Rf, Sf = rob.frame(map), sen.frame(map)
+    Rf, Sf = getattr(rob, getattr(sen.model, "asks_robot", "frame"))(map), sen.frame(map)
     R = sen.model.R if R is None else np.asarray(R, float)
     n, N = opt.prior(kind) if sen.model.bearing_only else (np.zeros(0), np.zeros((0, 0)))
 
@@ -280,8 +280,7 @@ def add_landmark(map, rob, sen, lmks, id, y, R, opt):
         L_r = L_r if rob.first is None else L_r @ transport(rob.first, Rf.x)
     blocks = (frame_range(rob, Rf), L_r), (sen.r, L_s)
     r = augment(map, l, blocks, L_y @ R @ L_y.T + L_n @ N @ L_n.T)
-    first = l if opt.first_estimates else None
-    lmk = Lmk(id, kind, r=r, slot=free_slot(lmks.values()), n=n, N=N, first=first)
+    lmk = Lmk(id, kind, r=r, slot=free_slot(lmks.values()), n=n, N=N, first=l if opt.first_estimates else None)
     if hasattr(kind, "normal"):
         tidy_line(map, rob, sen, lmk, y, opt)
     return lmk

@@ -7,7 +7,7 @@ from ..geometry import ORIGIN
 from ..models.landmarks import EucPnt
 from ..models.landmarks.lines import abscissas
 from .objects import Event
-from .projection import by_type
+from .projection import by_type, frame_range
 
 EUCLIDEAN = {2: EucPnt(2), 3: EucPnt(3)}
 """Euclidean points by the dimension of their world: the types of reparametrised landmarks."""
@@ -150,23 +150,26 @@ def wander(map, lmks, dt, opt):
 
 
 def tilt(map, sens, dt):
-    """Process noise of mountings that give way: a random walk of the angles of each sensor in the map.
+    """Process noise of mountings that give way: random walks of the angles, and of the parameters, of each sensor.
 
-        P_ss = P_ss + S_v s^2 dt S_v'
+        P_ss = P_ss + S_v s^2 dt S_v',    P_aa = P_aa + diag(w^2) dt
 
     Parameters
     ----------
     map : Map
     sens : list of Sen
-        `tilt` s, rad/sqrt(s).
+        `tilt` s, rad/sqrt(s); `walk` w.
     dt : float
         s.
     """
     for sen in sens:
+        if np.any(sen.walk):
+            a = np.arange(sen.r.start + sen.frame_type.plain.size, sen.r.stop)
+            map.P[a, a] += np.square(sen.walk) * dt
         if sen.tilt and sen.r is not None:
             O = ORIGIN[sen.frame_type.dim]
             S_v = (sen.frame(map).compose(O)[2] @ O.X_step)[:, O.dim :]
-            map.P[sen.r, sen.r] += sen.tilt**2 * dt * S_v @ S_v.T
+            map.P[(frame_range(sen, O),) * 2] += sen.tilt**2 * dt * S_v @ S_v.T
 
 
 def free_slot(lmks):

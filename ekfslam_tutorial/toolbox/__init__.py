@@ -5,6 +5,7 @@ data in Python and TOML; in `recordings/` logs in and out; in `files/` how files
 May not: models, filters, figures; those are above and below.
 """
 
+from .descriptors import Descriptors
 from .messages import Control, Measurement, Timeline, integrate, recording_of
 from .online import OnlineSlam, as_stream
 from .recordings import ControlLog, RawLog, Recorder, Recording
@@ -27,6 +28,7 @@ __all__ = [
     "Control",
     "ControlLog",
     "Data",
+    "Descriptors",
     "FigureOptions",
     "Landmark",
     "Measurement",

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..geometry import ORIGIN
 from ..models.motion import Odometry2, Odometry3, Unicycle, Vehicle
-from .recordings import ControlLog, RawLog
+from .recordings import ControlLog
 
 STEPS, RATES = (Odometry2, Odometry3), (Unicycle, Vehicle)
 """Motion models whose controls are steps between two frames, and those whose controls are speeds."""
@@ -77,7 +77,7 @@ def _measurements(log, sensor):
     R = log.R
     if sensor.noise_factor != 1:
         R = sensor.noise_factor * (np.tile(sensor.model.R, (len(log.y), 1, 1)) if R is None else R)
-    return RawLog(log.sen, log.offsets, log.ids, log.y - sensor.biases(), R)
+    return replace(log, y=log.y - sensor.biases(), R=R)
 
 
 def places(u, motion):
@@ -128,7 +128,7 @@ def _counted_once(log, sensor, place):
     group, size = sightings_from_one_place(log, place)
     R = np.tile(sensor.model.R, (len(log.y), 1, 1)) if log.R is None else log.R
     factor = 1 + (size[group] - 1) * sensor.lasting
-    return RawLog(log.sen, log.offsets, log.ids, log.y, factor[:, None, None] * R)
+    return replace(log, R=factor[:, None, None] * R)
 
 
 def moved_in_time(t, u, U, offset, motion):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from .. import fast, slam
 
 ENGINES = "plain", "fast"
-STEPS = "move", "correct_known_lmks", "init_new_lmks", "correct_met_robots"
+STEPS = "move", "correct_known_lmks", "init_new_lmks", "correct_met_robots", "correct_without_lmks"
 OF_THE_FAST = "compressed", "compiled"
 """Options that only the fast engine has."""
 
@@ -24,7 +24,7 @@ class Engine(NamedTuple):
         What runs, for the reader: "plain", "fast", "fast, compressed, compiled".
     new_map : callable
         capacity -> map.
-    move, correct_known_lmks, init_new_lmks, correct_met_robots : callable
+    move, correct_known_lmks, init_new_lmks, correct_met_robots, correct_without_lmks : callable
         With the signatures that they have in `slam`.
     """
 
@@ -34,6 +34,7 @@ class Engine(NamedTuple):
     correct_known_lmks: Callable
     init_new_lmks: Callable
     correct_met_robots: Callable
+    correct_without_lmks: Callable
 
 
 def engine(options):

@@ -125,7 +125,8 @@ class Reader:
         for j in (j for j, unit in enumerate(getattr(model, "units", ())) if unit == "rad"):
             if (np.abs(y[:, j]) > TURN).any():
                 raise ValueError(f"{what}: y{j + 1} = {np.abs(y[:, j]).max():.1f} is beyond 2 pi; are these degrees?")
-        if len(ids) and ids.max() < 0 and not m.of_robots and getattr(self.data.options.association, "by_id", False):
+        named = not (m.of_robots or hasattr(sensor.model, "without_lmks"))
+        if named and len(ids) and ids.max() < 0 and getattr(self.data.options.association, "by_id", False):
             why = "and the association known_ids needs them; choose nearest_neighbour or jcbb"
             raise ValueError(f"{what}: all ids are -1, {why}")
         R = None if m.R is None else np.array(m.R, float)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..simulation import Streams, draw, sim_motion, sim_observation
+from ..simulation import Looks, Streams, draw, sim_motion, sim_observation
 from .adjusted import adjusted
 from .structures import create_sim_structures
 
@@ -93,7 +93,12 @@ class Simulation:
 
     def __init__(self, data, seed):
         self.sim_robs, self.sim_sens, self.sim_lmk, self._rngs = create_sim_structures(data, Streams(seed))
-        self._sen = {sen.id: sen for sen in self.sim_sens}
+        self._sen, streams, lmk = {sen.id: sen for sen in self.sim_sens}, Streams(seed), self.sim_lmk
+        self._looks = {
+            s.id: Looks(lmk.ids, s.descriptor_size, s.descriptor_std, streams.looks(), streams.looks(s.id))
+            for s in data.sensors
+            if s.descriptor_size
+        }
         self._controls = {robot.id: (robot.controls(), robot.U(data.time.dt)) for robot in data.robots}
         self._told = Told(data)
         self._dt = data.time.dt
@@ -113,6 +118,8 @@ class Simulation:
             for id in rob.sensors:
                 rngs = self._rngs["sensing", id], self._rngs["clutter", id]
                 now.raw[id] = self._told.raw(sim_observation(rob, self._sen[id], self.sim_lmk, *rngs))
+                if id in self._looks:
+                    now.raw[id] = replace(now.raw[id], d=self._looks[id].of(now.raw[id].ids))
             told = rob.u + draw(self._rngs["motion", rob.id], U), self._told.U(rob.id, U)
             now.controls[rob.id] = *told, now.dt
             now.truth[rob.id] = rob.frame.x
@@ -196,7 +203,8 @@ class Replay:
                 frame = np.searchsorted(log.offsets, far[0], "right") - 1
                 value = f"y{j + 1} = {log.y[far[0], j]:.1f} in frame {frame}"
                 raise ValueError(f"{what}: {value} is beyond 2 pi; recordings have radians, are these degrees?")
-        if len(log.ids) and log.ids.max() < 0 and getattr(self._data.options.association, "by_id", False):
+        named = not hasattr(model, "without_lmks")
+        if named and len(log.ids) and log.ids.max() < 0 and getattr(self._data.options.association, "by_id", False):
             why = "and the association known_ids needs them; choose nearest_neighbour or jcbb"
             raise ValueError(f"{what}: all ids in the recording {name!r} are -1, {why}")
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..models import state_class
 from ..models.landmarks import EucPnt
 from ..simulation import SimRob, SimSen
 from ..slam import Lmk, Rob, Sen, Tim, place
@@ -52,10 +53,11 @@ def _create_rob(map, robot, data, pose):
 
 
 def _create_sen(map, sensor, frame):
-    sen = Sen(sensor.id, sensor.robot, sensor.model, frame, sensor.name, lmk_type=sensor.landmark)
-    sen.tilt = np.deg2rad(sensor.orientation_walk_deg)
+    model = sensor.seen_as
+    sen = Sen(sensor.id, sensor.robot, model, state_class(frame, model), sensor.name, lmk_type=sensor.landmark)
+    sen.tilt, sen.walk = np.deg2rad(sensor.orientation_walk_deg), sensor.params()[2]
     x, P = sensor.start(frame)
-    place(map, sen, x, P if sensor.frame_in_map else None)
+    place(map, sen, x, P if sensor.in_map else None)
     return sen
 
 
@@ -102,8 +104,9 @@ def create_sim_structures(data, streams):
         sim_robs.append(SimRob(r.id, r.name, r.motion, x, r.controls()[0], _sensors_of(r, data), r.type))
     sim_sens = []
     for s in data.sensors:
-        x, _ = s.start(data.frame, rngs["sensing", s.id].standard_normal(data.frame.dof))
-        sim_sens.append(SimSen(s.id, s.name, s.robot, data.frame(x), s.model, s.p_detect, s.clutter))
+        x, _ = s.start(data.frame, rngs["sensing", s.id].standard_normal(data.frame.dof + len(s.params()[0])))
+        F = state_class(data.frame, s.seen_as)(x)
+        sim_sens.append(SimSen(s.id, s.name, s.robot, F, s.seen_as, s.p_detect, s.clutter))
     return sim_robs, sim_sens, _create_sim_lmk(data, streams.world), rngs
 
 

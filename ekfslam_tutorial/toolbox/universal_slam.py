@@ -7,6 +7,7 @@ from typing import Any
 from ..ekf.html import map_html
 from ..slam import let_go, reopen_gate, retry_lmks, tilt, wander
 from . import engines
+from .descriptors import described, remember
 from .images.eyes import Eyes
 from .rings import Rings
 from .run_state import restore
@@ -222,10 +223,13 @@ class Loop:
             if rob.id in now.controls:
                 self.move(rob, now)
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
-                raw = now.raw[sen.id]
+                raw = described(now.raw[sen.id], lmks)
                 eyes.look(rob, sen, lmks, raw)
                 with watch, rings.carried(map, rob, opt):
-                    done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
+                    if hasattr(sen.model, "without_lmks"):
+                        done, new = engine.correct_without_lmks(map, rob, sen, obs, raw, opt, lmks), []
+                    else:
+                        done, new = engine.correct_known_lmks(map, rob, sen, lmks, obs, raw, opt)
                 done += reopen_gate(map, rob, done, opt, lmks)
                 done += retry_lmks(map, rob, done, opt, lmks)
                 n_max = None if opt.n_inits is None else opt.n_inits[min(i, 1)]
@@ -236,6 +240,7 @@ class Loop:
                         done += rings.see(map, rob, sen, lmks, raw, opt, n_max)
                 events += done + let_go(map, rob, sen, lmks, done, opt)
                 events += eyes.remember(map, rob, sen, lmks, raw)
+                remember(sen, lmks, obs, raw)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
                 with watch, rings.carried(map, rob, opt):

@@ -9,11 +9,12 @@ from ekfslam_tutorial.models import landmarks, motion, sensors
 from ekfslam_tutorial.simulation import worlds
 from ekfslam_tutorial.slam import Jcbb, KnownIds, NearestNeighbour
 from ekfslam_tutorial.toolbox import FigureOptions, Landmark, Options, Robot, Sensor, Time
+from ekfslam_tutorial.toolbox.descriptors import Descriptors
 from ekfslam_tutorial.toolbox.images import ActiveSearch
 from ekfslam_tutorial.toolbox.scenario.keys import exported, functions, parameters, snake
 from ekfslam_tutorial.toolbox.scenario.reading import SECTIONS
 
-ASSOCIATIONS = KnownIds, NearestNeighbour, Jcbb, ActiveSearch
+ASSOCIATIONS = KnownIds, NearestNeighbour, Jcbb, Descriptors, ActiveSearch
 PAGE = (Path(__file__).parents[2] / "docs" / "scenarios.md").read_text(encoding="utf-8")
 
 
@@ -34,7 +35,7 @@ def keys(title, head="key"):
     [
         ("`[time]`", Time, (), ()),
         ("`[[robot]]`", Robot, ("state", "state_std", "control", "control_std"), ()),
-        ("`[[sensor]]`", Sensor, ("model",), ("type",)),
+        ("`[[sensor]]`", Sensor, ("model", "params_std", "params_walk"), ("type",)),
         ("`[landmark]`", Landmark, ("model",), ("type",)),
         ("`[options]`", Options, ("lmk_type", "n", "N"), ()),
         ("`[figure]`", FigureOptions, (), ()),
@@ -71,6 +72,14 @@ def test_models_and_their_keys(title, head, known):
     assert set(listed) == set(known)
     for name, cells in listed.items():
         assert [key.removesuffix("_deg") for key, _ in cells[0]] == list(parameters(known[name])), name
+
+
+def test_parameters_that_may_be_states_are_named():
+    listed, known = keys("`[[sensor]]`", "sensor"), exported(sensors)
+    named = {name: {key for key, _ in cells[0]} for row, cells in listed.items() for name in re.findall(r"\w+", row)}
+    for name, cls in known.items():
+        may = {*getattr(cls, "parameters", ()), *getattr(cls, "tied", ())} if name != "segment_cam" else set()
+        assert may <= named.get(name, set()), name
 
 
 def test_landmark_types_are_all_named():

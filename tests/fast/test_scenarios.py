@@ -19,10 +19,12 @@ TWINS = {"victoria_park": "victoria_park_twin"}
 TWINS |= {f"mrclam_{name}": "mrclam_twin" for name in ("joint", "localisation", "single", "twin")}
 LOGS = "lost_in_the_woods", "starry_night"
 LINES = "house_ahm"
-ELSEWHERE = "plaza", "monoslam_desk", *(f"house_{kind}" for kind in ("plk", "apl", "idp", "hmg", "ahm"))
+OF_STATES = "descriptors", "doppler", "focal_length", "gps_compass"
+ELSEWHERE = *OF_STATES, "plaza", "monoslam_desk", *(f"house_{kind}" for kind in ("plk", "apl", "idp", "hmg", "ahm"))
 """The beacons of `plaza` take a hundred frames to become landmarks: `tests/toolbox/test_rings.py` holds rings to the
 law. Images need the extra `images`: `tests/images` does it. Lines are computed as they are written in `slam`: one
-scenario, of points and lines, and few frames are enough."""
+scenario, of points and lines, and few frames are enough; so are sensors with velocities or parameters among their
+states, `tests/slam/test_sensor_states.py`."""
 FEW = {"euroc_v101": 12}
 """Frames of logs that have much in each of them."""
 

@@ -15,12 +15,16 @@ from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.motion import Unicycle
 from ekfslam_tutorial.models.sensors import (
     BearingOnly2,
+    Compass,
     DavisonCam,
+    Doppler,
+    Gps,
     OmniCam,
     PinHole,
     PinHoleDepth,
     Range,
     RangeBearing,
+    RangeRate,
     SegmentCam,
     StereoPinHole,
 )
@@ -41,6 +45,10 @@ EXAMPLES = {
     "SegmentCam": [SegmentCam(K, d) for d in LENSES],
     "Range": [Range(0.1), Range(0.1, bias=0.5, max_range=9.0, dim=3)],
     "BearingOnly2": [BearingOnly2(0.02), BearingOnly2(0.02, fov=2.0)],
+    "Doppler": [Doppler(0.1, 0.02), Doppler(0.1, 0.02, 8.0, 2.0, rate_std=0.05)],
+    "RangeRate": [RangeRate(0.1), RangeRate(0.1, 9.0, dim=3)],
+    "Gps": [Gps(), Gps(0.3, dim=3)],
+    "Compass": [Compass(), Compass(0.01, -0.1, dim=3)],
     "EucPnt": [EucPnt(2), EucPnt(3)],
     "HmgPnt": [HmgPnt(2), HmgPnt(3)],
     "AhmPnt": [AhmPnt(2), AhmPnt(3)],
@@ -107,4 +115,9 @@ PAIRS = [
     if isinstance(s.values[0], str) or isinstance(l.values[0], str) or dim(s.values[0]) == dim(l.values[0])
 ]
 
-POINT_PAIRS = [p for p in PAIRS if not (hasattr(p.values[0], "innovation") or hasattr(p.values[1], "normal"))]
+POINT_PAIRS = [
+    p
+    for p in PAIRS
+    if not any(hasattr(p.values[0], name) for name in ("innovation", "asks_robot", "without_lmks"))
+    and not hasattr(p.values[1], "normal")
+]

@@ -11,10 +11,10 @@ from ekfslam_tutorial import fast, slam
 from ekfslam_tutorial.analysis import anees_band
 from ekfslam_tutorial.analysis.batch_slam import batch_slam
 from ekfslam_tutorial.geometry import ORIGIN, Frame2, Frame3, e2q, numerical_jacobian, v2q, wrap
-from ekfslam_tutorial.models import turning
+from ekfslam_tutorial.models import Calibrated, state_class, turning
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
-from ekfslam_tutorial.models.motion import ConstantVelocity, Imu, Odometry2, Odometry3
-from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
+from ekfslam_tutorial.models.motion import ConstantTurn, ConstantVelocity, Imu, Odometry2, Odometry3
+from ekfslam_tutorial.models.sensors import BearingOnly2, Doppler, Gps, PinHole, RangeBearing, WheelSpeed
 from ekfslam_tutorial.simulation import draw
 from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_met_robots, place, reopen_gate, steps
 from ekfslam_tutorial.slam.projection import gauge
@@ -146,17 +146,20 @@ class Witness:
     motion : MotionModel, optional
     in_map : bool
         The frame of the sensor on the robot is estimated, too.
+    params : tuple of str
+        So are these parameters of the sensor.
     options : dict
     """
 
     s = 0.3
 
-    def __init__(self, kind, sensor, engine="plain", motion=None, in_map=False, **options):
+    def __init__(self, kind, sensor, engine="plain", motion=None, in_map=False, params=(), **options):
         self.steps, how = ENGINES[engine]
         self.d, self.map, self.rng = kind.dim, self.steps.new_map(**how), np.random.default_rng(3)
         frame = Frame2 if self.d == 2 else Frame3
         motion = motion or (Odometry2() if self.d == 2 else Odometry3())
-        self.rob, self.sen = Rob(1, motion, sensors=[1]), Sen(1, 1, sensor, frame)
+        seen_as = Calibrated(sensor, params) if params else sensor
+        self.rob, self.sen = Rob(1, motion, sensors=[1]), Sen(1, 1, seen_as, state_class(frame, seen_as))
         pose = (
             np.array([0.5, -1.0, 0.4])
             if self.d == 2
@@ -167,7 +170,8 @@ class Witness:
         P[len(pose) :, len(pose) :] = 1e-4 * np.eye(len(x) - len(pose))
         place(self.map, self.rob, x, P)
         mount = np.zeros(3) if self.d == 2 else FORWARD
-        place(self.map, self.sen, mount, 1e-4 * np.diag((mount == mount) * 1.0) if in_map else None)
+        mount = np.concatenate([mount, seen_as.start if params else []])
+        place(self.map, self.sen, mount, 1e-4 * np.eye(len(mount)) if in_map or params else None)
         self.lmks, self.obs, self.true = {}, {}, frame(pose)
         prior = {"n": [0.3], "N": [[0.02]]}
         self.opt = Options(**{"lmk_type": kind, "error": "invariant"} | prior | options)
@@ -195,7 +199,10 @@ class Witness:
             u[3:6] = self.true.R.T @ -np.array(m.gravity)
         self.rob.u, self.rob.U = u + 0.02 * self.rng.normal(size=len(u)) * (u != 0), 0.02**2 * np.eye(len(u))
         self.steps.move(self.map, self.rob, 0.1)
-        p = self.sen.frame_type(ORIGIN[2].x if self.d == 2 else FORWARD).to_frame(self.true.to_frame(self.points)[0])[0]
+        mount = ORIGIN[2] if self.d == 2 else Frame3(FORWARD)
+        p = mount.to_frame(self.true.to_frame(self.points)[0])[0]
+        if isinstance(self.sen.model, Doppler):  # it stands still
+            p = np.concatenate([p, np.zeros((len(p), 3))], 1)
         y = self.sen.model.project(p)[0] + draw(self.rng, self.sen.model.R, (len(p),))
         seen = np.flatnonzero(self.sen.model.visible(y, p) & (self.rng.random(len(p)) < 0.7))
         args, now = (self.map, self.rob, self.sen, self.lmks), raw(seen, y[seen])
@@ -259,6 +266,44 @@ def test_nothing_is_learnt_of_it_with_velocities_sensors_in_the_map_deletions(ca
         kinds |= {(e.kind, e.flag) for e in done + reopen_gate(ours.map, ours.rob, done, ours.opt)}
     assert abs(ours.left - 1).max() < 1e-9
     assert "min_search" not in case or {("innovation", False), ("deletion", True), ("recovery", True)} <= kinds
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    "kind, sensor, case",
+    [
+        (AhmPnt(), PinHole(d=(-0.1,), pixel_std=2.0), dict(params=("f", "d"), joint=True)),
+        (EucPnt(3), Point(0.1), dict(params=("bias", "delay"), motion=ConstantVelocity())),
+        (EucPnt(2), Doppler(0.1, 0.03), dict(motion=ConstantTurn(), in_map=True)),
+    ],
+    ids=["lens", "bias and delay", "Doppler"],
+)
+def test_nothing_is_learnt_of_it_by_sensors_with_parameters_or_velocities(kind, sensor, case, engine):
+    """A focal length does not turn with the world; a velocity in the world does, one in the robot does not."""
+    left = {}
+    for error in ("additive", "invariant"):
+        ours = Witness(kind, sensor, engine, error=error, **case)
+        n = sum(event.kind == "correction" for _ in range(15) for event in ours.frame())
+        left[error] = ours.left
+        assert n > 15
+    assert abs(left["invariant"] - 1).max() < 1e-9 and left["additive"].min() < 0.95
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_nothing_is_learnt_of_it_by_wheels_but_all_by_gps(engine):
+    ours = Witness(EucPnt(2), RangeBearing(0.1, 0.03), engine, motion=ConstantTurn())
+    wheel, gps = Sen(2, 1, WheelSpeed(), Frame2), Sen(3, 1, Gps(0.01), Frame2)
+    for each, x in ((wheel, [0.0, 0.4, 0.1]), (gps, [0.3, 0.0, 0.0])):
+        place(ours.map, each, np.array(x))
+    look = lambda sen, y: ours.steps.correct_without_lmks(
+        ours.map, ours.rob, sen, ours.obs, raw([-1], np.array([y])), ours.opt, ours.lmks
+    )
+    for _ in range(15):
+        ours.frame()
+        assert look(wheel, [0.0])[0].flag
+    assert abs(ours.left - 1).max() < 1e-9
+    look(gps, ours.true.from_frame(np.array([0.3, 0.0]))[0])
+    assert ours.left.min() < 0.01
 
 
 @pytest.mark.parametrize("joint", [False, True], ids=["one by one", "joint"])

@@ -106,7 +106,8 @@ def _robot(map, rob, frame) -> list[int]:
 
 def _sensors(snapshot, memory, dim) -> list[list[int]]:
     """Return the poses of the sensors on their robots, where they are not what they were."""
-    now = {int(sen.id): pack(sen.frame(snapshot.map).x, dim) for sen in snapshot.sens}
+    frames = {int(sen.id): sen.frame(snapshot.map) for sen in snapshot.sens}
+    now = {id: pack(np.concatenate([F.t, F.o]), dim) for id, F in frames.items()}  # parameters are not drawn
     moved = [[id, *x] for id, x in now.items() if x and memory.sens.get(id) != x]
     memory.sens |= now
     return moved
@@ -187,6 +188,8 @@ def _observations(snapshot, frames, dim) -> dict[str, dict]:
     """Return the innovations that were used, those that were rejected, and the missed landmarks, by sensor."""
     sens, found = {sen.id: sen for sen in snapshot.sens}, {"used": {}, "rejected": {}, "missed": {}}
     for (id, lmk), obs in snapshot.obs.items():
+        if lmk < 0:  # the robot's own state, no landmark
+            continue
         if obs.matched and obs.z is not None:
             sen, kind = sens[id], "used" if obs.updated else "rejected"
             row = [int(lmk), hundredths(obs.md2), *_innovation(obs)]

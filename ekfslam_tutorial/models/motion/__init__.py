@@ -1,6 +1,7 @@
 """Motion models: x2, X_x, X_u = move(x, u, dt). One file each; the export line below is the whole registration."""
 
 from .ackermann import Ackermann
+from .constant_turn import ConstantTurn
 from .constant_velocity import ConstantVelocity
 from .differential_drive import DifferentialDrive
 from .imu import Imu
@@ -12,6 +13,7 @@ from .vehicle import Vehicle
 
 __all__ = [
     "Ackermann",
+    "ConstantTurn",
     "ConstantVelocity",
     "DifferentialDrive",
     "Imu",

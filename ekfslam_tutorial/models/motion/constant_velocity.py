@@ -66,6 +66,13 @@ class ConstantVelocity:
         v = hat(x[..., 7:10])
         return np.concatenate([-v, np.zeros_like(v)], -2)
 
+    def velocity(self, x, u):
+        """Velocity [R(q)' v; w] in the robot's own frame, m/s and rad/s. Returns V, V_x (6, 13)."""
+        v, V_f, V_v = Frame3(x[:7]).to_frame(x[7:10], 0.0)
+        V_x = np.zeros((6, 13))
+        V_x[:3, :7], V_x[:3, 7:10], V_x[3:, 10:] = V_f, V_v, np.eye(3)
+        return np.concatenate([v, x[10:]]), V_x
+
     def part(self, u, U, f):
         """Split an impulse in time: the share f of it, with the covariance f U, as of a random walk."""
         return f * np.asarray(u), f * np.asarray(U)

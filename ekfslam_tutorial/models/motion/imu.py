@@ -105,6 +105,13 @@ class Imu:
         v = hat(x[..., 7:10])
         return np.concatenate([-v, np.zeros_like(v), np.zeros_like(v)], -2)
 
+    def velocity(self, x, u):
+        """Velocity [R(q)' v; w - b_w] in the robot's own frame; without the noise of w. Returns V, V_x (6, size)."""
+        v, V_f, V_v = Frame3(x[:7]).to_frame(x[7:10], 0.0)
+        V_x = np.zeros((6, len(x)))
+        V_x[:3, :7], V_x[:3, 7:10], V_x[3:, 10:13] = V_f, V_v, -np.eye(3)
+        return np.concatenate([v, u[:3] - x[10:13]]), V_x
+
     def part(self, u, U, f):
         """Split a control in time: the share f of it, or with f > 1 the same going on.
 

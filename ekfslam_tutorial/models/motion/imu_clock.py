@@ -67,6 +67,12 @@ class ImuClock(Imu):
         turned = super().turning(x)
         return np.concatenate([turned, np.zeros_like(turned[..., :1, :])], -2)
 
+    def velocity(self, x, u):
+        """Velocity in the robot's own frame: see `Imu.velocity`; w is that of the camera's time. Returns V, V_x."""
+        V, V_x = super().velocity(x, u[:6] + x[16] * u[12:])
+        V_x[3:, 16] = u[12:15]
+        return V, V_x
+
     def part(self, u, U, f):
         """Split a control in time: see `Imu.part`; the rates stay."""
         D = np.concatenate([np.repeat([f**-0.5, f**0.5], 6), np.ones(6)])

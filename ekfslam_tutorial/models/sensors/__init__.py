@@ -1,7 +1,10 @@
 """Sensors: y, Y_p = project(p) and back. One file each; the export line below is the whole registration."""
 
 from .bearing_only2 import BearingOnly2
+from .compass import Compass
 from .davison_cam import DavisonCam
+from .doppler import Doppler, RangeRate
+from .gps import Gps
 from .omni_cam import OmniCam
 from .pin_hole import PinHole
 from .pin_hole_depth import PinHoleDepth
@@ -11,10 +14,15 @@ from .range_bearing import RangeBearing
 from .range_bearing_elevation import RangeBearingElevation
 from .segment_cam import SegmentCam
 from .stereo_pin_hole import StereoPinHole
+from .wheel_speed import GroundFlow, WheelSpeed
 
 __all__ = [
     "BearingOnly2",
+    "Compass",
     "DavisonCam",
+    "Doppler",
+    "Gps",
+    "GroundFlow",
     "OmniCam",
     "PinHole",
     "PinHoleDepth",
@@ -23,6 +31,8 @@ __all__ = [
     "Range",
     "RangeBearing",
     "RangeBearingElevation",
+    "RangeRate",
     "SegmentCam",
     "StereoPinHole",
+    "WheelSpeed",
 ]

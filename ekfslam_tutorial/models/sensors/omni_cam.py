@@ -168,6 +168,7 @@ class OmniCam(Imager):
     dim: ClassVar[int] = 3
     bearing_only: ClassVar[bool] = True
     units: ClassVar = ("px", "px")
+    parameters: ClassVar = ("k", "d")
     angles: ClassVar = ("fov",)
 
     def __post_init__(self):

@@ -47,6 +47,21 @@ def check_angle(model, name, limit):
         )
 
 
+def check_dim(model):
+    """Refuse a field `dim` that is neither 2 nor 3.
+
+    Raises
+    ------
+    ValueError
+
+    See Also
+    --------
+    check_positive : For all positive parameters.
+    """
+    if model.dim not in (2, 3):
+        raise ValueError(f"{type(model).__name__}: dim must be 2 or 3, got {model.dim!r}")
+
+
 def finite_numbers(model, name, size=None):
     """A field as an array of finite numbers.
 

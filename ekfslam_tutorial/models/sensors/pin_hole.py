@@ -167,6 +167,8 @@ class PinHole(Imager):
     dim: ClassVar[int] = 3
     bearing_only: ClassVar[bool] = True
     units: ClassVar = ("px", "px")
+    parameters: ClassVar = ("k", "d")
+    tied: ClassVar = ("f",)
 
     def __post_init__(self):
         self.check_image()
@@ -174,6 +176,19 @@ class PinHole(Imager):
         finite_numbers(self, "d")
         if self.c is not None:
             finite_numbers(self, "c")
+
+    def tie(self, name):
+        """The focal length f moves au and av together: in a camera with square pixels they are one number.
+
+        Returns
+        -------
+        of : str
+            Which parameter it moves.
+        K_f : ndarray, shape (4,)
+        f : float
+            Its value, au; pixels.
+        """
+        return "k", np.array([0.0, 0.0, 1.0, self.k[3] / self.k[2]]), self.k[2]
 
     def project(self, p):
         """Point or ray in the camera frame to pixel. Returns y, Y_p.

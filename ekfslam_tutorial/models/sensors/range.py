@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .parameters import check_positive
+from .parameters import check_dim, check_positive
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,7 @@ class Range:
         check_positive(self, "range_std", "max_range", infinite=("max_range",))
         if not np.isfinite(self.bias):
             raise ValueError(f"Range: bias must be a finite number of metres, got {self.bias!r}")
-        if self.dim not in (2, 3):
-            raise ValueError(f"Range: dim must be 2 or 3, got {self.dim!r}")
+        check_dim(self)
 
     @cached_property
     def R(self):

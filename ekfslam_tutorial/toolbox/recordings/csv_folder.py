@@ -7,7 +7,8 @@ frames.csv                   t: seconds since the start; one row for each frame,
 robot-N-controls.csv         frame, u1 ... and, if the covariances are recorded, their upper triangles U11 U12 ...
 robot-N-truth.csv            frame, x, y, theta or x, y, z, a, b, c, d (quaternion, scalar first); nan where unknown
 robot-N-fixes.csv            t, x, y and, in space, z: positions by a satellite receiver, seconds since the start
-sensor-N.csv                 frame, id, y1 ... and, if recorded, R11 R12 ...; one row for each measurement, by frame
+sensor-N.csv                 frame, id, y1 ... and, if recorded, R11 R12 ... and the descriptor d1 ...; one row for each
+                             measurement, by frame
 sensor-N-robots.csv          the same for measurements of other robots; the ids are those of robots
 landmarks.csv                id, x, y and, in space, z
 ===========================  =====================================================================================
@@ -109,6 +110,10 @@ def _tables(rec):
             tables[f"sensor-{i}{ending}.csv"] = _vectors_with_covariances(
                 [("frame", frame), ("id", log.ids)], "y", log.y, "R", log.R
             )
+            if log.d is not None:
+                header, columns = tables[f"sensor-{i}{ending}.csv"]
+                header += [f"d{j + 1}" for j in range(log.d.shape[1])]
+                columns += list(log.d.T)
     if rec.landmarks is not None:
         points = rec.landmarks.points
         tables["landmarks.csv"] = (["id", *"xyz"[: points.shape[1]]], [rec.landmarks.ids, *points.T])
@@ -157,9 +162,9 @@ def load_csv(folder):
         for i, name in _numbered(folder, pattern):
             table = read(name)
             counts = np.bincount(table.frames(len(t)), minlength=len(t))
-            ids, y, R = table.integers("id"), table.vectors("y"), table.triangles("R", "y")
+            ids, y, R, d = table.integers("id"), table.vectors("y"), table.triangles("R", "y"), table.descriptors()
             with errors_at(table.path):
-                logs[i] = RawLog(i, np.cumsum([0, *counts]), ids, y, R)
+                logs[i] = RawLog(i, np.cumsum([0, *counts]), ids, y, R, d)
     if (folder / "landmarks.csv").exists():
         table = read("landmarks.csv")
         landmarks = SimLmk(table.integers("id"), table.columns("points", table.one_of(["xy", "xyz"], skip=1)))
@@ -237,6 +242,11 @@ class _Table:
         names = [name for name in self.header if re.fullmatch(rf"{letter}\d+", name) and len(name) == 2]
         expected = [f"{letter}{j}" for j in range(1, max(len(names), 1) + 1)]
         return self.columns(f"the vector {letter}", expected)
+
+    def descriptors(self):
+        """Read the columns d1, d2, ..., or None where there are none."""
+        n = sum(bool(re.fullmatch(r"d\d+", name)) for name in self.header)
+        return self.columns("the descriptor d", [f"d{j + 1}" for j in range(n)]) if n else None
 
     def triangles(self, letter, vector):
         """Read symmetric matrices from the columns of their upper triangle, or None where there are none."""

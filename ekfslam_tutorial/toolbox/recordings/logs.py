@@ -69,6 +69,8 @@ class RawLog(Sequence):
     y : ndarray, shape (M, m)
     R : ndarray, shape (M, m, m), optional
         Noise covariance of each measurement, where it is not the sensor's.
+    d : ndarray, shape (M, n), optional
+        Descriptor of each measurement: what it looks like.
     """
 
     sen: int
@@ -76,6 +78,7 @@ class RawLog(Sequence):
     ids: np.ndarray
     y: np.ndarray
     R: np.ndarray | None = None
+    d: np.ndarray | None = None
 
     def __post_init__(self):
         if np.ma.is_masked(self.ids):
@@ -90,6 +93,11 @@ class RawLog(Sequence):
             object.__setattr__(self, name, value)
         if self.R is not None:
             object.__setattr__(self, "R", _one_each(f"sensor {self.sen}: covariances R", self.R, y))
+        if self.d is not None:
+            d = finite_array(f"sensor {self.sen}: descriptors d", self.d, 2)
+            if len(d) != len(y):
+                raise ValueError(f"sensor {self.sen}: {len(d)} descriptors for {len(y)} measurements")
+            object.__setattr__(self, "d", d)
 
     @classmethod
     def of(cls, sen, observations):
@@ -104,7 +112,11 @@ class RawLog(Sequence):
             raise ValueError(f"sensor {sen}: some frames have a covariance R and some do not; give all or none")
         y = np.ma.concatenate([o.y for o in filled])  # a mask is kept, and told of by who reads it
         R = np.ma.concatenate([o.R for o in filled]) if all(with_R) else None
-        return cls(sen, offsets, np.ma.concatenate([np.ma.asarray(o.ids) for o in filled]), y, R)
+        with_d = [o.d is not None for o in filled]
+        if any(with_d) and not all(with_d):
+            raise ValueError(f"sensor {sen}: some frames have descriptors d and some do not; give all or none")
+        d = np.concatenate([o.d for o in filled]) if all(with_d) else None
+        return cls(sen, offsets, np.ma.concatenate([np.ma.asarray(o.ids) for o in filled]), y, R, d)
 
     def __len__(self):
         return len(self.offsets) - 1
@@ -116,7 +128,8 @@ class RawLog(Sequence):
             raise IndexError(f"frame {k} of {len(self)}")
         k = k % len(self)
         rows = slice(self.offsets[k], self.offsets[k + 1])
-        return SimObs(self.sen, self.ids[rows], self.y[rows], None if self.R is None else self.R[rows])
+        R, d = (None if a is None else a[rows] for a in (self.R, self.d))
+        return SimObs(self.sen, self.ids[rows], self.y[rows], R, d)
 
 
 def checked_landmarks(ids, points, segment_ids=(), segments=()):

@@ -65,11 +65,11 @@ def _to_arrays(rec):
 
 def _raw_arrays(name, log):
     arrays = {f"{name}_offsets": log.offsets, f"{name}_ids": log.ids, f"{name}_y": log.y}
-    return arrays | ({} if log.R is None else {f"{name}_R": log.R})
+    return arrays | {f"{name}_{what}": a for what, a in (("R", log.R), ("d", log.d)) if a is not None}
 
 
 def _raw_log(a, i, name):
-    return RawLog(i, a[f"{name}_offsets"], a[f"{name}_ids"], a[f"{name}_y"], a.get(f"{name}_R"))
+    return RawLog(i, a[f"{name}_offsets"], a[f"{name}_ids"], a[f"{name}_y"], a.get(f"{name}_R"), a.get(f"{name}_d"))
 
 
 def _from_arrays(a):

@@ -41,6 +41,8 @@ def check_agreement(data):
             raise ValueError(f"sensor {sensor.id}: lines are told apart by their ids only, known_ids, got {kind}")
     _check_dimensions(data)
     _check_capacity(data)
+    for sensor in data.sensors:
+        _check_asks(data, robots[sensor.robot], sensor)
     if data.options.first_estimates:
         check_first_estimates(data.frame, [started_by(data, sensor) for sensor in data.sensors])
     for sensor in data.sensors:
@@ -49,6 +51,25 @@ def check_agreement(data):
         _check_births(data)
         _check_digits(data)
     _check_view(data.figure, data.frame.dim, bool(data.sensors))
+
+
+def _check_asks(data, robot, sensor):
+    """Refuse a sensor that asks for more than its robot has, or than a part of the filter can give."""
+    kind, asks = type(sensor.model).__name__, "asks_robot" in dir(sensor.model) or "delay" in sensor.params_in_map
+    if asks and not hasattr(robot.motion, "velocity"):
+        what = "the delay of its stamps" if "delay" in sensor.params_in_map else f"what a {kind} measures"
+        raise ValueError(
+            f"sensor {sensor.id}: {what} depends on a velocity, and {type(robot.motion).__name__} of robot {robot.id} "
+            "has none among its states; take constant_turn in the plane, constant_velocity or imu in space"
+        )
+    if asks and not robot.in_map:
+        raise ValueError(
+            f"sensor {sensor.id}: {kind} asks for the velocity of robot {robot.id}, which must be in the map"
+        )
+    if data.options.first_estimates and (asks or sensor.params_in_map):
+        raise ValueError(f"sensor {sensor.id}: first_estimates know neither velocities nor parameters of sensors")
+    if sensor.params_in_map and data.landmark.hypotheses and rings_by(sensor.model):
+        raise ValueError(f"sensor {sensor.id}: params_in_map and hypotheses of a range do not go together")
 
 
 def _check_digits(data):
@@ -125,9 +146,10 @@ def _rings(data, sensor):
 
 def _check_births(data):
     """Refuse sensors if none can start landmarks, or if one cannot start the type of its own that it was given."""
-    able = [can_start(s.model, started_by(data, s)) or _rings(data, s) for s in data.sensors]
-    unable = [s for s, ok in zip(data.sensors, able, strict=True) if not ok]
-    bad = [s for s in unable if s.landmark is not None] or (unable if not any(able) else [])
+    lookers = [s for s in data.sensors if not hasattr(s.model, "without_lmks")]
+    able = [can_start(s.model, started_by(data, s)) or _rings(data, s) for s in lookers]
+    unable = [s for s, ok in zip(lookers, able, strict=True) if not ok]
+    bad = [s for s in unable if s.landmark is not None] or (unable if not any(able) else [])  # no lookers: none
     if bad:
         sensor, kind = type(bad[0].model).__name__, type(started_by(data, bad[0])).__name__
         why = "one ray does not fix them; take a landmark type with a prior, for example idp_pnt or ahm_pnt"
@@ -154,7 +176,7 @@ def _check_capacity(data):
     """Refuse a map too small for the robots and sensors that are estimated; landmarks that do not fit are left out."""
     capacity = data.options.capacity
     needed = sum(robot.motion.size for robot in data.robots if robot.in_map)
-    needed += sum(data.frame.size for sensor in data.sensors if sensor.frame_in_map)
+    needed += sum(data.frame.size + len(sensor.params()[0]) for sensor in data.sensors if sensor.in_map)
     if capacity is not None and capacity < needed:
         raise ValueError(f"options: capacity {capacity} is less than the {needed} states of robots and sensors")
 

@@ -10,12 +10,16 @@ import inspect
 import tomllib
 from functools import partial
 
+import numpy as np
+
 from ...models import landmarks, motion, sensors
+from ...models.calibrated import UNIVERSAL
 from ...models.protocols import VALUES, lacking
 from ...simulation import worlds
 from ...slam import association
+from ..descriptors import Descriptors
 from ..images import ActiveSearch
-from ..user_input import MAIN, errors_at, short_text
+from ..user_input import MAIN, errors_at, finite_array, short_text
 from .keys import (
     arguments,
     check_keys,
@@ -164,7 +168,9 @@ class Known:
         self.motions = having(exported(motion), MAIN["motion"])
         self.sensors = having(exported(sensors), MAIN["sensor"])
         self.landmarks = having(exported(landmarks), MAIN["landmark"])
-        self.associations = having(associations | {"active_search": ActiveSearch}, "birth_id")
+        self.associations = having(
+            associations | {"active_search": ActiveSearch, "descriptors": Descriptors}, "birth_id"
+        )
         self.worlds = functions(worlds)
 
     def _model(self, role, kind, name, known):
@@ -195,9 +201,16 @@ class Known:
     def sensor(self, entry, frame):
         """Read a sensor: its own keys and those of its model."""
         cls = self._model("sensor", "sensor type", _pop(entry, "type", self.sensors), self.sensors)
-        own = _keys(Sensor, without=("model",))
+        own, groups = _keys(Sensor, without=("model", "params_std", "params_walk")), _parameter_keys(cls)
+        said, entry = {k: entry[k] for k in groups if k in entry}, {k: v for k, v in entry.items() if k not in groups}
         params, entry = _split(entry, cls, own, key="type")
         made = {"model": cls(**arguments(cls, params))}
+        for key, value in said.items():
+            (group, name), radians = (
+                groups[key],
+                np.deg2rad(finite_array(key, value)) if key.endswith("_deg") else value,
+            )
+            made.setdefault(group, {})[name] = radians
         if "landmark" in entry:
             with errors_at("landmark"):
                 made["landmark"] = self.landmark_type(entry.pop("landmark"), frame)
@@ -263,6 +276,15 @@ def _split(entry, cls, own, key):
     check_keys(entry, known, also=[*radian_keys(known), *(f"{name}_deg" for name in params), *params])
     mine = {k: v for k, v in entry.items() if k not in own and k not in radian_keys(own)}
     return mine, {k: v for k, v in entry.items() if k not in mine}
+
+
+def _parameter_keys(sensor):
+    """Return where keys of parameters that may be states go: "k_std" -> ("params_std", "k")."""
+    angles, keys = getattr(sensor, "angles", ()), {}
+    for name in (*getattr(sensor, "parameters", ()), *getattr(sensor, "tied", ()), *UNIVERSAL):
+        deg = "_deg" if name in angles else ""
+        keys |= {f"{name}_{what}{deg}": (f"params_{what}", name) for what in ("std", "walk")}
+    return {key: where for key, where in keys.items() if key not in parameters(sensor)}
 
 
 def _groups(motion):

@@ -5,10 +5,23 @@ from typing import Any
 
 import numpy as np
 
+from ...models import Calibrated
 from ...models.motion import Odometry2
 from ...simulation import MOST_CLUTTER
-from ..user_input import check_id, check_model, covariance_stack, finite_array, short_text, sized_vector, std_vector
+from ..user_input import (
+    check_id,
+    check_model,
+    covariance_stack,
+    finite_array,
+    is_whole,
+    short_text,
+    sized_vector,
+    std_vector,
+)
 from .poses import n_angles, pose
+
+MOST_NUMBERS = 4096
+"""Of a descriptor."""
 
 
 def _si(name, value):
@@ -211,10 +224,22 @@ class Sensor:
         True: the filter estimates its mounting (self-calibration; manual: frameInMap).
     orientation_walk_deg : float
         With that: the mounting gives way, a random walk of each of its angles, deg/sqrt(s).
+    params_in_map : sequence of str
+        Parameters that the filter estimates: those that the model lists in `parameters` (the lens `k` and `d` of a
+        camera), the `bias` of any measurement, and, on a robot with a velocity, the `delay` of its stamps in seconds.
+        Where the mounting is not estimated, it stands before them in the map, known.
+    params_std : dict
+        How well they are known: {"k": [0, 0, 30, 30]}; zero, if not said. The simulator draws the true ones with it.
+    params_walk : dict
+        Random walks that they make, each in its unit per sqrt(s); zero, if not said.
     p_detect : float
         Simulation: probability that a visible landmark is measured.
     clutter : float
         Simulation: mean number of false measurements in a frame.
+    descriptor_size : int
+        Simulation: so many numbers tell what each measurement looks like; 0: none do. Landmarks look like white noise.
+    descriptor_std : float
+        Simulation: noise of each of them.
     noise_factor : float
         The filter is told the noise covariance R times this, be it the sensor's or a recording's own. The simulator
         draws with R.
@@ -236,8 +261,13 @@ class Sensor:
     landmark: Any = None
     frame_in_map: bool = False
     orientation_walk_deg: float = 0.0
+    params_in_map: Any = ()
+    params_std: dict = field(default_factory=dict)
+    params_walk: dict = field(default_factory=dict)
     p_detect: float = 1.0
     clutter: float = 0.0
+    descriptor_size: int = 0
+    descriptor_std: float = 0.2
     noise_factor: float = 1.0
     bias: Any = None
     lasting: float = 0.0
@@ -268,6 +298,47 @@ class Sensor:
         if walk and not self.frame_in_map:
             raise ValueError("orientation_walk_deg is of a mounting that is estimated: write frame_in_map = true")
         self.biases()
+        self._check_params()
+        if not is_whole(self.descriptor_size) or not 0 <= self.descriptor_size <= MOST_NUMBERS:
+            got = short_text(self.descriptor_size)
+            raise ValueError(f"descriptor_size must be a whole number, 0 to {MOST_NUMBERS}, got {got}")
+        if finite_array("descriptor_std", self.descriptor_std).ndim or not self.descriptor_std >= 0:
+            raise ValueError(f"descriptor_std must be 0 or more, got {short_text(self.descriptor_std)}")
+
+    def _check_params(self):
+        """Refuse parameters that cannot be estimated, and what is said of others."""
+        names = self.params_in_map
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            raise ValueError(f"params_in_map must be a list of names, got {short_text(names)}")
+        for name in (name for group in (self.params_std, self.params_walk) for name in group):
+            if name not in names:
+                raise ValueError(f"{name} is no state, so nothing can be said of it: write params_in_map = [{name!r}]")
+        self.params()
+        if self.clutter and hasattr(self.model, "without_lmks"):
+            raise ValueError(f"clutter: {type(self.model).__name__} sees no landmarks, so it takes nothing for one")
+
+    @property
+    def in_map(self):
+        """True if something of it is estimated: its mounting, or parameters."""
+        return self.frame_in_map or bool(self.params_in_map)
+
+    @property
+    def seen_as(self):
+        """The model as the filter has it: with the parameters that are states."""
+        return Calibrated(self.model, tuple(self.params_in_map)) if self.params_in_map else self.model
+
+    def params(self):
+        """Values of the parameters that are states, standard deviations and random walks, each shape (k,)."""
+        if not self.params_in_map:
+            return (np.zeros(0),) * 3
+        a, given = self.seen_as.start, []
+        for group, ending in ((self.params_std, "std"), (self.params_walk, "walk")):
+            parts = [
+                std_vector(f"{n}_{ending}", group.get(n, 0.0), at.stop - at.start)
+                for n, at in self.seen_as.slices().items()
+            ]
+            given.append(np.concatenate(parts))
+        return a, *given
 
     def biases(self):
         """The bias of each number that it measures, shape (m,)."""
@@ -275,5 +346,14 @@ class Sensor:
         return sized_vector("bias", self.bias, m, np.zeros(m))
 
     def start(self, frame, noise=None):
-        """Frame vector on a robot whose frames are of class `frame`, and its covariance; or a draw around it."""
-        return _start_pose(self, frame, noise)
+        """State on a robot whose frames are of class `frame`, and its covariance; or a draw around it.
+
+        The frame, and parameters that are states behind it. What is known and not estimated has no covariance.
+        """
+        x, P = _start_pose(self, frame, None if noise is None else noise[: frame.dof])
+        if not self.params_in_map:
+            return x, P
+        (a, std, _), n = self.params(), frame.size
+        whole = np.zeros((n + len(a),) * 2)
+        whole[:n, :n], whole[n:, n:] = P * self.frame_in_map, np.diag(std**2)
+        return np.concatenate([x, a if noise is None else a + std * noise[frame.dof :]]), whole
