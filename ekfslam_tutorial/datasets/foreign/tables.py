@@ -29,12 +29,15 @@ class Table:
         What a reader should know.
     kind : str
         Type of the messages of a topic.
+    frame : str
+        Frame in which they are, by their headers.
     """
 
     name: str
     columns: dict
     notes: tuple = ()
     kind: str = ""
+    frame: str = ""
 
     def __len__(self):
         return len(next(iter(self.columns.values()), ()))
