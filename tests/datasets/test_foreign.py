@@ -178,12 +178,12 @@ def test_the_command_writes_what_run_takes(drive, tmp_path, capsys):
     write(tmp_path / "laser.csv", "t id range bearing", drive.seen[::-1])
     out = tmp_path / "out"
     assert main(["convert", str(tmp_path), "--look"]) == 0 and not out.exists()
-    assert main(["convert", str(tmp_path), "--out", str(out), "--set", "scan.clockwise=true"]) == 0
+    assert main(["convert", str(tmp_path), "--guess", "--out", str(out), "--set", "scan.clockwise=true"]) == 0
     said = capsys.readouterr().out
     assert "times go back" in said and "next: ekfslam run" in said
     recording, data = Recording.load(out / "recording"), UserData.from_toml(out / "scenario.toml")
     assert next(universal_slam(data, recording)).k == 1
-    assert main(["convert", str(tmp_path), "--plan", str(out / "scenario.toml"), "--out", str(out)]) == 0
+    assert main(["convert", str(tmp_path), "--plan", str(out / "scenario.toml"), "--guess", "--out", str(out)]) == 0
     np.testing.assert_array_equal(Recording.load(out / "recording").raw[1].y, recording.raw[1].y)
 
 

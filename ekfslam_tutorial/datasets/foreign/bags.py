@@ -2,8 +2,8 @@
 
 A topic is a table. Fields of a message become columns, `twist.twist.linear.x`; a quaternion `orientation` also gives
 `orientation.yaw`. A message that holds a list of things, landmarks or detections, gives a row for each of them, and so
-does one with arrays of the same length. `t` is the stamp of the header, or else when the bag took the message, s. Words of
-things in a list, their names, are numbered by the alphabet. A `CameraInfo` gives one row with its intrinsic parameters.
+does one with arrays of the same length. `t` is the stamp of the header, or else when the bag took the message, s. Words
+of things in a list, their names, are numbered by the alphabet. A `CameraInfo` gives one row: intrinsic parameters.
 """
 
 from dataclasses import fields
@@ -32,8 +32,8 @@ def read_bag(path):
 
     Returns
     -------
-    list of (str, dict, list, str, str)
-        Topic, columns, notes, type of its messages, frame in which they are.
+    list of (str, dict, list, str, str, dict)
+        Topic, columns, notes, type of its messages, frame in which they are; of `/tf_static` what is mounted where.
 
     Raises
     ------
@@ -45,21 +45,23 @@ def read_bag(path):
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise ValueError(f"{path}: {EXTRA}") from error
-    path, topics, frames = Path(path), {}, {}
+    path, topics, frames, mounts = Path(path), {}, {}, {}
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
             wanted = []
             for connection in bag.connections:
                 kind = connection.msgtype
                 rows, notes = topics.setdefault(connection.topic, ([], [], kind))[:2]
-                if kind.rpartition("/")[2] not in RAW:
+                if kind.rpartition("/")[2] not in RAW or connection.topic.endswith("tf_static"):
                     wanted.append(connection)
                 elif not notes:
                     notes.append(f"{kind}: raw data, no landmarks in it; a detector must find them first")
             for connection, stamp, data in bag.messages(wanted) if wanted else ():
                 message, topic = bag.deserialize(data, connection.msgtype), connection.topic
-                frames.setdefault(topic, getattr(getattr(message, "header", None), "frame_id", ""))
-                if not hasattr(message, "distortion_model"):
+                frames.setdefault(topic, frame_of(message))
+                if hasattr(message, "transforms") and topic.endswith("tf_static"):
+                    mounts.setdefault(topic, {}).update(mounted(message))
+                elif not hasattr(message, "distortion_model"):
                     topics[topic][0].extend(rows_of(message, stamp * 1e-9))
                 elif not topics[topic][0]:
                     topics[topic][0].append(camera_row(message, topics[topic][1]))
@@ -70,7 +72,7 @@ def read_bag(path):
         there = ", ".join(f"{topic} ({kind})" for topic, (_, _, kind) in topics.items()) or "none"
         raise ValueError(f"{path} holds no messages that could be of use; topics there: {there}")
     return [
-        (topic, columns(rows, notes), tuple(notes), kind, frames.get(topic, ""))
+        (topic, columns(rows, notes), tuple(notes), kind, frames.get(topic, ""), mounts.get(topic, {}))
         for topic, (rows, notes, kind) in topics.items()
     ]
 
@@ -87,6 +89,22 @@ def columns(rows, notes):
             notes.append(f"column {name} holds words: {len(words)} different, numbered by the alphabet")
         if not words or len(number) > 1:  # one word says nothing
             found[name] = np.array([np.nan if isinstance(cell, str) else cell for cell in cells], float)
+    return found
+
+
+def frame_of(message):
+    """The frame in which a message is; of an odometry that of the robot."""
+    header = getattr(getattr(message, "header", None), "frame_id", "")
+    return str(getattr(message, "child_frame_id", "") or header).lstrip("/")
+
+
+def mounted(message):
+    """What is mounted where: {frame: (frame that carries it, pose [t; q] in it)}."""
+    found = {}
+    for tf in message.transforms:
+        t, q = tf.transform.translation, tf.transform.rotation
+        pose = np.array([t.x, t.y, t.z, q.w, q.x, q.y, q.z])
+        found[tf.child_frame_id.lstrip("/")] = tf.header.frame_id.lstrip("/"), pose
     return found
 
 

@@ -21,6 +21,9 @@ WANTED = {
 }
 """What a role needs, in words: in the plane, and in space besides."""
 
+FAR = 1e4
+"""Positions from a receiver that are larger count from somewhere else, m."""
+
 
 @dataclass
 class Converted:
@@ -105,7 +108,8 @@ def completed(plan, tables):
     for role, (what, more) in WANTED.items():
         if role not in told and not (role == "odometry" and space and plan.get(role) is False):
             raise ValueError(
-                f"which columns are the {role} ({what}{f'; {more}' * space})? Say so with --set {role}.NAME=COLUMN"
+                f"which columns are the {role} ({what}{f'; {more}' * space})? Say so with --set {role}.from=TABLE and "
+                f"--set {role}.NAME=COLUMN"
                 f"{' (or odometry=false: a hand-held camera)' * (space and role == 'odometry')}. The log has {there}"
             )
     return told, space
@@ -126,7 +130,9 @@ def scenario_of(log, drive, scan, name):
     """Tables of a scenario, with noise by the scatter of the log."""
     robot, sensor, landmark, options = drive.robot(), scan.sensor(), scan.landmark(), scan.options()
     table = {"name": name, "robot": [robot], "sensor": [sensor], "landmark": landmark, "options": options}
-    noise = [f"{k} = {v}" for k, v in (robot | sensor).items() if "_std" in k or k in ("std", "gyro_noise", "acc_noise")]
+    noise = [
+        f"{k} = {v}" for k, v in (robot | sensor).items() if "_std" in k or k in ("std", "gyro_noise", "acc_noise")
+    ]
     noise += [f"association = {options['association']}"]
     log.said.append(f"taken from the log: {robot['motion']}, {scan.kind}; {', '.join(noise)}")
     return table
@@ -150,7 +156,11 @@ def recording_from(log, drive, scan, data):
     axes = [m for m in "xyz" if m in scan_axes(log)]
     if "gps" in log.parts:
         gps = log.parts["gps"]
-        recording.fixes = {1: np.column_stack([gps["t"] - t0, *(gps[m] for m in axes if m in gps)])}
+        p = np.column_stack([gps[m] for m in axes if m in gps])
+        if np.abs(p[0]).max() > FAR:
+            log.said.append(f"gps: positions are of the size {np.abs(p[0]).max():.2g} m: counted from the first one")
+            p = p - p[0]
+        recording.fixes = {1: np.column_stack([gps["t"] - t0, p])}
     if "map" in log.parts:
         survey = log.parts["map"]
         ids, first = np.unique(survey["id"].astype(int), return_index=True)

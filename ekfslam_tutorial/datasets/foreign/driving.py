@@ -39,7 +39,8 @@ def way_of(log):
     raise ValueError(
         f"odometry: {', '.join(sorted(odo - {'t'})) or 'the time'} alone does not say how the robot moves; v and w, "
         "dx and dtheta, x, y and theta, or left and right (with base, m) are needed"
-        + "; in space twists, steps, poses or an IMU will do, too" * log.space
+        + "; in space twists, steps, poses or an IMU will do, too"
+        * log.space
     )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...geometry import Frame3
 from . import looks
 from .meaning import NAMES, ROLES
 
@@ -27,6 +28,7 @@ class Log:
     def __init__(self, plan, tables, space):
         self.plan, self.space, self.said, self.parts = plan, space, [], {}
         self.frames = {role: tables[entry["from"]].frame for role, entry in plan.items()}
+        self.mounts = {child: where for table in tables.values() for child, where in table.mounts.items()}
         degrees, of_time = False, None
         for role in sorted(plan, key=list(ROLES).index):
             entry, table = plan[role], tables[plan[role]["from"]]
@@ -118,6 +120,27 @@ class Log:
                 f"odometry lasts from {spans[0]}, {role} from {spans[1]}: {why}; --set {role}.t_unit=ms, or "
                 f"--set {role}.t_offset={begin['odometry'] - begin[role]:.6f} (s), puts them together"
             )
+
+    def mount(self):
+        """Pose [t; q] of the sensor on the robot by /tf_static; None if that does not say it."""
+        if not self.mounts:
+            return None
+        chains = []
+        for role in "odometry", "scan":
+            name = self.frames.get(role, "")
+            chain = {name: Frame3(np.array([0.0, 0, 0, 1, 0, 0, 0]))}
+            while name in self.mounts:  # from the frame to what carries it, to what carries that
+                parent, pose = self.mounts[name]
+                if parent in chain:
+                    break
+                F, _ = Frame3(pose).normalized()
+                chain[parent] = F.compose(chain[name])[0]
+                name = parent
+            chains.append(chain)
+        for name, F in chains[0].items():
+            if name in chains[1]:
+                return F.inverse()[0].compose(chains[1][name])[0].x
+        return None
 
     @property
     def t0(self):

@@ -54,7 +54,7 @@ NAMES = {
     "t": "t time stamp timestamp sec secs seconds elapsed clock ms ns us msec usec nsec time_stamp unix epoch millis",
     "v": "v speed velocity vel linear lin_vel v_lin vx forward forward_speed twist.twist.linear.x twist.linear.x "
     "linear.x linear_velocity linear_velocity_x",
-    "w": "w omega yaw_rate yawrate angular turn_rate gyro_z ang_vel wz yaw_speed gyro rotation_rate "
+    "w": "w omega om yaw_rate yawrate angular turn_rate gyro_z ang_vel wz yaw_speed gyro rotation_rate "
     "twist.twist.angular.z twist.angular.z angular.z angular_velocity.z angular_velocity angular_velocity_z",
     "left": "left left_speed v_left vl wheel_left left_wheel",
     "right": "right right_speed v_right vr wheel_right right_wheel",
@@ -66,14 +66,14 @@ NAMES = {
     "theta": "theta th yaw heading phi orientation orientation.yaw pose.orientation.yaw pose.pose.orientation.yaw "
     "rotation.yaw",
     "id": "id landmark landmark_id lm lm_id beacon beacon_id tag tag_id marker marker_id barcode subject object_id "
-    "track track_id anchor anchor_id ids node",
+    "track track_id anchor anchor_id ids node signature fiducial_id marker_ids",
     "range": "range r dist distance rho ranges rng range_val",
-    "bearing": "bearing brg phi angle azimuth alpha beta bearings theta",
+    "bearing": "bearing brg phi angle azimuth alpha beta bearings theta b heading",
     "elevation": "elevation elev inclination vertical_angle el pitch_angle",
     "depth": "depth",
     "disparity": "disparity disp",
-    "px": "u pixel_x pixel_u pix_x img_x image_x u_px col column center_x centre_x bbox.center.position.x bbox.center.x "
-    "centre.x center.x",
+    "px": "u pixel_x pixel_u pix_x img_x image_x u_px col column center_x centre_x bbox.center.position.x "
+    "bbox.center.x centre.x center.x",
     "py": "v pixel_y pixel_v pix_y img_y image_y v_px row center_y centre_y bbox.center.position.y bbox.center.y "
     "centre.y center.y",
     "roll": "roll",
@@ -123,6 +123,8 @@ KIND |= dict.fromkeys(("w", "dtheta", "bearing", "elevation", "wx", "wy", "wz", 
 FLAT = 1e-3
 """Heights that differ by less are of one plane, m."""
 TRUE = re.compile(r"truth|(^|[^a-z])(gt|true|mocap|vicon|ground)", re.IGNORECASE)
+MARK = re.compile(r"(^|_)(true|truth|gt)(_|$)")
+"""A part of a column's name that says that it is the truth."""
 GPS = re.compile(r"gps|gnss|fix", re.IGNORECASE)
 LOOK = re.compile(r"scan|det|laser|lidar|obs|meas|cone|tree|point|sonar|radar|uwb|range|camera|marker|tag|land", re.I)
 STEPS = re.compile(r"odo|wheel|pose_est|dead", re.IGNORECASE)
@@ -134,6 +136,7 @@ def plain(name):
     unit = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]$", word)
     word = re.sub(r"\s*[\[(].*[\])]$", "", word)
     word = re.sub(r"[\s-]+", "_", word)
+    word = re.sub(r"_(deg|rad|m|cm|mm)_s$", r"_\1", word).replace("_km_h", "_kmh")
     if unit:
         unit = re.sub(r"\s*(/s|s\^-1)$", "", unit[1].replace("°", "deg").replace("km/h", "kmh"))
         return word, unit
@@ -152,9 +155,16 @@ def find(table, meaning):
             if name == word or ("." in word and name.endswith(f".{word}")):
                 return column
     for column, name in names.items():  # of things in a list: markers.id, detections.range
-        if meaning in ("id", "range", "bearing") and "." in name and name.rpartition(".")[2] in words:
+        if meaning in ("id", "range", "bearing", "elevation") and "." in name and name.rpartition(".")[2] in words:
             return column
     return None
+
+
+def true_columns(table):
+    """Columns of a true pose beside others: x_true, y_true, th_true; nothing if x and y are not among them."""
+    stems = {c: MARK.sub("", plain(c)[0]).strip("_") for c in table.columns if MARK.search(plain(c)[0])}
+    found = {m: c for m in ROLES["truth"] for c, stem in stems.items() if stem in NAMES[m].split()}
+    return found if {"x", "y"} <= set(found) else {}
 
 
 def guess_role(table):
@@ -203,12 +213,19 @@ def guess(tables, space=None):
     if "scan" not in candidates:  # all in one table
         both = [table for table in candidates.get("odometry", ()) if find(table, "range")]
         candidates |= {"scan": both} if both else {}
+    if "truth" not in candidates:
+        marked = [table for table in tables if len(table) and true_columns(table) and find(table, "t")]
+        candidates |= {"truth": marked} if marked else {}
     if space is None:
-        space = any(out_of_the_plane(table, columns_of(table, "scan", True)) for table in candidates.get("scan", ())[:1])
+        space = any(
+            out_of_the_plane(table, columns_of(table, "scan", True)) for table in candidates.get("scan", ())[:1]
+        )
     plan = {}
     for role, some in candidates.items():
         table = max(some, key=lambda table: _worth(table, role, space))  # of the same worth, the first
-        plan[role] = {"from": table.name} | columns_of(table, role, space)
+        true = true_columns(table) if role == "truth" else {}
+        true = {"t": find(table, "t")} | true if true else columns_of(table, role, space)
+        plan[role] = {"from": table.name} | true
     return plan
 
 

@@ -1,8 +1,10 @@
 """What a scan measures: the sensor model that fits its columns, its noise by the scatter, its messages."""
 
+from math import comb
+
 import numpy as np
 
-from ...geometry import wrap
+from ...geometry import q2e, wrap
 from ...toolbox.messages import Measurement
 
 RANGE, BEARING, ELEVATION = ("range", "range_std"), ("bearing", "bearing_std_deg"), ("elevation", "elevation_std_deg")
@@ -28,6 +30,8 @@ UNKNOWN = {"range": 0.1, "bearing": 0.03, "elevation": 0.03, "std": 0.1, "pixel"
 """Noise where the log cannot tell it."""
 GATES = {1: 10.8, 2: 13.8, 3: 16.3}
 """Gate by the length of a measurement: one good innovation in a thousand does not pass."""
+MANY = 100
+"""So many landmarks make a map that is slow one by one."""
 AHEAD = [-90.0, 0.0, -90.0]
 """Orientation of a camera that looks ahead, its z axis along the robot's x."""
 
@@ -89,11 +93,20 @@ class Scan:
     def options(self):
         """Table of the filter's options."""
         table = {"association": "known_ids" if self.known else "nearest_neighbour"}
+        if self.known and len(np.unique(self.part["id"])) > MANY:
+            table |= {"joint": True, "compressed": True}
+            self.log.said.append(f"more than {MANY} landmarks: joint and compressed, which is much faster then")
         return table | {"md2_threshold": GATES[len(self.fields)]}
 
     def _mounting(self):
         """Where the sensor is on the robot, as far as it is told or the axes tell."""
         told = {key: self.entry[key] for key in ("position", "orientation_deg") if key in self.entry}
+        pose = None if told else self.log.mount()
+        if pose is not None:
+            rpy = np.rad2deg(q2e(pose[3:])[0]).round(4) + 0.0
+            angles = rpy.tolist() if self.log.space else float(rpy[2])
+            told = {"position": pose[: 3 if self.log.space else 2].round(5).tolist(), "orientation_deg": angles}
+            self.log.said.append(f"  mounted by /tf_static: {', '.join(f'{key} = {v}' for key, v in told.items())}")
         if not self.log.space or "orientation_deg" in told:
             return told
         if self.kind in CAMERAS:
@@ -136,7 +149,9 @@ class Scan:
         if "disparity" in self.part:
             baseline = told.get("baseline")
             if not isinstance(baseline, int | float) or not baseline > 0:
-                raise ValueError(f"scan: disparities need baseline, how far the cameras are apart in m, got {baseline!r}")
+                raise ValueError(
+                    f"scan: disparities need baseline, how far the cameras are apart in m, got {baseline!r}"
+                )
             table["baseline"] = baseline
         self.log.said.append(f"  camera: {', '.join(f'{key} = {value}' for key, value in table.items())}")
         return table
@@ -173,14 +188,23 @@ class Scan:
         if "id" in scan:
             ids = np.where(np.isfinite(scan["id"]), scan["id"], -1).astype(int)
             ids = np.maximum(ids, -1)
+        if self.known and (ids < 0).any():
+            self.log.said.append(
+                f"{(ids < 0).sum():,} measurements without an id are left out: known_ids cannot use them"
+            )
         times, start = np.unique(scan["t"], return_index=True)
         for a, rows in zip(times, np.split(np.arange(len(y)), start[1:]), strict=True):
+            rows = rows[ids[rows] >= 0] if self.known else rows
             yield Measurement(a, ids[rows], y[rows])
 
 
 def scatter(a):
-    """Standard deviation of white noise on a smooth signal: by its second differences, whose variance is six times."""
-    if len(a) < 5:
+    """Standard deviation of white noise on a smooth signal, by its differences; NaN if there are too few.
+
+    The variance of a difference of order k is binomial(2k, k) times that of the noise, and what is left of the signal
+    comes on top: the order of the least is taken.
+    """
+    if len(a) < 8:
         return float("nan")
-    second = np.diff(a, 2)
-    return float(1.4826 * np.median(np.abs(second - np.median(second))) / np.sqrt(6))
+    of_order = lambda d, k: 1.4826 * np.median(np.abs(d - np.median(d))) / np.sqrt(comb(2 * k, k))
+    return float(min(of_order(np.diff(a, k), k) for k in (2, 3, 4)))
