@@ -152,11 +152,11 @@ class _Fit:
             return False
         if vertex is not None:
             values[vertex] = self.surprise(at | {key: vertex})
-            at[key] = min(values, key=values.get)
+            at[key] = min(values, key=lambda x: values[x])
             self.above[key] = min((TELLS / bend) ** 0.5, CAUTIOUS)
         else:  # less does not make the log more likely
-            at[key], rise = best, sorted((values[x] - values[best], x) for x in values if x >= best)
-            self.above[key] = float(np.interp(TELLS, *zip(*rise, strict=True))) - best
+            rise = np.array(sorted((values[x] - values[best], x) for x in values if x >= best))
+            at[key], self.above[key] = best, float(np.interp(TELLS, rise[:, 0], rise[:, 1])) - best
         return True
 
     def surprise(self, at):

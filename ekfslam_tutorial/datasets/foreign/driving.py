@@ -107,19 +107,19 @@ class InSpace:
 
     def __init__(self, log):
         self.log, self.starts = log, {}
-        self.way = way_of(log) if "odometry" in log.parts else None
-        self.by_imu = self.way is not None and "ax" in self.way
+        self.way: set = way_of(log) if "odometry" in log.parts else set()
+        self.by_imu = "ax" in self.way
 
     def robot(self):
         """Table of the robot, with its noise."""
-        if self.way is None:
+        if not self.way:
             self.log.said.append("no odometry: constant velocity; dv_std and dw_std_deg say how quickly it changes")
             stds = {"dv_std": 0.1, "dw_std_deg": 6.0, "vel_std": 0.5, "ang_vel_std_deg": 20.0}
             return {"id": 1, "motion": "constant_velocity"} | stds
         if not self.by_imu:
             return {"id": 1, "motion": "odometry3"}
         odo = self.log.parts["odometry"]
-        step = float(np.median(np.diff(np.unique(odo["t"]))))
+        step = float(np.median(np.diff(np.unique(np.asarray(odo["t"], float)))))
         of = {"gyro_noise": ("wx", "wy", "wz"), "acc_noise": ("ax", "ay", "az")}
         white = {key: max(np.nan_to_num(scatter(odo[m])) for m in columns) for key, columns in of.items()}
         noise = {key: round(max(std * np.sqrt(step), SHAKEN[key]), 6) for key, std in white.items()}
@@ -127,7 +127,7 @@ class InSpace:
 
     def controls(self):
         """Controls, each until its time; none of an IMU, which has many a frame, and without odometry."""
-        if self.way is None or self.by_imu:
+        if not self.way or self.by_imu:
             return []
         t, first = np.unique(self.log.parts["odometry"]["t"], return_index=True)
         dt = np.diff(t, prepend=self.log.t0)
@@ -164,8 +164,9 @@ class InSpace:
         F = Frame3(poses(odo))
         before = Frame3(F.x[:-1]).inverse()[0]
         step, *_ = before.compose(Frame3(F.x[1:]))
-        q = step.q * np.where(step.q[:, :1] < 0, -1.0, 1.0)  # the shorter way round
-        return np.vstack([np.zeros(6), np.column_stack([step.t, q2v(q)[0]])])
+        t, q = step.x[:, :3], step.x[:, 3:]
+        q = q * np.where(q[:, :1] < 0, -1.0, 1.0)  # the shorter way round
+        return np.vstack([np.zeros(6), np.column_stack([t, q2v(q)[0]])])
 
     def imu(self, times):
         """Controls of an IMU between frames, and the start: its state and covariance; words on it."""

@@ -128,7 +128,7 @@ class Log:
         chains = []
         for role in "odometry", "scan":
             name = self.frames.get(role, "")
-            chain = {name: Frame3(np.array([0.0, 0, 0, 1, 0, 0, 0]))}
+            chain: dict = {name: Frame3(np.array([0.0, 0, 0, 1, 0, 0, 0]))}
             while name in self.mounts:  # from the frame to what carries it, to what carries that
                 parent, pose = self.mounts[name]
                 if parent in chain:

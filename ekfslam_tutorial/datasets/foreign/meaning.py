@@ -1,6 +1,7 @@
 """What the columns of a log mean: as the user says it, or by their names; and in which units they are."""
 
 import re
+from typing import Any
 
 import numpy as np
 
@@ -117,7 +118,7 @@ UNITS = {
     "angle": {"rad": 1.0, "deg": np.pi / 180},
     "length": {"m": 1.0, "cm": 0.01, "mm": 1e-3, "ft": 0.3048},
 }
-KIND = {"t": "t", "id": None} | dict.fromkeys((*QUATERNION, "px", "py", "disparity", "ax", "ay", "az"))
+KIND: dict[str, Any] = {"t": "t", "id": None} | dict.fromkeys((*QUATERNION, "px", "py", "disparity", "ax", "ay", "az"))
 KIND |= dict.fromkeys(("w", "dtheta", "bearing", "elevation", "wx", "wy", "wz", "dax", "day", "daz", *ANGLES), "angle")
 """Of the columns; lengths if not here."""
 FLAT = 1e-3
