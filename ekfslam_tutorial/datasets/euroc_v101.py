@@ -163,7 +163,7 @@ def start(imu, t):
 def _means(imu):
     """Means of what the IMU measures in one window after the other, shape (n, 6)."""
     window = ((imu[:, 0] - imu[0, 0]) / WINDOW).astype(int)
-    return np.array([imu[window == k, 1:].mean(0) for k in range(window[-1])])
+    return np.array([imu[window == k, 1:].mean(0) for k in np.unique(window)[:-1]])
 
 
 def _between(imu, a, b):

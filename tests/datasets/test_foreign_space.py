@@ -188,6 +188,21 @@ def test_without_elevation_space_asks_for_it(tmp_path):
         convert(tmp_path, {"space": True})
 
 
+@pytest.mark.parametrize("gap", [0.0, 1.0])
+def test_an_imu_that_is_too_short_or_has_a_gap(tmp_path, gap):
+    t = np.arange(0, 4, 0.005)
+    t = t[(t < 1.5) | (t > 1.5 + gap)]
+    (tmp_path / "seen.csv").write_text(
+        "t,id,x,y,z\n" + "\n".join(f"{a},{i},3,{i},{i}" for a in t[::10] for i in range(3))
+    )
+    rows = [f"{a},0,0,0,0,0,9.81" for a in t]
+    (tmp_path / "imu.csv").write_text("t,gx,gy,gz,ax,ay,az\n" + "\n".join(rows))
+    assert ("1 gap" in "\n".join(convert(tmp_path).said)) == bool(gap)
+    (tmp_path / "imu.csv").write_text("t,gx,gy,gz,ax,ay,az\n" + "\n".join(rows[:40]))
+    with pytest.raises(ValueError, match=r"the IMU lasts 0.2 s; 0.5 s are the least"):
+        convert(tmp_path)
+
+
 def test_true_poses_in_space_are_interpolated_the_shorter_way_round():
     q = v2q(np.array([[0, 0, 0], [0, 0, 0.4]]))[0] * [[1.0], [-1.0]]
     at = at_times(np.array([0.5]), np.array([0, 1.0]), np.hstack([[[0, 0, 0], [2, 0, 0]], q]))

@@ -6,7 +6,7 @@ from ...geometry import Frame2, Frame3, e2q, q2v, wrap
 from ...models.motion import Imu
 from ...models.motion.odometry3 import screw
 from ...toolbox.messages import Control
-from ..euroc_v101 import controls_between, start
+from ..euroc_v101 import WINDOW, controls_between, start
 from ..odometry import OdometryNoise
 from .meaning import PLANE, SPACE
 from .scans import scatter
@@ -173,6 +173,10 @@ class InSpace:
         odo = self.log.parts["odometry"]
         rows = np.column_stack([odo[m] for m in ("t", "wx", "wy", "wz", "ax", "ay", "az")])
         rows = rows[np.unique(rows[:, 0], return_index=True)[1]]
+        if rows[-1, 0] - rows[0, 0] < 2 * WINDOW:
+            raise ValueError(
+                f"odometry: the IMU lasts {rows[-1, 0] - rows[0, 0]:.2g} s; {2 * WINDOW:g} s are the least"
+            )
         begun, words = start(rows, times[0] - rows[0, 0])
         gravity = np.linalg.norm(Imu().gravity)
         size = float(np.linalg.norm(rows[: max(1, len(rows) // 20), 4:].mean(0)))
