@@ -97,6 +97,8 @@ class Tuning:
         What the factor was found by, in words.
     before, after : CorrectionRatio or None
         Of the first run and of the last one, with all that was found.
+    nis : (float, float), expected : float
+        Mean NIS of innovations that were used, of the first run and of the last one; and their mean length.
     sensor, robot : dict
         Changes for all sensors, and for all robots, of the scenario, but for the factor.
     complete : bool
@@ -109,6 +111,8 @@ class Tuning:
     by: str = ""
     before: Any = None
     after: Any = None
+    nis: tuple = (float("nan"), float("nan"))
+    expected: float = float("nan")
     sensor: dict = field(default_factory=dict)
     robot: dict = field(default_factory=dict)
     complete: bool = False
@@ -162,7 +166,7 @@ class _Search:
 
     def all(self):
         self.now = self.run("as it is")
-        self.found.before = self.now.ratio
+        self.found.before, first = self.now.ratio, self.now.innovations
         self.settle_factor()
         if self.recording is not None:
             self.halts()
@@ -171,6 +175,8 @@ class _Search:
         if self.recording is not None:
             self.bias()
         self.factor()
+        self.found.expected = first.dof()
+        self.found.nis = tuple(one.size() * one.dof() for one in (first, self.now.innovations))
         self.found.complete = True
 
     def run(self, name, sensor=None, robot=None):

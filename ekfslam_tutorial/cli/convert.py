@@ -4,6 +4,8 @@ import argparse
 import shlex
 from pathlib import Path
 
+from ..analysis.noise_fit import fit_noise
+from ..analysis.progress import bar
 from ..datasets.foreign import convert
 from ..toolbox import parse_override
 from ..toolbox.files.writing import written
@@ -24,10 +26,12 @@ def main(options):
         return 0
     out = Path(options.out or Path("results") / f"{name}-log")
     writable_folder(out)
-    done.recording.save(out / "recording")
+    fitted = None if options.guess else fit(done)
+    made = fitted or done
+    made.recording.save(out / "recording")
     scenario = out / "scenario.toml"
     with written(scenario, text=True) as file:
-        file.write(head(options) + to_toml(done.scenario))
+        file.write(head(options, fitted) + to_toml(made.scenario))
     print(f"written to {out}: recording, scenario.toml")
     if options.tune:
         words = {"log": str(out / "recording"), "models_of": str(scenario), "recording": None, "out": None}
@@ -36,6 +40,20 @@ def main(options):
     again = ["ekfslam", "run", str(scenario), "--recording", str(out / "recording")]
     print(f"next: {shlex.join(again)}", flush=True)
     return 0
+
+
+def fit(done):
+    """Find the noise by the likelihood of the log, and say what it was and is."""
+    with bar(0, "runs") as runs:
+        runs.tell("runs to find the noise")
+
+        def after_run():
+            runs.total += 1
+            runs.update()
+
+        fitted = fit_noise(done.scenario, done.recording, after_run)
+    print(fitted)
+    return fitted
 
 
 def plan(options):
@@ -49,6 +67,9 @@ def plan(options):
     for text in options.set:
         key, value = parse_override(text)
         role, _, meaning = key.partition(".")
+        if role == "space" and not meaning:
+            table["space"] = value
+            continue
         if not meaning and value is not False:
             raise ValueError(f"--set {text}: a column is named by ROLE.NAME=COLUMN, as in scan.range=distance")
         if not meaning:
@@ -60,9 +81,10 @@ def plan(options):
     return table
 
 
-def head(options):
+def head(options, fitted):
     """Comment at the beginning of the scenario: how it was made."""
     words = ["convert", options.log, *(word for text in options.set for word in ("--set", text))]
     words += ["--plan", options.plan] if options.plan else []
-    lines = [f"Written by: ekfslam {shlex.join(words)}", "What the columns mean is in [convert]; noise is by scatter."]
+    lines = [f"Written by: ekfslam {shlex.join(words)}", "What the columns mean is in [convert]."]
+    lines += str(fitted).splitlines() if fitted else ["Noise is a first guess, by the scatter of the log."]
     return "".join(f"# {line}\n" for line in lines) + "\n"

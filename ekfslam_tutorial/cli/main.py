@@ -196,7 +196,10 @@ def _convert(commands):
     )
     convert.add_argument("--plan", metavar="FILE.toml", help="the same, from the section [convert] of a file")
     convert.add_argument("--look", action="store_true", help="only say what is in the log; write nothing")
-    convert.add_argument("--tune", action="store_true", help="also find the noise: see `tune`; writes tuned.toml")
+    convert.add_argument("--guess", action="store_true", help="leave the noise as it is guessed; it is found otherwise")
+    convert.add_argument(
+        "--tune", action="store_true", help="also find clock, mounting, bias, one factor: see `tune`; writes tuned.toml"
+    )
     convert.add_argument("--name", metavar="NAME", help="of the scenario; that of the log if not given")
     convert.add_argument("--out", metavar="DIR", help="folder to write into; results/NAME-log if not given")
 

@@ -108,6 +108,8 @@ def report(found):
     if found.before is not None and np.isfinite(found.before.value):
         after = f", now {found.after.value:.2f}" if found.after is not None else ""
         lines.append(f"correction ratio, 1 is right: {found.before.value:.2f} as it was{after}")
+    if np.isfinite(found.nis).all() and found.expected:
+        lines.append(f"NIS, {found.expected:.2g} is expected: {found.nis[0]:.2f} as it was, now {found.nis[1]:.2f}")
     if not found.complete:
         lines.append("stopped: what was found so far; the same command looks for the rest, from the beginning")
     return [*lines, f"blind to: {'; '.join(BLIND)}"]

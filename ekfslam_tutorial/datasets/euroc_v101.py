@@ -102,7 +102,7 @@ def recording(name, imu, t, seen, truth, start, notes, clock_std=None):
     -------
     Recording
     """
-    log = _controls(imu, t)
+    log = controls_between(imu, t)
     if clock_std is not None:
         log, start = with_clock(log, imu, t, start, clock_std)
     seen = seen[(seen[:, 0] >= t[0]) & (seen[:, 0] <= t[-1])]
@@ -113,7 +113,7 @@ def recording(name, imu, t, seen, truth, start, notes, clock_std=None):
     return Recording(name, t - t[0], {1: log}, {1: raw}, poses, notes=notes, starts={1: start})
 
 
-def _controls(imu, t):
+def controls_between(imu, t):
     """Controls of `Imu` from frame to frame: the IMU is split at the frames, and linear between its own rows."""
     knots = np.unique(np.round(np.concatenate([imu[:, 0], t]), 5))
     knots = knots[(knots >= t[0] - 1e-6) & (knots <= t[-1] + 1e-6)]
@@ -151,7 +151,7 @@ def start(imu, t):
     x, P = at_rest(rest[:, 1:4].mean(0), rest[:, 4:].mean(0), gyro_std=2e-3, acc_std=0.05, vel_std=0.03)
     if t <= begin:
         return (x, P), f"it starts at rest: gravity, and the gyrometer's bias, from {len(rest)} rows of the IMU"
-    log = _controls(imu, imu[0, 0] + np.array([begin, t]))
+    log = controls_between(imu, imu[0, 0] + np.array([begin, t]))
     motion = Imu()
     x, P = integrate(
         motion, x, P, ((u, motion.noise(h), h) for u, h in zip(log.u, np.asarray(log.dt).tolist(), strict=True))
@@ -163,7 +163,7 @@ def start(imu, t):
 def _means(imu):
     """Means of what the IMU measures in one window after the other, shape (n, 6)."""
     window = ((imu[:, 0] - imu[0, 0]) / WINDOW).astype(int)
-    return np.array([imu[window == k, 1:].mean(0) for k in range(window[-1])])
+    return np.array([imu[window == k, 1:].mean(0) for k in np.unique(window)[:-1]])
 
 
 def _between(imu, a, b):

@@ -57,7 +57,7 @@ def test_many_controls_a_frame(folder):
 
 def test_the_imu_is_split_where_a_frame_falls_between_its_rows():
     imu = np.concatenate([0.005 * np.arange(21)[:, None], np.tile(np.arange(21.0)[:, None], 6)], 1)
-    log = euroc_v101._controls(imu, np.array([0.0075, 0.0525]))
+    log = euroc_v101.controls_between(imu, np.array([0.0075, 0.0525]))
     assert log.offsets.tolist() == [0, 0, 10] and np.allclose(log.dt[[0, 1, -1]], [0.0025, 0.005, 0.0025])
     assert np.allclose(log.u[[0, 1, -1], 0], [1.75, 2.5, 10.25]) and np.isclose(log.dt.sum(), 0.045)
 

@@ -10,8 +10,9 @@ import pytest
 from ekfslam_tutorial.analysis import History
 from ekfslam_tutorial.cli import main
 from ekfslam_tutorial.datasets.foreign import convert
-from ekfslam_tutorial.datasets.foreign.converting import at_times, scatter
+from ekfslam_tutorial.datasets.foreign.converting import at_times
 from ekfslam_tutorial.datasets.foreign.looks import heading_unit, time_unit
+from ekfslam_tutorial.datasets.foreign.scans import scatter
 from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
 
@@ -132,6 +133,78 @@ def test_arrays_of_matlab_and_numpy(drive, tmp_path):
         assert len(convert(tmp_path / f"log.{kind}", plan).recording.raw[1].ids) == len(drive.seen)
 
 
+def test_homework_with_a_column_for_each_landmark(drive, tmp_path):
+    """Ranges and bearings (K, 12), zero where not seen; the landmarks (12, 2); true poses in the same file."""
+    from scipy.io import savemat
+
+    n, true = len(drive.true), drive.true
+    r, b = np.zeros((n, 12)), np.zeros((n, 12))
+    rows = {round(t, 6): k for k, t in enumerate(true[:, 0])}
+    here = [row for row in drive.seen if round(row[0], 6) in rows]
+    for t, id, *y in here:
+        r[rows[round(t, 6)], int(id) - 1], b[rows[round(t, 6)], int(id) - 1] = y
+    odo = drive.odo[1::2]
+    column = lambda a: np.reshape(a, (-1, 1))
+    arrays = {
+        "t": column(true[:, 0]),
+        "v": column(odo[:, 1]),
+        "om": column(odo[:, 2]),
+        "r": r,
+        "b": b,
+        "l": drive.world,
+    }
+    arrays |= {"x_true": column(true[:, 1]), "y_true": column(true[:, 2]), "th_true": column(true[:, 3]), "r_var": 0.01}
+    savemat(tmp_path / "hw.mat", arrays)
+    done = convert(tmp_path / "hw.mat")
+    assert "r and b have a column for each of 12 landmarks, ids 1 to 12; 0: not seen" in "\n".join(done.said)
+    assert len(done.recording.raw[1].ids) == len(here) and len(done.recording.landmarks.ids) == 12
+    assert np.isfinite(done.recording.truth[1]).all()
+    known = done.scenario | {"landmark": done.scenario["landmark"] | {"in_map": False}}
+    history = History()
+    for _ in history.watch(universal_slam(UserData.from_dict(known), done.recording)):
+        pass
+    assert history.summary()["ate_rmse_m"] < 0.1
+
+
+def test_rows_without_an_id_are_left_out_and_their_look_stays(drive, tmp_path):
+    seen = drive.seen.copy()
+    last = seen[:, 0] == seen[-1, 0]
+    seen[last, 1] = -1  # all of one look
+    seen[::5, 1] = -1
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    write(tmp_path / "laser.csv", "t id range bearing", seen)
+    done = convert(tmp_path)
+    without = int((seen[:, 1] < 0).sum())
+    assert f"{without} measurements without an id are left out" in "\n".join(done.said)
+    assert len(done.recording.raw[1].ids) == len(seen) - without
+
+
+def test_kinds_of_lines_of_the_same_length_and_a_large_map(tmp_path):
+    lines = [f"STEP {0.5 * k} 0.4 0.0 0.01" for k in range(20)]
+    lines += [f"CONE {0.5 * k} {1 + i % 3} {i // 3} {120 * (k % 2) + i}" for k in range(20) for i in range(80)]
+    (tmp_path / "grid.log").write_text("\n".join(lines))
+    done = convert(
+        tmp_path / "grid.log",
+        {
+            "odometry": {"from": "grid.log/STEP", "t": 1, "dx": 2, "dy": 3, "dtheta": 4},
+            "scan": {"from": "grid.log/CONE", "t": 1, "x": 2, "y": 3, "id": 4},
+        },
+    )
+    assert done.scenario["options"]["compressed"] and "more than 100 landmarks" in "\n".join(done.said)
+
+
+def test_fixes_far_from_zero_count_from_the_first_one(drive, tmp_path):
+    write(tmp_path / "odo.csv", "Zeit_ms v_km_h yaw_rate_deg_s", drive.odo * [1e3, 3.6, 180 / np.pi])
+    write(tmp_path / "laser.csv", "t id range bearing", drive.seen)
+    write(tmp_path / "gps.csv", "t east north", drive.true[:, :3] + [0, 5e5, 5.4e6])
+    done = convert(tmp_path, {"odometry": {"t": "Zeit_ms", "v": "v_km_h"}})
+    said = "\n".join(done.said)
+    assert "v: kmh, by its name" in said and "w: deg, by its name" in said and "counted from the first one" in said
+    np.testing.assert_allclose(
+        done.recording.fixes[1][-1, 1:], drive.true[-1, 1:3] - drive.true[0, 1:3], atol=0.02
+    )  # written to cm
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -177,12 +250,12 @@ def test_the_command_writes_what_run_takes(drive, tmp_path, capsys):
     write(tmp_path / "laser.csv", "t id range bearing", drive.seen[::-1])
     out = tmp_path / "out"
     assert main(["convert", str(tmp_path), "--look"]) == 0 and not out.exists()
-    assert main(["convert", str(tmp_path), "--out", str(out), "--set", "scan.clockwise=true"]) == 0
+    assert main(["convert", str(tmp_path), "--guess", "--out", str(out), "--set", "scan.clockwise=true"]) == 0
     said = capsys.readouterr().out
     assert "times go back" in said and "next: ekfslam run" in said
     recording, data = Recording.load(out / "recording"), UserData.from_toml(out / "scenario.toml")
     assert next(universal_slam(data, recording)).k == 1
-    assert main(["convert", str(tmp_path), "--plan", str(out / "scenario.toml"), "--out", str(out)]) == 0
+    assert main(["convert", str(tmp_path), "--plan", str(out / "scenario.toml"), "--guess", "--out", str(out)]) == 0
     np.testing.assert_array_equal(Recording.load(out / "recording").raw[1].y, recording.raw[1].y)
 
 
@@ -218,8 +291,8 @@ def test_scatter_is_that_of_white_noise():
 
 
 def test_the_truth_has_gaps():
-    truth = {"t": np.array([0, 1, 2, 10, 11.0]), "x": np.arange(5.0), "y": np.zeros(5), "theta": np.zeros(5)}
-    known = np.isfinite(at_times(np.array([-1, 0.5, 5, 10.5, 12]), truth)).all(1)
+    poses = np.column_stack([np.arange(5.0), np.zeros(5), np.zeros(5)])
+    known = np.isfinite(at_times(np.array([-1, 0.5, 5, 10.5, 12]), np.array([0, 1, 2, 10, 11.0]), poses)).all(1)
     assert known.tolist() == [False, True, False, True, False]
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .meaning import ENDINGS, KIND, ROLES, UNITS, plain
+from .meaning import ANGLES, ENDINGS, KIND, ROLES, STEP, TWIST, UNITS, plain
 
 RATES = 0.25, 2000.0
 """Times are in the unit, of s, ms, us, ns, that makes the rate one of a sensor, Hz."""
@@ -16,6 +16,10 @@ FASTEST = 50.0
 """No robot here is faster, m/s: then these are millimetres."""
 FARTHEST = 500.0
 """Half of the ranges beyond this: then these are millimetres."""
+TOGETHER = TWIST[:3], TWIST[3:], STEP[3:], ANGLES
+"""Columns of one unit: one of them alone may be too small to tell it."""
+SPEEDS = "v", "left", "right", *TWIST[:3]
+RATES_OF_TURN = "w", *TWIST[3:]
 JUMP = 20.0
 """A step of a path that is so many times as long as nine in ten is a jump."""
 
@@ -65,7 +69,9 @@ def units(entry, table, of_time=None, degrees=False):
             unit = heading_unit(*(table.columns[entry[m]] for m in ("x", "y", "theta")))
             found[meaning] = UNITS[kind][unit], f"{unit}, as the path goes"
         else:
-            factor, words = _guessed(kind, meaning, table.columns[entry[meaning]], of_time, degrees)
+            like = next((group for group in TOGETHER if meaning in group and meaning != "theta"), (meaning,))
+            a = np.concatenate([table.columns[entry[m]] for m in like if m in entry])
+            factor, words = _guessed(kind, meaning, a, of_time, degrees)
             found[meaning] = factor, words + f"; its unit {ending!r} is not known" * (ending is not None)
     return found
 
@@ -87,13 +93,13 @@ def _guessed(kind, meaning, a, of_time, degrees):
         return UNITS["t"][unit], f"{unit}, by its rate"
     large = float(np.quantile(np.abs(a), 0.95)) if len(a) else 0.0
     if kind == "angle":
-        in_degrees = large > TURN or (degrees and meaning in ("w", "dtheta") and large > 1.0)
+        in_degrees = large > TURN or (degrees and meaning in ("dtheta", *RATES_OF_TURN) and large > 1.0)
         unit = "deg" if in_degrees else "rad"
-        return UNITS["angle"][unit], f"{unit}{PER[meaning == 'w']}: up to {large:.3g}"
+        return UNITS["angle"][unit], f"{unit}{PER[meaning in RATES_OF_TURN]}: up to {large:.3g}"
     middle = float(np.median(np.abs(a))) if len(a) else 0.0
-    limit = FASTEST if meaning in ("v", "left", "right") else FARTHEST if meaning == "range" else np.inf
+    limit = FASTEST if meaning in SPEEDS else FARTHEST if meaning == "range" else np.inf
     unit = "mm" if middle > limit else "m"
-    return UNITS["length"][unit], f"{unit}{PER[meaning in ('v', 'left', 'right')]}: up to {large:.3g}"
+    return UNITS["length"][unit], f"{unit}{PER[meaning in SPEEDS]}: up to {large:.3g}"
 
 
 def rate(t):

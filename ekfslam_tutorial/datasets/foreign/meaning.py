@@ -1,31 +1,61 @@
 """What the columns of a log mean: as the user says it, or by their names; and in which units they are."""
 
 import re
+from typing import Any
 
 import numpy as np
 
 from ...toolbox.scenario.keys import nearest
 
+QUATERNION, ANGLES = ("qx", "qy", "qz", "qw"), ("roll", "pitch", "theta")
+TWIST, STEP = ("vx", "vy", "vz", "wx", "wy", "wz"), ("dx", "dy", "dz", "dax", "day", "daz")
+IMU = ("ax", "ay", "az", "wx", "wy", "wz")
+POSE = ("x", "y", "z", *QUATERNION)
 ROLES = {
-    "odometry": ("t", "v", "w", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right"),
-    "scan": ("t", "id", "range", "bearing", "x", "y"),
-    "truth": ("t", "x", "y", "theta"),
-    "gps": ("t", "x", "y"),
-    "map": ("id", "x", "y"),
+    "odometry": tuple(
+        dict.fromkeys(
+            ("t", "v", "w", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right")
+            + (*POSE, *ANGLES, *TWIST, *STEP, *IMU)
+        )
+    ),
+    "scan": ("t", "id", "range", "bearing", "elevation", "x", "y", "z", "px", "py", "depth", "disparity"),
+    "truth": ("t", "x", "y", "z", "theta", "roll", "pitch", *QUATERNION),
+    "gps": ("t", "x", "y", "z"),
+    "map": ("id", "x", "y", "z"),
+    "camera": ("fx", "fy", "cx", "cy", "width", "height", "d1", "d2", "d3", "d4", "d5"),
 }
 """What a log can hold, and the columns of each."""
-WAYS = {
+PLANE = {
     "odometry": ({"v", "w"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}),
     "scan": ({"range", "bearing"}, {"x", "y"}),
+    "truth": ({"x", "y", "theta"}, {"x", "y"}),
 }
-"""Columns that say all that is needed."""
+"""Columns that say all that is needed, the better ones first."""
+SPACE = {
+    "odometry": (
+        *(set(TWIST), set(STEP), set(POSE), {"x", "y", "z", *ANGLES}),
+        *({"v", "w"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}, set(IMU)),
+    ),
+    "scan": (
+        *({"range", "bearing", "elevation"}, {"px", "py", "depth"}, {"px", "py", "disparity"}),
+        *({"x", "y", "z"}, {"px", "py"}),
+    ),
+    "truth": (set(POSE), {"x", "y", "z", *ANGLES}, {"x", "y", "z"}),
+    "gps": ({"x", "y", "z"},),
+    "map": ({"id", "x", "y", "z"},),
+}
+"""The same in space."""
+PLANAR = ("t", "id", "v", "w", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right")
+OUT_OF_THE_PLANE = {"elevation", "z", "px", "py", "roll", "pitch", *QUATERNION, "vz", "dz", "dax", "ax", "az"}
+"""Who names one of these columns means space."""
 SETTINGS = ("from", "t_unit", "t_offset", "angle_unit", "length_unit", "base", "clockwise")
+SETTINGS += ("position", "orientation_deg", "k", "d", "image_size", "baseline", "rectified", "gravity")
 """What can be said beside columns."""
 NAMES = {
     "t": "t time stamp timestamp sec secs seconds elapsed clock ms ns us msec usec nsec time_stamp unix epoch millis",
     "v": "v speed velocity vel linear lin_vel v_lin vx forward forward_speed twist.twist.linear.x twist.linear.x "
     "linear.x linear_velocity linear_velocity_x",
-    "w": "w omega yaw_rate yawrate angular turn_rate gyro_z ang_vel wz yaw_speed gyro rotation_rate "
+    "w": "w omega om yaw_rate yawrate angular turn_rate gyro_z ang_vel wz yaw_speed gyro rotation_rate "
     "twist.twist.angular.z twist.angular.z angular.z angular_velocity.z angular_velocity angular_velocity_z",
     "left": "left left_speed v_left vl wheel_left left_wheel",
     "right": "right right_speed v_right vr wheel_right right_wheel",
@@ -37,10 +67,48 @@ NAMES = {
     "theta": "theta th yaw heading phi orientation orientation.yaw pose.orientation.yaw pose.pose.orientation.yaw "
     "rotation.yaw",
     "id": "id landmark landmark_id lm lm_id beacon beacon_id tag tag_id marker marker_id barcode subject object_id "
-    "track track_id anchor anchor_id ids node",
+    "track track_id anchor anchor_id ids node signature fiducial_id marker_ids",
     "range": "range r dist distance rho ranges rng range_val",
-    "bearing": "bearing brg phi angle azimuth alpha beta bearings theta",
+    "bearing": "bearing brg phi angle azimuth alpha beta bearings theta b heading",
+    "elevation": "elevation elev inclination vertical_angle el pitch_angle",
+    "depth": "depth",
+    "disparity": "disparity disp",
+    "px": "u pixel_x pixel_u pix_x img_x image_x u_px col column center_x centre_x bbox.center.position.x "
+    "bbox.center.x centre.x center.x",
+    "py": "v pixel_y pixel_v pix_y img_y image_y v_px row center_y centre_y bbox.center.position.y bbox.center.y "
+    "centre.y center.y",
+    "roll": "roll",
+    "pitch": "pitch",
 }
+NAMES |= {
+    "z": "z pz pos_z z_pos position_z up alt altitude point.z position.z pose.position.z pose.pose.position.z "
+    "translation.z p_rs_r_z tz",
+    "fx": "fx fu focal_x",
+    "fy": "fy fv focal_y",
+    "cx": "cx u0",
+    "cy": "cy v0",
+    "width": "width image_width",
+    "height": "height image_height",
+}
+NAMES |= {f"d{i}": f"d{i}" for i in range(1, 6)}
+for _a in "xyz":
+    NAMES |= {
+        f"v{_a}": f"v{_a} vel_{_a} velocity_{_a} v_rs_r_{_a} twist.twist.linear.{_a} twist.linear.{_a} linear.{_a} "
+        f"linear_velocity_{_a}",
+        f"w{_a}": f"w{_a} gyro_{_a} g{_a} omega_{_a} gyr_{_a} w_rs_s_{_a} twist.twist.angular.{_a} twist.angular.{_a} "
+        f"angular.{_a} angular_velocity.{_a} angular_velocity_{_a} ang_vel_{_a}",
+        f"a{_a}": f"a{_a} acc_{_a} accel_{_a} acceleration_{_a} a_rs_s_{_a} linear_acceleration.{_a} "
+        f"linear_acceleration_{_a} lin_acc_{_a}",
+        f"da{_a}": f"da{_a} dr{_a} rot_{_a} drot_{_a} delta_rot_{_a}",
+    }
+NAMES["dz"] = "dz delta_z"
+for _a in "xyzw":
+    NAMES[f"q{_a}"] = (
+        f"q{_a} q_{_a} quat_{_a} quaternion_{_a} q_rs_{_a} orientation.{_a} pose.orientation.{_a} "
+        f"pose.pose.orientation.{_a} rotation.{_a} transform.rotation.{_a}"
+    )
+NAMES["x"] += " translation.x p_rs_r_x tx"
+NAMES["y"] += " translation.y p_rs_r_y ty"
 ENDINGS = {"t": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "ns": 1e-9, "nsec": 1e-9}}
 ENDINGS["angle"] = {"rad": 1.0, "rads": 1.0, "deg": np.pi / 180, "degrees": np.pi / 180, "dps": np.pi / 180}
 ENDINGS["length"] = {"m": 1.0, "mps": 1.0, "cm": 0.01, "mm": 1e-3, "mmps": 1e-3, "km": 1e3, "ft": 0.3048}
@@ -50,9 +118,14 @@ UNITS = {
     "angle": {"rad": 1.0, "deg": np.pi / 180},
     "length": {"m": 1.0, "cm": 0.01, "mm": 1e-3, "ft": 0.3048},
 }
-KIND = {"t": "t", "id": None, "w": "angle", "theta": "angle", "dtheta": "angle", "bearing": "angle"}
+KIND: dict[str, Any] = {"t": "t", "id": None} | dict.fromkeys((*QUATERNION, "px", "py", "disparity", "ax", "ay", "az"))
+KIND |= dict.fromkeys(("w", "dtheta", "bearing", "elevation", "wx", "wy", "wz", "dax", "day", "daz", *ANGLES), "angle")
 """Of the columns; lengths if not here."""
+FLAT = 1e-3
+"""Heights that differ by less are of one plane, m."""
 TRUE = re.compile(r"truth|(^|[^a-z])(gt|true|mocap|vicon|ground)", re.IGNORECASE)
+MARK = re.compile(r"(^|_)(true|truth|gt)(_|$)")
+"""A part of a column's name that says that it is the truth."""
 GPS = re.compile(r"gps|gnss|fix", re.IGNORECASE)
 LOOK = re.compile(r"scan|det|laser|lidar|obs|meas|cone|tree|point|sonar|radar|uwb|range|camera|marker|tag|land", re.I)
 STEPS = re.compile(r"odo|wheel|pose_est|dead", re.IGNORECASE)
@@ -64,8 +137,10 @@ def plain(name):
     unit = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]$", word)
     word = re.sub(r"\s*[\[(].*[\])]$", "", word)
     word = re.sub(r"[\s-]+", "_", word)
+    word = re.sub(r"_(deg|rad|m|cm|mm)_s$", r"_\1", word).replace("_km_h", "_kmh")
     if unit:
-        return word, unit[1].replace("°", "deg").removesuffix("/s").replace("km/h", "kmh")
+        unit = re.sub(r"\s*(/s|s\^-1)$", "", unit[1].replace("°", "deg").replace("km/h", "kmh"))
+        return word, unit
     stem, _, end = word.rpartition("_")
     if stem and any(end in units for units in ENDINGS.values()):
         return stem, end
@@ -81,54 +156,116 @@ def find(table, meaning):
             if name == word or ("." in word and name.endswith(f".{word}")):
                 return column
     for column, name in names.items():  # of things in a list: markers.id, detections.range
-        if meaning in ("id", "range", "bearing") and "." in name and name.rpartition(".")[2] in words:
+        if meaning in ("id", "range", "bearing", "elevation") and "." in name and name.rpartition(".")[2] in words:
             return column
     return None
+
+
+def true_columns(table):
+    """Columns of a true pose beside others: x_true, y_true, th_true; nothing if x and y are not among them."""
+    stems = {c: MARK.sub("", plain(c)[0]).strip("_") for c in table.columns if MARK.search(plain(c)[0])}
+    found = {m: c for m in ROLES["truth"] for c, stem in stems.items() if stem in NAMES[m].split()}
+    return found if {"x", "y"} <= set(found) else {}
 
 
 def guess_role(table):
     """What a table may be, by the names of its columns and its own; None if it is nothing."""
     has = {meaning for meaning in NAMES if find(table, meaning)}
+    if {"fx", "fy", "cx", "cy"} <= has:
+        return "camera"
     if "t" not in has and {"id", "x", "y"} <= has:
         return "map"
     if TRUE.search(table.name) and {"x", "y"} <= has:
-        return "truth" if "theta" in has else "gps"
+        return "truth" if has & {"theta", "qw"} else "gps"
     if GPS.search(table.name) and {"x", "y"} <= has:
         return "gps"
-    if has & {"v", "w", "dx", "left"}:
+    if pixels(table, has) and ("id" in has or LOOK.search(table.name)):
+        return "scan"
+    if has & {"v", "w", "dx", "left"} or set(IMU) <= has:
         return "odometry"
     if "range" in has or {"id", "x", "y"} <= has or {"id", "bearing"} <= has:
         return "scan"
     if {"x", "y"} <= has:
         if LOOK.search(table.name) and not STEPS.search(table.name):
             return "scan"
-        return "odometry" if "theta" in has else None
+        return "odometry" if has & {"theta", "qw"} else None
     return None
 
 
-def guess(tables):
-    """A plan for these tables: {role: {"from": table, meaning: column}}, as `[convert]` in a scenario has it."""
-    plan = {}
+def pixels(table, has):
+    """Return True if there are both coordinates of a pixel, and not those of a point or the speed of a robot."""
+    return {"px", "py"} <= has and "z" not in has and "w" not in has and "range" not in has
+
+
+def guess(tables, space=None):
+    """A plan for these tables: {role: {"from": table, meaning: column}}, as `[convert]` in a scenario has it.
+
+    Parameters
+    ----------
+    tables : list of Table
+    space : bool, optional
+        True in space, False in the plane; None: by what the scan measures.
+    """
+    candidates = {}
     for table in (table for table in tables if len(table)):
         role = guess_role(table)
-        if role and role not in plan:
-            plan[role] = {"from": table.name} | columns_of(table, role)
-    for table in tables:  # all in one table
-        both = "odometry" in plan and plan["odometry"]["from"] == table.name and find(table, "range")
-        if both and "scan" not in plan:
-            plan["scan"] = {"from": table.name} | columns_of(table, "scan")
+        if role:
+            candidates.setdefault(role, []).append(table)
+    if "scan" not in candidates:  # all in one table
+        both = [table for table in candidates.get("odometry", ()) if find(table, "range")]
+        candidates |= {"scan": both} if both else {}
+    if "truth" not in candidates:
+        marked = [table for table in tables if len(table) and true_columns(table) and find(table, "t")]
+        candidates |= {"truth": marked} if marked else {}
+    if space is None:
+        space = any(
+            out_of_the_plane(table, columns_of(table, "scan", True)) for table in candidates.get("scan", ())[:1]
+        )
+    plan = {}
+    for role, some in candidates.items():
+        table = max(some, key=lambda table: _worth(table, role, space))  # of the same worth, the first
+        true = true_columns(table) if role == "truth" else {}
+        true = {"t": find(table, "t")} | true if true else columns_of(table, role, space)
+        plan[role] = {"from": table.name} | true
     return plan
 
 
-def columns_of(table, role):
+def _worth(table, role, space):
+    """How well a table says what a role needs: the number of its way, from the end; 0 if it has none whole."""
+    ways = (SPACE if space else PLANE).get(role, ())
+    found = {m for m in ROLES[role] if find(table, m)}
+    return max((len(ways) - k for k, way in enumerate(ways) if way <= found and alive(table, way)), default=0)
+
+
+def out_of_the_plane(table, entry):
+    """Return True if a scan with these columns measures in space: elevations, pixels, or heights that differ."""
+    if {"elevation", "px"} & set(entry):
+        return True
+    z = table.columns[entry["z"]] if "z" in entry else np.zeros(1)
+    z = z[np.isfinite(z)]
+    return bool(z.size and np.ptp(z) > FLAT)
+
+
+def alive(table, way):
+    """Return True if some of these columns is not always zero: messages have fields that nobody fills in."""
+    columns = [table.columns[find(table, m)] for m in way if m not in ("t", "id", "qw")]
+    return any((np.nan_to_num(c) != 0).any() for c in columns)
+
+
+def columns_of(table, role, space=False):
     """Columns by meaning, as far as names tell: the first way to say it that is whole."""
     found = {m: c for m in ROLES[role] if (c := find(table, m))}
+    ways = [way for way in (SPACE if space else PLANE).get(role, ()) if way <= set(found)]
+    if role == "scan" and not pixels(table, set(found)):
+        ways = [way for way in ways if "px" not in way]
+    if role == "odometry" or (space and role != "camera"):
+        for way in [way for way in ways if alive(table, way)] or ways:
+            return {m: c for m, c in found.items() if m in way | {"t", "id"} or (m == "dy" and "dx" in way)}
     if role == "scan":
-        found = {m: c for m, c in found.items() if m in ("t", "id", "range", "bearing")} if "range" in found else found
-    if role == "odometry":
-        for way in WAYS[role]:
-            if way <= set(found):
-                return {m: c for m, c in found.items() if m in way | {"t"} or (m == "dy" and "dx" in way)}
+        found = {m: c for m, c in found.items() if m in ("t", "id", "range", "bearing", "x", "y")}
+        return {m: c for m, c in found.items() if m not in ("x", "y")} if "range" in found else found
+    if role == "odometry" or (not space and role in ("truth", "gps", "map")):
+        return {m: c for m, c in found.items() if m in PLANAR}
     return found
 
 
@@ -141,7 +278,7 @@ def checked(plan, tables):
         One sentence with what was said and what is possible.
     """
     if not isinstance(plan, dict):
-        raise ValueError("[convert] must be a table of odometry, scan, truth, gps and map")
+        raise ValueError("[convert] must be a table of odometry, scan, truth, gps, map and camera")
     by_name, done = {table.name: table for table in tables}, {}
     for role, entry in plan.items():
         if role not in ROLES:

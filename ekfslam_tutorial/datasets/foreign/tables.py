@@ -1,7 +1,7 @@
 """Files of anybody as tables: named columns of numbers, NaN where a cell has none."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +10,12 @@ from ...toolbox.files.archives import check_regular, read_npz
 from ...toolbox.user_input import errors_at
 from ..matlab import read_mat
 from .bags import is_bag, read_bag
+from .meaning import find
 
 TEXT = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
 KNOWN = "text in columns (.csv, .tsv, .txt, .dat, .log), .mat, .npz, ROS bags (.bag, .mcap, .db3, or a folder)"
+MOST_KINDS = 12
+"""Lines that begin with one of so many words are of so many kinds."""
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)", re.IGNORECASE)
 
 
@@ -29,12 +32,18 @@ class Table:
         What a reader should know.
     kind : str
         Type of the messages of a topic.
+    frame : str
+        Frame in which they are, by their headers.
+    mounts : dict of str to (str, ndarray)
+        Of `/tf_static`: the frame that carries a frame, and its pose [t; q] there.
     """
 
     name: str
     columns: dict
     notes: tuple = ()
     kind: str = ""
+    frame: str = ""
+    mounts: dict = field(default_factory=dict)
 
     def __len__(self):
         return len(next(iter(self.columns.values()), ()))
@@ -88,7 +97,8 @@ def _npz(path):
 def _arrays(path, arrays):
     """Tables of the arrays of a file: a matrix is one, and all vectors of the same length are one."""
     tables, vectors = [], {}
-    for name, a in arrays.items():
+    wide, rest = _wide(path, arrays)
+    for name, a in rest.items():
         if a.dtype.kind not in "iufb" or not a.size:
             continue
         if a.ndim == 2 and min(a.shape) > 1:
@@ -99,7 +109,36 @@ def _arrays(path, arrays):
     many = [(n, columns) for n, columns in vectors.items() if n > 1]
     for n, columns in many:
         tables.append(Table(path.name if len(many) == 1 else f"{path.name}/{n}", columns))
-    return tables
+    return tables + wide
+
+
+def _wide(path, arrays):
+    """Tables of matrices with a row for each time and a column for each landmark, and of the landmarks; and the rest.
+
+    So homework has it: r and b of shape (K, 17), t of length K, and l of shape (17, 2). Zero or NaN: not seen.
+    """
+    matrices = {n: a for n, a in arrays.items() if a.ndim == 2 and min(a.shape) > 1 and a.dtype.kind in "iuf"}
+    time = next((n for n in arrays if find(Table("", {n: ()}), "t")), None)
+    measured = {}
+    for name, a in matrices.items():
+        meaning = next((m for m in ("range", "bearing", "elevation") if find(Table("", {name: ()}), m)), None)
+        if meaning and time is not None and a.shape[0] == arrays[time].size and meaning not in measured:
+            measured[meaning] = name
+    if "range" not in measured:
+        return [], arrays
+    shape = arrays[measured["range"]].shape
+    names = [name for name in measured.values() if arrays[name].shape == shape]
+    seen = np.any([np.nan_to_num(arrays[name]) != 0 for name in names], axis=0)
+    rows, columns = np.nonzero(seen)
+    found = {"t": arrays[time].reshape(-1)[rows].astype(float), "id": columns + 1.0}
+    found |= {name: arrays[name][seen].astype(float) for name in names}
+    note = f"{' and '.join(names)} have a column for each of {shape[1]} landmarks, ids 1 to {shape[1]}; 0: not seen"
+    tables = [Table(f"{path.name}/{'+'.join(names)}", found, (note,))]
+    places = [n for n, a in matrices.items() if a.shape in ((shape[1], 2), (shape[1], 3)) and n not in names]
+    for name in places[:1]:
+        axes = dict(zip("xyz", arrays[name].T.astype(float), strict=False))
+        tables.append(Table(f"{path.name}/{name}", {"id": np.arange(1.0, shape[1] + 1)} | axes))
+    return tables, {n: a for n, a in arrays.items() if n not in (*names, *places[:1])}
 
 
 def _text(path):
@@ -128,8 +167,8 @@ def _text(path):
     if not rows:
         raise ValueError(f"{path} has a line of names and no rows")
     tags = [row[0] for row in rows]
-    if head is None and not any(map(_is_number, tags)) and len({len(row) for row in rows}) > 1:
-        kinds = dict.fromkeys(tags)
+    kinds = dict.fromkeys(tags)
+    if head is None and not any(map(_is_number, tags)) and len(kinds) <= MOST_KINDS:
         return [_table(path, f"{path.name}/{tag}", None, [r[1:] for r in rows if r[0] == tag]) for tag in kinds]
     return [_table(path, path.name, head, rows)]
 

@@ -69,11 +69,11 @@ class Odometry3:
             The part, and its covariance f U: those of the parts add up to U, but for what the turn of the first does
             to the second.
         """
-        w = np.linalg.solve(_screw(u[3:]), u[:3])
-        return np.concatenate([f * _screw(f * u[3:]) @ w, f * u[3:]]), f * U
+        w = np.linalg.solve(screw(u[3:]), u[:3])
+        return np.concatenate([f * screw(f * u[3:]) @ w, f * u[3:]]), f * U
 
 
-def _screw(v):
+def screw(v):
     """V(v) = int_0^1 R(s v) ds = I + (1 - cos a) / a^2 [v]x + (a - sin a) / a^3 [v]x^2, with the angle a = |v|."""
     a, H = np.linalg.norm(v), hat(v)
     if a < SMALL:

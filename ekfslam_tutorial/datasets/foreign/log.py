@@ -1,0 +1,153 @@
+"""What a log holds, by role and meaning: columns in SI units and radians, sorted by time, and words on them."""
+
+import numpy as np
+
+from ...geometry import Frame3
+from . import looks
+from .meaning import NAMES, ROLES
+
+APART = 1e5
+"""Times of two tables that are so many seconds apart are in different time bases."""
+IN_G = 0.5, 2.0
+"""Accelerations whose usual size is in between are multiples of the earth's."""
+G = 9.80665
+
+
+class Log:
+    """Columns by role and meaning, in SI units and radians, sorted by time; `said` has words on them.
+
+    Parameters
+    ----------
+    plan : dict
+        Checked and completed.
+    tables : dict of str to Table
+    space : bool
+        True in space, False in the plane.
+    """
+
+    def __init__(self, plan, tables, space):
+        self.plan, self.space, self.said, self.parts = plan, space, [], {}
+        self.frames = {role: tables[entry["from"]].frame for role, entry in plan.items()}
+        self.mounts = {child: where for table in tables.values() for child, where in table.mounts.items()}
+        degrees, of_time = False, None
+        for role in sorted(plan, key=list(ROLES).index):
+            entry, table = plan[role], tables[plan[role]["from"]]
+            alike = self._alike(entry, table, of_time)
+            units = looks.units(entry, table, alike, degrees)
+            degrees = degrees or any("deg" in words for m, (_, words) in units.items() if m in ("bearing", "theta"))
+            if role == "odometry" and "t" in entry:
+                of_time = units["t"][1].partition(",")[0], table.columns[entry["t"]]
+            self.parts[role] = self._read(role, entry, table, units)
+        if degrees and "odometry" in plan and "angle_unit" not in plan["odometry"]:  # bearings tell of turn rates
+            entry, table = plan["odometry"], tables[plan["odometry"]["from"]]
+            again = looks.units(entry, table, None, True)
+            if again != looks.units(entry, table):
+                self.said = [line for line in self.said if not line.startswith("odometry")]
+                self.parts["odometry"] = self._read("odometry", entry, table, again)
+        self._check_times()
+
+    @staticmethod
+    def _alike(entry, table, of_time):
+        """The unit of the odometry's times, if those of this table are of the same size."""
+        if of_time is None or "t" not in entry:
+            return None
+        mine, other = (np.nanmedian(np.abs(a)) for a in (table.columns[entry["t"]], of_time[1]))
+        return of_time[0] if 0.1 < mine / max(other, 1e-12) < 10 else None
+
+    def _read(self, role, entry, table, units):
+        part = {m: table.columns[c] for m, c in entry.items() if m in NAMES}
+        if "t" in part:
+            t = part["t"] * units["t"][0] + float(entry.get("t_offset", 0.0))
+            part["t"] = np.round(t, 6)  # what is measured at one time has one time, whatever was added
+        part |= {m: part[m] * factor for m, (factor, _) in units.items() if m != "t"}
+        if entry.get("clockwise"):
+            part |= {m: -part[m] for m in ("bearing", "theta", "w", "dtheta", "wz", "daz") if m in part}
+        needed = [m for m in part if m != "id" or role == "map"]
+        whole = np.all([np.isfinite(part[m]) for m in needed], axis=0)
+        part = {m: a[whole] for m, a in part.items()}
+        lost = int((~whole).sum())
+        if not whole.any():
+            raise ValueError(f"{role}: no row of {entry['from']} has a number in each of {', '.join(needed)}")
+        words = [f"{role}: {', '.join(f'{m} = {entry[m]}' for m in part)} of {entry['from']}"]
+        same = {}  # one line for columns of which the same is said
+        for m, (_, text) in units.items():
+            same.setdefault(text, []).append(m)
+        words += [f"  {', '.join(ms)}: {text}" for text, ms in same.items()]
+        words += self._in_g(part)
+        if lost:
+            words.append(f"  {lost:,} of {len(whole):,} rows have no number in one of them and are left out")
+        if "t" in part:
+            back = int((np.diff(part["t"]) < 0).sum())
+            order = np.argsort(part["t"], kind="stable")
+            part = {m: a[order] for m, a in part.items()}
+            words.append(f"  {looks.rate(part['t'])}")
+            if back:
+                words.append(f"  times go back {back} time{'s' * (back > 1)}: rows are put in order")
+            twice = len(part["t"]) - len(np.unique(part["t"]))
+            if twice and role == "odometry":
+                words.append(f"  {twice:,} rows have the time of another one and are left out; were times rounded?")
+        if {"x", "y"} <= set(part) and role in ("odometry", "truth", "gps"):
+            jump = looks.jumps(np.column_stack([part[m] for m in ("x", "y", "z") if m in part]))
+            words += [f"  {jump}"] if jump else []
+        if role == "scan":
+            words.append(f"  {looks.ids(part.get('id', np.zeros(0)))}")
+        self.said += words
+        return part
+
+    @staticmethod
+    def _in_g(part):
+        """Put accelerations into m/s^2; words on their size."""
+        if "ax" not in part:
+            return []
+        size = float(np.median(np.sqrt(sum(part[m] ** 2 for m in ("ax", "ay", "az")))))
+        if IN_G[0] < size < IN_G[1]:
+            part |= {m: G * part[m] for m in ("ax", "ay", "az")}
+            return [f"  ax, ay, az: of the size {size:.3g}, so they are in g; times {G}"]
+        return [f"  ax, ay, az: m/s^2, of the size {size:.3g}; the earth's is 9.81"]
+
+    def _check_times(self):
+        if "odometry" not in self.parts:
+            return
+        begin = {role: float(part["t"][0]) for role, part in self.parts.items() if "t" in part}
+        end = {role: float(part["t"][-1]) for role, part in self.parts.items() if "t" in part}
+        for role in begin:
+            if role == "odometry" or (begin[role] <= end["odometry"] and end[role] >= begin["odometry"]):
+                continue
+            spans = [f"{begin[r]:.10g} to {end[r]:.10g} s" for r in ("odometry", role)]
+            other = abs(begin[role] - begin["odometry"]) > APART
+            why = "they are in different time bases" if other else "they do not meet"
+            raise ValueError(
+                f"odometry lasts from {spans[0]}, {role} from {spans[1]}: {why}; --set {role}.t_unit=ms, or "
+                f"--set {role}.t_offset={begin['odometry'] - begin[role]:.6f} (s), puts them together"
+            )
+
+    def mount(self):
+        """Pose [t; q] of the sensor on the robot by /tf_static; None if that does not say it."""
+        if not self.mounts:
+            return None
+        chains = []
+        for role in "odometry", "scan":
+            name = self.frames.get(role, "")
+            chain: dict = {name: Frame3(np.array([0.0, 0, 0, 1, 0, 0, 0]))}
+            while name in self.mounts:  # from the frame to what carries it, to what carries that
+                parent, pose = self.mounts[name]
+                if parent in chain:
+                    break
+                F, _ = Frame3(pose).normalized()
+                chain[parent] = F.compose(chain[name])[0]
+                name = parent
+            chains.append(chain)
+        for name, F in chains[0].items():
+            if name in chains[1]:
+                return F.inverse()[0].compose(chains[1][name])[0].x
+        return None
+
+    @property
+    def t0(self):
+        """When the robot starts: one step of the odometry before the first of its messages, s."""
+        first = float(self.parts["scan"]["t"][0])
+        if "odometry" not in self.parts:
+            return first
+        t = np.unique(self.parts["odometry"]["t"])
+        step = float(np.median(np.diff(t))) if len(t) > 1 else 0.1
+        return min(float(t[0]), first) - step

@@ -1,0 +1,210 @@
+"""What a scan measures: the sensor model that fits its columns, its noise by the scatter, its messages."""
+
+from math import comb
+
+import numpy as np
+
+from ...geometry import q2e, wrap
+from ...toolbox.messages import Measurement
+
+RANGE, BEARING, ELEVATION = ("range", "range_std"), ("bearing", "bearing_std_deg"), ("elevation", "elevation_std_deg")
+PIXEL = ("px", "pixel_std"), ("py", "pixel_std")
+PLANE = {
+    "range_bearing": (RANGE, BEARING),
+    "range": (RANGE,),
+    "point_xy": (("x", "std"), ("y", "std")),
+}
+"""Sensor models of the plane: what they measure, each column and the key of its noise."""
+SPACE = {
+    "range_bearing_elevation": (RANGE, BEARING, ELEVATION),
+    "range": (RANGE,),
+    "pin_hole_depth": (*PIXEL, ("depth", "depth_std")),
+    "stereo_pin_hole": (*PIXEL, ("disparity", "pixel_std")),
+    "pin_hole": PIXEL,
+    "point_xyz": (("x", "std"), ("y", "std"), ("z", "std")),
+}
+CAMERAS = "pin_hole", "pin_hole_depth", "stereo_pin_hole"
+LEAST = {"range": 0.05, "bearing": 0.005, "elevation": 0.005, "std": 0.05, "pixel": 0.5, "depth": 0.05}
+"""No noise is taken for smaller than this: m, rad, rad, m, pixels, m."""
+UNKNOWN = {"range": 0.1, "bearing": 0.03, "elevation": 0.03, "std": 0.1, "pixel": 1.0, "depth": 0.1}
+"""Noise where the log cannot tell it."""
+GATES = {1: 10.8, 2: 13.8, 3: 16.3}
+"""Gate by the length of a measurement: one good innovation in a thousand does not pass."""
+MANY = 100
+"""So many landmarks make a map that is slow one by one."""
+AHEAD = [-90.0, 0.0, -90.0]
+"""Orientation of a camera that looks ahead, its z axis along the robot's x."""
+
+
+class Scan:
+    """What the sensor of a log is.
+
+    Parameters
+    ----------
+    log : Log
+
+    Raises
+    ------
+    ValueError
+        One sentence: its columns start no landmarks, or a camera is not known.
+    """
+
+    def __init__(self, log):
+        self.log, self.part, self.entry = log, log.parts["scan"], log.plan["scan"]
+        models = SPACE if log.space else PLANE
+        whole = [kind for kind, fields in models.items() if {m for m, _ in fields} <= set(self.part)]
+        if not whole or (log.space and whole == ["range"] and "bearing" in self.part):
+            raise ValueError(
+                f"scan: {', '.join(m for m in self.part if m != 't') or 'the time'} alone starts no landmarks"
+                f"{' in space' * log.space}; needed are "
+                + "; or ".join(", ".join(m for m, _ in fields) for fields in models.values())
+            )
+        self.kind = whole[0]
+        self.fields = models[self.kind]
+        ids = self.part.get("id", np.zeros(0))
+        self.known = bool((ids[np.isfinite(ids)] >= 0).any())
+        if self.kind == "range" and not self.known:
+            raise ValueError("scan: ranges without ids cannot be told apart; which column is the id of the beacon?")
+
+    def sensor(self):
+        """Table of the sensor, with noise by the scatter of the log."""
+        table = {"id": 1, "robot": 1, "type": self.kind}
+        if self.kind in CAMERAS:
+            table |= self._camera()
+        if self.kind == "range" and self.log.space:
+            table["dim"] = 3
+        for key in dict.fromkeys(key for _, key in self.fields):
+            std = max(self._scatter(m, key) for m, k in self.fields if k == key)
+            table[key] = round(float(np.rad2deg(std)), 3) if key.endswith("_deg") else round(std, 4)
+        return table | self._mounting()
+
+    def landmark(self):
+        """Table of the landmarks."""
+        if self.kind == "range":
+            return {"type": "euc_pnt", "hypotheses": 200 if self.log.space else 64}
+        if self.kind == "pin_hole":
+            self.log.said.append(
+                "  a pixel does not tell how far a landmark is: at birth 2 m or more, about 4 m; non_obs_mean and "
+                "non_obs_std (1/m) of [landmark] say so"
+            )
+            return {"type": "idp_pnt", "non_obs_mean": 0.25, "non_obs_std": 0.25}
+        return {"type": "euc_pnt"}
+
+    def options(self):
+        """Table of the filter's options."""
+        table = {"association": "known_ids" if self.known else "nearest_neighbour"}
+        if self.known and len(np.unique(self.part["id"])) > MANY:
+            table |= {"joint": True, "compressed": True}
+            self.log.said.append(f"more than {MANY} landmarks: joint and compressed, which is much faster then")
+        return table | {"md2_threshold": GATES[len(self.fields)]}
+
+    def _mounting(self):
+        """Where the sensor is on the robot, as far as it is told or the axes tell."""
+        told = {key: self.entry[key] for key in ("position", "orientation_deg") if key in self.entry}
+        pose = None if told else self.log.mount()
+        if pose is not None:
+            rpy = np.rad2deg(q2e(pose[3:])[0]).round(4) + 0.0
+            angles = rpy.tolist() if self.log.space else float(rpy[2])
+            told = {"position": pose[: 3 if self.log.space else 2].round(5).tolist(), "orientation_deg": angles}
+            self.log.said.append(f"  mounted by /tf_static: {', '.join(f'{key} = {v}' for key, v in told.items())}")
+        if not self.log.space or "orientation_deg" in told:
+            return told
+        if self.kind in CAMERAS:
+            self.log.said.append(
+                f"  the camera is taken to look ahead, orientation_deg = {AHEAD}; --set scan.orientation_deg=... , and "
+                "scan.position=[x, y, z], if it is mounted otherwise"
+            )
+            return told | {"orientation_deg": AHEAD}
+        if self.kind == "point_xyz" and (self._optical() or "optical" in self.log.frames["scan"]):
+            self.log.said.append(
+                f"  seen with z ahead, as by a camera: orientation_deg = {AHEAD}; scan.orientation_deg says otherwise"
+            )
+            return told | {"orientation_deg": AHEAD}
+        return told
+
+    def _optical(self):
+        """Return True if z is ahead: never negative, and mostly the largest."""
+        x, y, z = (self.part[m] for m in "xyz")
+        return bool((z > 0).all() and np.median(z) > 2 * max(np.median(np.abs(x)), np.median(np.abs(y))))
+
+    def _camera(self):
+        """Intrinsic parameters of the camera: as told, or by its CameraInfo."""
+        camera, told = self.log.parts.get("camera"), self.entry
+        if "k" not in told and camera is None:
+            raise ValueError(
+                "scan: pixels need the camera: --set scan.k=[u0, v0, fu, fv] (pixels), or camera.from=TOPIC of its "
+                "CameraInfo"
+            )
+        table = {"k": told["k"]} if "k" in told else {}
+        if camera is not None:
+            one = {m: float(a[0]) for m, a in camera.items()}
+            table = {"k": [one["cx"], one["cy"], one["fx"], one["fy"]]} | table
+            if "width" in one and "height" in one:
+                table["image_size"] = [one["width"], one["height"]]
+            table |= self._distortion([one.get(f"d{i}", 0.0) for i in range(1, 6)], table["k"])
+        if "d" in told:
+            table["d"] = told["d"]
+        size = [float(np.ceil(self.part[m].max())) + 1 for m in ("px", "py")]
+        table.setdefault("image_size", told.get("image_size", size))
+        if "disparity" in self.part:
+            baseline = told.get("baseline")
+            if not isinstance(baseline, int | float) or not baseline > 0:
+                raise ValueError(
+                    f"scan: disparities need baseline, how far the cameras are apart in m, got {baseline!r}"
+                )
+            table["baseline"] = baseline
+        self.log.said.append(f"  camera: {', '.join(f'{key} = {value}' for key, value in table.items())}")
+        return table
+
+    def _distortion(self, d, k):
+        """Radial distortion; what is tangential is left out, and words say how much that is."""
+        if self.entry.get("rectified") or not any(d) or self.kind == "stereo_pin_hole":
+            return {}
+        words = "  pixels are taken to be distorted as the CameraInfo says; scan.rectified=true if they are not"
+        if d[2] or d[3]:
+            r = (k[0] / k[2]) ** 2 + (k[1] / k[3]) ** 2
+            off = 2 * r * max(k[2:]) * max(abs(d[2]), abs(d[3]))
+            words += f"; its tangential part is left out, up to {off:.2g} pixels in a corner"
+        self.log.said.append(words)
+        return {"d": [d[0], d[1], *([d[4]] if d[4] else [])]}
+
+    def _scatter(self, meaning, key):
+        """Noise of a measurement by the scatter of neighbouring ones of the same landmark."""
+        kind = key.removesuffix("_deg").removesuffix("_std")
+        if not self.known:
+            return UNKNOWN[kind]
+        found = []
+        for id in np.unique(self.part["id"][self.part["id"] >= 0]):
+            a = self.part[meaning][self.part["id"] == id]
+            found.append(scatter(np.unwrap(a) if meaning == "bearing" else a))
+        found = [std for std in found if np.isfinite(std)]
+        return max(float(np.median(found)), LEAST[kind]) if found else UNKNOWN[kind]
+
+    def messages(self):
+        """Measurements, those of one time together."""
+        scan = self.part
+        y = np.column_stack([wrap(scan[m]) if m == "bearing" else scan[m] for m, _ in self.fields])
+        ids = np.full(len(y), -1)
+        if "id" in scan:
+            ids = np.where(np.isfinite(scan["id"]), scan["id"], -1).astype(int)
+            ids = np.maximum(ids, -1)
+        if self.known and (ids < 0).any():
+            self.log.said.append(
+                f"{(ids < 0).sum():,} measurements without an id are left out: known_ids cannot use them"
+            )
+        times, start = np.unique(scan["t"], return_index=True)
+        for a, rows in zip(times, np.split(np.arange(len(y)), start[1:]), strict=True):
+            rows = rows[ids[rows] >= 0] if self.known else rows
+            yield Measurement(a, ids[rows], y[rows])
+
+
+def scatter(a):
+    """Standard deviation of white noise on a smooth signal, by its differences; NaN if there are too few.
+
+    The variance of a difference of order k is binomial(2k, k) times that of the noise, and what is left of the signal
+    comes on top: the order of the least is taken.
+    """
+    if len(a) < 8:
+        return float("nan")
+    of_order = lambda d, k: 1.4826 * np.median(np.abs(d - np.median(d))) / np.sqrt(comb(2 * k, k))
+    return float(min(of_order(np.diff(a, k), k) for k in (2, 3, 4)))
