@@ -26,8 +26,8 @@ COLUMNS = {"DR": 3, "TD": 4, "GT": 4, "TL": 3}
 """Array -> its columns: odometry t, ds, dtheta; ranges t, robot, beacon, range; true path t, x, y, theta; beacons."""
 
 NOISE = OdometryNoise(along=0.05, across=0.04, turn=0.015, drift=0.005)
-"""Of the odometry: wheels on grass, and a gyroscope whose zero wanders. Near the largest likelihood of the ranges of set
-1, which would have turns and drift half as large; errors of both sets were in view when this was chosen."""
+"""Of the odometry: wheels on grass, and a gyroscope whose zero wanders. Near the largest likelihood of the ranges of
+set 1, which would have turns and drift half as large; errors of both sets were in view when this was chosen."""
 
 STILL = 0.05
 """Slower than this the mower stands, m/s: what the gyroscope tells then is its zero."""
