@@ -134,7 +134,7 @@ here = pytest.mark.skipif(
 
 @here
 def test_plaza_2():
-    """Nobody has told where the beacons are, or that all ranges are 7 % too long; settings were chosen with it in view."""
+    """Nobody has told where the beacons are, or that all ranges are 7 % too long; settings chosen with it in view."""
     data, rec = datasets.prepare(UserData.from_toml(find_scenario("plaza")))
     errors, nees = [], []
     for now in universal_slam(data, rec):
