@@ -20,6 +20,7 @@ from ..geometry import ORIGIN, Frame2, Frame3, wrap
 from ..models.landmarks import EucPnt
 from ..models.observation import expect, retro_project
 from ..toolbox import create_slam_structures, universal_slam
+from ..toolbox.rings import rings_by
 from ..toolbox.sources import Replay
 
 
@@ -102,6 +103,22 @@ class Birth:
         blocks = {self.lmk: np.eye(len(l))} | graph.padded((self.pose, -L_r), (self.mount, -L_s))
         G = np.hstack([L_y, L_n])
         return graph.values[self.lmk] - l + G @ w, blocks, G, block_diag(self.R, self.N)
+
+
+@dataclass
+class Guess:
+    """What was believed of the last numbers of a landmark before its first range: bias and scale of a beacon."""
+
+    k: int
+    lmk: tuple
+    n: np.ndarray
+    N: np.ndarray
+    w: Any = 0.0
+
+    def linear(self, graph):
+        """Residual, Jacobians by key, G and C."""
+        l, m = graph.values[self.lmk], len(self.n)
+        return l[-m:] - self.n, {self.lmk: np.eye(len(l))[-m:]}, np.eye(m), self.N
 
 
 @dataclass
@@ -253,7 +270,7 @@ class _Maker:
                     key = (kind, thing.id, 0) if kind == "robot" else (kind, thing.id)
                     self._note(key, thing.state(map), map.block(thing.r))
                     self.graph.stiff.append(Prior([key], thing.state(map), map.block(thing.r)))
-        self.loosened = {}
+        self.loosened, self.heard = {}, {}
 
     def _note(self, key, x, P):
         self.graph.values[key], self.graph.filtered[key] = x.copy(), (x, P)
@@ -283,8 +300,12 @@ class _Maker:
                     self._saw(sen, lmk, o.y, o.R)
         for event in now.events:
             sen = self.mount[event.sen]
-            if event.kind == "initialisation":
+            if event.kind == "initialisation" and rings_by(sen.model):
+                self._decided(now.lmks[event.lmk])
+            elif event.kind == "initialisation":
                 self._born(now, sen, event.lmk, raw_of[event.sen])
+            elif event.kind == "innovation" and event.flag and event.lmk in self.heard:
+                self.heard[event.lmk].append(self._range(sen, event.lmk, raw_of))
             elif event.kind == "deletion":
                 self.sightings = [s for s in self.sightings if s[3] != event.lmk or s[4]]
                 self.births.pop(event.lmk, None)
@@ -295,7 +316,28 @@ class _Maker:
                     met = now.met[sen.id]
                     R = sen.model.R if met.R is None else met.R[i]
                     self.sightings.append((self.k, sen.robot, sen.id, event.lmk, True, np.array(met.y[i]), np.array(R)))
+        self.heard = {id: self.heard.get(id) or self._first_range(ring, raw_of) for id, ring in now.rings.items()}
         self.last = now
+
+    def _first_range(self, ring, raw_of):
+        """The range that has started a ring, in this frame."""
+        able = [sen for sen in self.mount.values() if sen.robot == ring.rob and rings_by(sen.model)]
+        return [self._range(next(s for s in able if ring.id in raw_of[s.id].ids), ring.id, raw_of)]
+
+    def _range(self, sen, id, raw_of):
+        """A range to a beacon that is no landmark yet: as `_saw` notes it."""
+        raw = raw_of[sen.id]
+        i = list(raw.ids).index(id)
+        R = sen.model.R if raw.R is None else raw.R[i]
+        return self.k, sen.robot, sen.id, id, False, np.array(raw.y[i], float), np.array(R, float)
+
+    def _decided(self, lmk):
+        """A ring has become a landmark: all ranges that it has used are its own, and its faults were guessed once."""
+        ranges = self.heard.pop(lmk.id)
+        self.sightings += ranges
+        if hasattr(lmk.type, "N"):
+            key = "landmark", lmk.id
+            self.graph.stiff.append(Guess(ranges[0][0], key, np.zeros(len(lmk.type.N)), lmk.type.N))
 
     def _saw(self, sen, lmk, y, R):
         self.sightings.append((self.k, sen.robot, sen.id, lmk, False, np.array(y, float), np.array(R, float)))

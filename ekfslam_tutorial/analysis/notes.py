@@ -6,7 +6,9 @@ All of it is known without the truth, except the NEES. An honest run says nothin
 import numpy as np
 
 from ..ekf import chi_square
+from ..models.landmarks import AplLin, PlkLin
 from ..slam.association import gate
+from ..toolbox.scenario.agreement import started_by
 from .consistency import anees_band, chi2_band
 
 FEW = 50
@@ -23,6 +25,8 @@ CONFIDENCE = 0.9999
 """Of the band of chance of the NIS."""
 NEES_CONFIDENCE = 0.99
 """Of the band of the mean NEES. The frames of a run are correlated: they count as one pose."""
+BEYOND = 2.0
+"""A prior whose mean is less than so many of its standard deviations reaches over infinity: in 2.3 % of its lines."""
 ASK = "are units, signs, mounting, ids and noise right?"
 SIGN = "is the sign of the bearing right (positive to the left), and are units, mounting, ids and noise?"
 TUNE = "`ekfslam tune` finds a factor for R and U from the log alone"
@@ -49,7 +53,7 @@ def notes(figures, data, recording=None):
     gross = gross_fault(figures, data)
     if gross:
         return [*found, gross]
-    return [*found, *filter(None, (f(figures, data) for f in (refused, nis, ratio, nees)))]
+    return [*found, *filter(None, (f(figures, data) for f in (refused, nis, ratio, nees, far_lines)))]
 
 
 def ids_left_out(data, recording):
@@ -146,3 +150,17 @@ def nees(figures, data):
     if value < low:
         return f"the mean NEES is {value:.2g}, {right}: the filter is too cautious; R, U or the start is told too large"
     return None
+
+
+def far_lines(figures, data):
+    """Plücker lines of which some are born beyond infinity, so that their direction is turned round for good."""
+    n, N = data.landmark.prior()
+    plucker = [k for k in (started_by(data, s) for s in data.sensors) if isinstance(k, PlkLin | AplLin)]
+    std = np.sqrt(N.diagonal().max())
+    if not plucker or np.linalg.norm(n) >= BEYOND * std:
+        return None
+    return (
+        f"lines are born with the inverse distance {np.linalg.norm(n):.3g} and a standard deviation of {std:.3g} 1/m: "
+        "Plücker lines that are guessed beyond infinity become too sure of a wrong direction; "
+        "landmark.type=idp_lin, whose prior is the inverse distance alone, holds one so wide better"
+    )

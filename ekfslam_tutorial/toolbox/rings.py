@@ -57,6 +57,9 @@ birth those next to each other are 3.5 sigma apart."""
 SURE = 1e-12
 """Variance with which two beliefs of one state are said to be the same: for the digits."""
 
+SMALL = 1e-9
+"""A robot that has become surer by less than this share of its variance has learnt nothing."""
+
 TINY = np.finfo(float).tiny
 
 
@@ -94,6 +97,10 @@ class Ring:
     def states(self, map):
         """State vectors [x_h, l_h] of the hypotheses, shape (H, m + k)."""
         return map.state(self.r).reshape(len(self.w), -1)
+
+    def robots(self, map):
+        """Where the robot is as each of them believes, shape (H, m), and the covariances of that, (H, m, m)."""
+        return self.states(map)[:, : self.m], diagonal(map.block(self.r), len(self.w))[:, : self.m, : self.m]
 
     def points(self, map):
         """Where the hypotheses are, and their covariances.
@@ -399,17 +406,58 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     KSK = K[:, :, None, None] * (S[:, :, None] * K[None])[:, None]
     P_ll = map.block(ring.r) + (KSK - Kg).reshape(P_lm.shape[0], -1) - Kg.reshape(P_lm.shape[0], -1).T
     ring.r = map.put(ring.r, (l + K * z[:, None]).ravel(), P_lm, P_ll)
-    ring.w = weigh(ring.w, z, Z)
+    ring.w = weigh(ring.w, z * z / Z, np.log(Z))
     ring.n_used += 1
     return True
 
 
-def weigh(w, z, Z):
-    """Weights after a range: each times the likelihood of its innovation z with variance Z (Bayes' rule)."""
+def weigh(w, md2, log_det):
+    """Weights, each times the likelihood of its innovation (Bayes' rule): of z' Z^-1 z, and of the log of det Z."""
     with np.errstate(divide="ignore"):
-        log = np.log(w) - (z * z / Z + np.log(Z)) / 2
+        log = np.log(w) - (md2 + log_det) / 2
     w = np.exp(log - log.max())
     return w / w.sum()
+
+
+def agree(w, rob, x, P, before, after, back):
+    """Weights of hypotheses after something else has corrected the robot: Bayes' rule once more.
+
+    The correction of the robot tells all that has to be known of the measurement behind it, in units of its own noise:
+
+        P- - P+ = W W',    H = W' P-^-1,    z = W^-1 (x+ - x-),    Z = 1
+
+    A hypothesis that believes the robot at x_h with the covariance P_h has foretold it with the innovation z_h:
+
+        z_h = z - H (x_h - x-),    Z_h = 1 - H (P- - P_h) H'
+
+    Without that, what is measured of other beacons would tell a ring nothing: a hypothesis that shifts the beacon and
+    its copy of the robot together explains all ranges of its own.
+
+    Parameters
+    ----------
+    w : ndarray, shape (H,)
+    rob : Rob
+    x, P : ndarray, shape (H, m) and (H, m, m)
+        What the hypotheses believed of the robot before the correction.
+    before, after : tuple of ndarray
+        State of the robot and its covariance, (m,) and (m, m).
+    back : ndarray, shape (m, m)
+        T^-1: what takes the covariance after the correction back to the world before.
+
+    Returns
+    -------
+    ndarray, shape (H,)
+    """
+    (x0, P0), (x1, P1) = before, after
+    s = np.sqrt(np.diag(P0).clip(TINY))  # metres and radians get one size
+    D, V = np.linalg.eigh((P0 - back @ P1 @ back.T) / s / s[:, None])
+    W = V[:, D > SMALL] * np.sqrt(D[D > SMALL])
+    H = W.T @ np.linalg.pinv(P0 / s / s[:, None], SMALL, hermitian=True) / s
+    z = np.linalg.pinv(W) @ (difference(rob, x1, x0) / s)
+    z = z - np.array([difference(rob, each, x0) for each in x]) @ H.T
+    Z = np.eye(len(H)) - H @ (P0 - P) @ H.T
+    md2 = (z * np.linalg.solve(Z, z[..., None])[..., 0]).sum(-1)
+    return weigh(w, md2, np.linalg.slogdet(Z)[1])
 
 
 def thin_out(map, ring, at, std):
@@ -515,19 +563,50 @@ class _Moved:
 
 
 class _Carried:
-    """The invariant error of rings: see `slam.correct_invariant`. P = T P T' for their rows and columns."""
+    """What a correction of the robot by others says of the rings.
+
+    Each hypothesis believes something of the robot, so each foretells in its own way what has corrected the robot:
+    `agree` weighs them by that. And with the invariant error, see `slam.correct_invariant`, P = T P T' for their rows
+    and columns.
+    """
 
     def __init__(self, live, map, rob, opt):
-        wanted = opt.error == "invariant" and rob.r is not None
-        self.rings, self.map, self.rob = list(live.values()) if wanted else [], map, rob
+        self.rings, self.map, self.rob = list(live.values()) if rob.r is not None else [], map, rob
+        self.invariant = opt.error == "invariant"
 
     def __enter__(self):
-        self.before = [ring.states(self.map) for ring in self.rings]
+        self.before = [(ring.states(self.map), ring.robots(self.map)[1]) for ring in self.rings]
+        self.robot = self._robot()
 
     def __exit__(self, kind, *_):
-        if kind is None:
-            for ring, l0 in zip(self.rings, self.before, strict=True):
+        if kind is not None or not self.rings or np.array_equal(self.robot[0], self._robot()[0]):
+            return
+        for ring, (l0, P0) in zip(self.rings, self.before, strict=True):
+            if ring.m and ring.rob == self.rob.id:
+                ring.w = agree(ring.w, self.rob, l0[:, : ring.m], P0, self.robot, self._robot(), self._back())
+            if self.invariant:
                 self._carry(ring, l0, ring.states(self.map))
+
+    def _robot(self):
+        return self.rob.state(self.map), self.map.block(self.rob.r)
+
+    def _back(self):
+        """T^-1 of the state of the robot: what the invariant error has turned its covariance by."""
+        x0, x1 = self.robot[0], self._robot()[0]
+        T, O = np.eye(len(x0)), ORIGIN[self.rob.motion.frame.dim]
+        if self.invariant:
+            B0, B1 = (self._robot_gauge(x) for x in (x0, x1))
+            T += (B0 - B1) @ np.linalg.pinv(B1[: O.size]) @ np.eye(O.size, len(x0))
+        return T
+
+    def _robot_gauge(self, x):
+        """How a robot changes if the world is moved: its rows of `slam.gauge`, shape (m, dof)."""
+        O = ORIGIN[self.rob.motion.frame.dim]
+        B = np.zeros((len(x), O.dof))
+        B[: O.size] = O.compose(self.rob.motion.frame(x[: O.size]))[1] @ O.X_step
+        if len(x) > O.size:
+            B[O.size :, O.dim :] = turning(self.rob.motion, x)
+        return B
 
     def _carry(self, ring, l0, l):
         """Let a ring follow: the g of `gauge` is read from the pose of the robot."""
@@ -543,14 +622,11 @@ class _Carried:
 
     def _gauge(self, ring, l):
         """How hypotheses change if the world is moved: the rows of `slam.gauge`, shape (H, m + k, dof)."""
-        frame, m = self.rob.motion.frame, ring.m
-        O = ORIGIN[frame.dim]
+        O, m = ORIGIN[self.rob.motion.frame.dim], ring.m
         B = np.zeros((*l.shape, O.dof))
         B[:, m:] = -ring.type.to_frame(O, l[:, m:])[1] @ O.X_step
         if m:
-            B[:, : O.size] = O.compose(frame(l[:, : O.size]))[1] @ O.X_step
-        if m > O.size:
-            B[:, O.size : m, O.dim :] = [turning(self.rob.motion, x) for x in l[:, :m]]
+            B[:, :m] = [self._robot_gauge(x) for x in l[:, :m]]
         return B
 
 

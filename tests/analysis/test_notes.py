@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis import History
-from ekfslam_tutorial.analysis.notes import ASK, SIGN, nis_band, notes
+from ekfslam_tutorial.analysis.notes import ASK, SIGN, far_lines, nis_band, notes
 from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
 
 SCENARIO = Path(__file__).parents[2] / "data" / "scenarios" / "range_bearing_2d.toml"
@@ -129,3 +129,12 @@ def test_the_band_of_the_nis_knows_of_the_gate():
     passed = squares[squares < 4.605]
     low, high = nis_band(FIGURES | {"n_innovations": 10**9}, scenario(options__md2_threshold=4.605))
     assert low / 0.8 == pytest.approx(passed.mean(), rel=0.01) == high / 1.25
+
+
+@pytest.mark.parametrize("kind, std, n_notes", [("plk_lin", 0.15, 1), ("plk_lin", 0.1, 0), ("idp_lin", 0.15, 0)])
+def test_plucker_lines_with_a_prior_beyond_infinity(kind, std, n_notes):
+    prior = {"landmark.non_obs_std": [std, std] if kind == "plk_lin" else std}
+    data = UserData.from_toml(SCENARIO.with_name(f"house_{kind[:3]}.toml"), prior)
+    found = far_lines(None, data)
+    assert bool(found) == bool(n_notes)
+    assert not found or "a standard deviation of 0.15 1/m" in found and "landmark.type=idp_lin" in found

@@ -5,14 +5,14 @@ import importlib.util
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.analysis.factors import Motion, Prior, graph_of
+from ekfslam_tutorial.analysis.factors import Guess, Motion, Prior, graph_of
 from ekfslam_tutorial.analysis.smoother import smooth, smooth_lagged
 from ekfslam_tutorial.geometry import Frame2, wrap
 from ekfslam_tutorial.models import observe
-from ekfslam_tutorial.models.landmarks import EucPnt
+from ekfslam_tutorial.models.landmarks import Beacon, EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
-from ekfslam_tutorial.models.sensors import PointXY
-from ekfslam_tutorial.toolbox import Options, Robot, Sensor, Time, UserData, World, universal_slam
+from ekfslam_tutorial.models.sensors import PointXY, Range
+from ekfslam_tutorial.toolbox import Landmark, Options, Robot, Sensor, Time, UserData, World, universal_slam
 
 from ..toolbox.scenarios import FLAT, SPACE
 
@@ -168,6 +168,29 @@ def test_what_nothing_fixes_is_refused():
         smooth(graph)
     with pytest.raises(ValueError, match="the lag is a number of frames, 1 or more, got 0"):
         smooth_lagged(graph_of(linear()), 0)
+
+
+@pytest.mark.parametrize("kind", [EucPnt(2), Beacon(bias_std=0.5)], ids=["points", "beacons"])
+def test_beacons_that_were_born_as_rings(kind):
+    """All their ranges are smoothed, those of the ring, too; and what was guessed of their faults counts once."""
+    points = np.array([[2.0, 3.0], [-6.0, 1.0]])
+    robot = Robot(
+        motion=Odometry2(), position=[0, -4], control={"dx": [0.5, 0.0], "da_deg": 6.0}, control_std={"dx": 0.02}
+    )
+    data = UserData(
+        robots=[robot],
+        sensors=[Sensor(model=Range(range_std=0.1))],
+        world=World.of(points),
+        time=Time(last=60),
+        landmark=Landmark(model=kind, hypotheses=64),
+    )
+    found = smooth(graph_of(data))
+    assert found.converged and set(found.landmarks()) == {1, 2}
+    assert sum(len(look.lmks) for look in found.graph.looks) == 2 * 60
+    assert sum(isinstance(f, Guess) for f in found.graph.stiff) == (2 if isinstance(kind, Beacon) else 0)
+    for id, (p, P) in found.landmarks().items():
+        d = p - points[id - 1]
+        assert d @ np.linalg.solve(P, d) < 13.8  # 99.9 % of honest ones
 
 
 # --- GTSAM, where it is installed ---

@@ -134,14 +134,17 @@ here = pytest.mark.skipif(
 
 @here
 def test_plaza_2():
-    """Nobody has told where the beacons are, or that all ranges are 7 % too long."""
+    """Nobody has told where the beacons are, or that all ranges are 7 % too long; settings chosen with it in view."""
     data, rec = datasets.prepare(UserData.from_toml(find_scenario("plaza")))
-    nees = []
+    errors, nees = [], []
     for now in universal_slam(data, rec):
         d, P = now.robs[0].state(now.map) - rec.truth[1][now.k - 1], now.map.block(now.robs[0].r)
         d[2] = wrap(d[2])
+        errors.append(np.linalg.norm(d[:2]))
         nees.append(d @ np.linalg.pinv(P) @ d / 3)
     assert len(now.lmks) == 4 and not now.rings
-    assert np.nanmean(nees) < 2.0
+    assert np.nanmean(nees) < 2.0 and np.sqrt(np.nanmean(np.square(errors))) < 0.5
+    true = dict(zip(rec.landmarks.ids.tolist(), rec.landmarks.points, strict=True))
+    assert all(np.linalg.norm(lmk.point(now.map)[0] - true[id]) < 0.5 for id, lmk in now.lmks.items())
     scales = [lmk.state(now.map)[3] for lmk in now.lmks.values()]
     assert np.allclose(scales, 0.069, atol=0.01)
