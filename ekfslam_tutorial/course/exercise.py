@@ -45,7 +45,7 @@ import numpy as np
 
 from . import deadline, edits, guard, slips
 from .expect import Failed
-from .recognise import few_values, recognise, right_results, with_partner, wrong_part
+from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
 PATIENCE = 0.6  # seconds that the search among slips of all kinds may take, where no listed mistake fits
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
@@ -254,25 +254,12 @@ class Exercise:
         if few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)
         known = recognise(self, f.calls, failed.part)
-        if len(known) == 2 or not self.cases:
-            return known
         more = guard.Guarded(f.function, self.may_change, self.parameters())
         self._call_more(lambda: self._cases(more), limit)
-        calls = [*f.calls[-1:], *more.calls]  # the call that failed, and those in which no two right answers differ
-        if not known:
-            self.patience = 0.0  # no slip fits
-            return recognise(self, calls, failed.part)
-        known = with_partner(self, calls, known[0])
-        return known if len(known) != 1 or not isinstance(known[0], slips.Slip) or self._holds(known[0], calls) else []
-
-    def _holds(self, slip, calls) -> bool:
-        """Return True if a slip explains, in all calls, each result that it changes: else it fits a few by chance."""
-        for call in calls:
-            right, wrong = (self.result(f, call.args) for f in (self.solution, slip.answer))
-            parts = range(len(right)) if isinstance(right, tuple) else (None,)
-            if any(not self.alike(wrong, right, p) and not self.alike(call.result, wrong, p) for p in parts):
-                return False
-        return True
+        known = recognise_more(self, more.calls or f.calls, failed.part, known)
+        if known or not more.calls:
+            return known
+        return recognise_more(self, f.calls, failed.part, known)
 
     @staticmethod
     def _call_more(calls, limit):

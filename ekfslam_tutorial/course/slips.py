@@ -141,11 +141,41 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
     yield from _of_parameters(function, parameters, text)
     for node in statements:
         yield from _of_statement(node, text)
+    yield from _of_uses(function, nodes, names, text)
     for node in names:
         for other in locals_:
             if other != node.id:
                 both = text.both(_around(nodes, node, text), node, other)
                 yield told(f"`{other}` for `{node.id}`", *both), text.with_(node, other, False)
+
+
+def _of_uses(function, nodes, names, text):
+    """Slips at one place where a name is used: who has no such name writes its formula out, there and elsewhere."""
+    means = _formulas(function)
+    for node in names:
+        formula = means.get(node.id)
+        if formula is None or text.span(node)[0] < text.span(formula)[1]:
+            continue
+        around = _around(nodes, node, text)
+        for inner in (n for n in ast.walk(formula) if isinstance(n, ast.expr)):
+            for what, new in _changes(inner, text):
+                old, changed = text.both(formula, inner, new)
+                place = f"your results are as if `{node.id}` were `{changed}`, not `{old}`, in `{text.of(around)[:60]}`"
+                yield f"{what}: {place}.", text.with_(node, changed)
+
+
+def _formulas(function):
+    """What each name stands for that gets a value once, where that is short."""
+    found: dict[str, ast.expr | None] = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and len(node.targets) == 1:
+            target, value = node.targets[0], node.value
+            both = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
+            for name, formula in zip(target.elts, value.elts, strict=False) if both else [(target, value)]:
+                if isinstance(name, ast.Name):
+                    short = isinstance(formula, ast.BinOp | ast.Call) and len(ast.unparse(formula)) <= 40
+                    found[name.id] = formula if short and name.id not in found else None
+    return found
 
 
 def _nodes(function):
