@@ -131,6 +131,7 @@ class Exercise:
         self.id, self.title, self.solution, self.hints = id, title, solution, tuple(hints)
         self.may_change, self.canonical, self.seconds = tuple(may_change), canonical, seconds
         self.cases = dict(cases or {})
+        self.returns: list[str] = []  # names of the results
         self.links: list[Link] = []
         self.misconceptions: list[Misconception | edits.Mistake] = []
         self.patience = PATIENCE

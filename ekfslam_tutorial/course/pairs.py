@@ -15,6 +15,7 @@ import os.path
 import time
 import types
 import warnings
+from functools import cached_property
 
 import numpy as np
 
@@ -23,6 +24,8 @@ from . import edits, guard
 CALLS = 12  # of the table
 CELLS = 250  # numbers of the table, of those that are wrong, and of those that are right
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
+PAIRED = 1000  # rows of the table, so many of which are paired
+LIKELY = 3000  # pairs that are tried at most
 TRIED = 4  # changes with the same results that may stand for each other: one may be in the place of its partner
 
 
@@ -40,6 +43,7 @@ class Change:
         self.listed = bool(mistake.edits)
         self.body = edits.applied(self.old, mistake.edits, "") if self.listed else mistake.body
 
+    @cached_property
     def hunks(self):
         """What is written otherwise: start, end, and what stands there instead; each as short as it can be."""
         spans = []
@@ -50,10 +54,11 @@ class Change:
             spans.append(_shortest(start, old, new))
         return spans
 
+    @cached_property
     def places(self):
         """The same as edits: with so much of the text around each that it stands there once."""
         found = []
-        for start, end, new in self.hunks():
+        for start, end, new in self.hunks:
             a, b = start, end
             while self.old.count(self.old[a:b]) != 1 or a == b:
                 a, b = max(a - 1, 0), min(b + 1, len(self.old))
@@ -68,39 +73,103 @@ def _shortest(start, old, new):
     return start + a, start + len(old) - b, new[a : len(new) - b]
 
 
-def composed(solution, one: Change, other: Change):
-    """Return the solution with both changes, or None if they do not go together."""
-    made = {}
-    for change in (one, other):
-        body = change.body if change.function not in made else _merged(one, other)
-        if body is None:
-            return None
-        made[change.function] = body
-    try:
-        made = {f: edits.function(f, edits.parts(f)[0] + body, "two mistakes") for f, body in made.items()}
-    except Exception:
-        return None
-    main = made.pop(solution, solution)
-    if not made:
-        return main
-    space = main.__globals__ | {f.__name__: new for f, new in made.items()}
-    return types.FunctionType(main.__code__, space, main.__name__, main.__defaults__)
+def composed(solution, one, other):
+    """Yield the solution with both changes; twice where it matters which one is made first."""
+    if isinstance(one, Outer) or isinstance(other, Outer):
+        inner, outer = (other, one) if isinstance(one, Outer) else (one, other)
+        if not isinstance(inner, Outer) and inner.mistake.answer is not None:
+            yield outer.around(inner.mistake.answer)
+        return
+    bodies = [{one.function: one.body, other.function: other.body}]
+    if one.function is other.function:
+        bodies = [{one.function: body} for body in _merged(one, other)]
+    for texts in bodies:
+        try:
+            made = {f: edits.function(f, edits.parts(f)[0] + body, "two mistakes") for f, body in texts.items()}
+        except Exception:
+            continue
+        main = made.pop(solution, solution)
+        space = main.__globals__ | {f.__name__: new for f, new in made.items()}
+        yield types.FunctionType(main.__code__, space, main.__name__, main.__defaults__) if made else main
 
 
 def _merged(one, other):
-    """The text with both changes; None if one takes the other's place away."""
-    hunks = sorted([*one.hunks(), *other.hunks()])
+    """The texts with both changes; none if one takes the other's place away."""
+    hunks = sorted([*one.hunks, *other.hunks])
     if all(a[1] <= b[0] and a[:2] != b[:2] for a, b in itertools.pairwise(hunks)):
         text, at = "", 0
         for start, end, new in hunks:
             text, at = text + one.old[at:start] + new, end
-        return text + one.old[at:]
+        return [text + one.old[at:]]
+    found = []
     for first, second in ((one, other), (other, one)):
-        try:
-            return edits.applied(first.body, second.places(), "")
-        except ValueError:
-            continue
-    return None
+        for places in (second.mistake.edits, second.places):
+            try:
+                found.append(edits.applied(first.body, places, ""))
+                break
+            except ValueError:
+                continue
+    return [body for body in dict.fromkeys(found) if body not in (one.body, other.body)]
+
+
+class Outer:
+    """A slip of one result as a whole, whatever stands in the function: it goes with each other change.
+
+    Parameters
+    ----------
+    exercise : Exercise
+    part : int or None
+        Which of several results.
+    hint : str
+    made, undone : callable
+        What becomes of the result, and the way back.
+    """
+
+    listed = False
+    function = None
+
+    def __init__(self, exercise, part, hint, made, undone):
+        self.part, self.hint, self.made, self.undone = part, hint, made, undone
+        self.name = f"slip: {hint}"
+        self.mistake, self.edits, self.answer = self, (), self.around(exercise.solution)
+
+    def around(self, answer):
+        """The answer with the slip in its results."""
+        return lambda *args: self.of(answer(*args), self.made)
+
+    def of(self, result, how):
+        """The results with one of them changed."""
+        with np.errstate(all="ignore"):
+            if self.part is None:
+                return how(np.asarray(result, float))
+            return tuple(how(np.asarray(r, float)) if k == self.part else r for k, r in enumerate(result))
+
+
+OUTER = (
+    ("`{}` is transposed in yours.", lambda a: a.T, lambda a: a.T),
+    ("`{}` has the wrong sign in yours.", np.negative, np.negative),
+    ("Yours is twice as much: `{}`.", lambda a: 2 * a, lambda a: a / 2),
+    ("Yours is half as much: `{}`.", lambda a: a / 2, lambda a: 2 * a),
+    ("`{}` is in degrees in yours: keep to radians.", np.degrees, np.radians),
+    ("`{}` is converted from degrees in yours, and it is in radians already.", np.radians, np.degrees),
+    ("Yours is the root: `{}`.", np.sqrt, np.square),
+    ("Yours is the square: `{}`.", np.square, np.sqrt),
+    ("Yours is the inverse: `{}`.", lambda a: np.linalg.inv(a), lambda a: np.linalg.inv(a)),
+    ("The entries of `{}` are in the wrong order.", lambda a: a[..., ::-1], lambda a: a[..., ::-1]),
+    ("`{}` is 1 minus what it should be.", lambda a: 1 - a, lambda a: 1 - a),
+)
+
+
+def outers(exercise, right):
+    """Return the slips of whole results that change a result of numbers."""
+    names, several = exercise.returns, isinstance(right, tuple)
+    found = []
+    for k, part in enumerate(right if several else (right,)):
+        numbers = guard.numbers(part)
+        if numbers is not None and numbers.dtype.kind == "f":
+            name = names[k] if k < len(names) else "the result"
+            found += [Outer(exercise, k if several else None, hint.format(name), *ways) for hint, *ways in OUTER]
+    return found
 
 
 class Table:
@@ -170,21 +239,22 @@ class Table:
         return [_floats(part) for part in parts]
 
     def _row(self, answer):
-        """The numbers of one change: NaN where it gives something else than numbers of that shape."""
-        row = []
-        for call, kind in zip(self.calls, self.kinds, strict=True):
-            result = _called(answer, call.args)
-            parts = self._parts(result)
-            parts = [result] if len(kind) == 1 and len(parts) != 1 else parts
-            fit = len(parts) == len(kind)
-            for i, (right, given, one) in enumerate(kind):
-                part = parts[i] if fit else None
-                if one:
-                    row.append([0.0 if _same(part, right) else 1.0 if _same(part, given) else 2.0])
-                elif _is_floats(part) and part.shape == right.shape:
-                    row.append(np.ravel(part))
-                else:
-                    row.append(np.full(np.size(right), np.nan))
+        """The numbers of one change."""
+        return np.concatenate([self.numbers(_called(answer, call.args), k) for k, call in enumerate(self.calls)])
+
+    def numbers(self, result, k):
+        """The numbers of a result of call k: NaN where it gives something else than numbers of that shape."""
+        row, kind, parts = [], self.kinds[k], self._parts(result)
+        parts = [result] if len(kind) == 1 and len(parts) != 1 else parts
+        fit = len(parts) == len(kind)
+        for i, (right, given, one) in enumerate(kind):
+            part = parts[i] if fit else None
+            if one:
+                row.append([0.0 if _same(part, right) else 1.0 if _same(part, given) else 2.0])
+            elif _is_floats(part) and part.shape == right.shape:
+                row.append(np.ravel(part))
+            else:
+                row.append(np.full(np.size(right), np.nan))
         return np.concatenate(row)
 
     def single(self):
@@ -207,22 +277,29 @@ class Table:
         return total
 
     def pairs(self):
-        """Yield pairs of rows that may do it together, the likely ones first."""
-        cells = self._some_cells()
-        changed, fits, wrong = self.changed[:, cells], self.fits[:, cells], self.wrong[cells]
-        as_floats = lambda a: a.astype(np.float32)
-        ch, alone, spoils = as_floats(changed), as_floats(~changed), as_floats(changed & ~fits)
-        missed = (alone * wrong) @ alone.T
+        """Yield pairs of rows that may do it together, the likely ones first.
+
+        What counts: numbers that are not what the one change that touches them makes of them; and how far the effects
+        of both are from adding up, or from multiplying, to that of the student.
+        """
+        rows, cells = self._some_rows(), self._some_cells()
+        changed, fits = (a[np.ix_(rows, cells)].astype(np.float32) for a in (self.changed, self.fits))
+        alone, spoils = 1 - changed, changed * (1 - fits)
         spoiled = spoils @ alone.T
-        possible = np.triu((missed + spoiled + spoiled.T) == 0, 1)
-        i, j = np.nonzero(possible)
-        if not len(i):
-            return
-        error = np.minimum(self._misses(cells, i, j, _difference), self._misses(cells, i, j, _ratio))
-        listed = np.array([row[0].listed for row in self.rows])
-        slips = 2 - listed[i].astype(int) - listed[j]
-        for k in np.lexsort((slips, np.round(error, 4) + 0 * ch[0, 0])):
-            yield i[k], j[k]
+        missed = (alone * self.wrong[cells]) @ alone.T + spoiled + spoiled.T
+        listed = np.array([self.rows[k][0].listed for k in rows])
+        one = np.minimum(self._misses(rows, cells, _difference), self._misses(rows, cells, _ratio))
+        key = missed / self.wrong[cells].sum() + np.minimum(one, 1) - 1e-3 * (listed[:, None] + listed)
+        key = np.where(np.tri(len(rows), dtype=bool), np.inf, key).ravel()
+        few = np.argpartition(key, min(LIKELY, len(key) - 1))[:LIKELY]
+        few = few[np.isfinite(key[few])]
+        for k in few[np.argsort(key[few], kind="stable")]:
+            yield rows[k // len(rows)], rows[k % len(rows)]
+
+    def _some_rows(self):
+        """The changes that are paired: the listed ones, and those that explain most."""
+        hits = (self.fits & self.wrong).sum(1) + 1e6 * np.array([row[0].listed for row in self.rows])
+        return np.sort(np.argsort(-hits, kind="stable")[:PAIRED]) if len(hits) else np.array([], int)
 
     def _some_cells(self):
         """The numbers that are compared: some of the wrong ones, and of the right ones."""
@@ -230,20 +307,20 @@ class Table:
         few = lambda places: places if len(places) <= CELLS else np.sort(rng.choice(places, CELLS, replace=False))
         return np.concatenate([few(np.flatnonzero(self.wrong)), few(np.flatnonzero(~self.wrong))])
 
-    def _misses(self, cells, i, j, what):
+    def _misses(self, rows, cells, what):
         """How far the effects of two changes are from adding up to that of the student, by pair."""
         with np.errstate(all="ignore"):
-            D, r = what(self.V[:, cells], self.t[cells]), what(self.s[cells], self.t[cells])
-            weight = 1 / (1e-9 + np.abs(r) + (np.abs(D).min(0, initial=np.inf, where=np.abs(D) > 0)))
-        good = np.isfinite(r) & np.isfinite(weight)
+            D, r = what(self.V[np.ix_(rows, cells)], self.t[cells]), what(self.s[cells], self.t[cells])
+            weight = 1 / (1e-9 + np.abs(r) + np.abs(D).min(0, initial=1e9, where=np.abs(D) > 0))
+        good = np.isfinite(r) & np.isfinite(weight) & (np.abs(r) > 0)
         if not good.any():
-            return np.full(len(i), np.inf)
+            return np.ones((len(rows), len(rows)))
         D, r = D[:, good] * weight[good], r[good] * weight[good]
         bad = ~np.isfinite(D)
-        D = np.where(bad, 0, np.clip(D, -1e6, 1e6))
-        G, g = D @ D.T, D @ r
-        n = np.diag(G) - 2 * g
-        return np.maximum(n[i] + n[j] + 2 * G[i, j] + r @ r, 0) / len(r) + 10 * (bad.mean(1)[i] + bad.mean(1)[j])
+        D = np.where(bad, 0, np.clip(D, -1e3, 1e3))
+        G, n = D @ D.T, np.sum((D - r) ** 2, 1) - r @ r
+        far = np.maximum(n[:, None] + n + 2 * G + r @ r, 0) / len(r)
+        return far + bad.mean(1)[:, None] + bad.mean(1)
 
 
 def changes(exercise):
@@ -273,16 +350,18 @@ def find(table, calls, patience, few=False):
         Two, or none.
     """
     exercise, end, found = table.exercise, time.process_time() + patience, []
-    for n, (one, other) in enumerate(_tried(table), 1):
+    tried = 0
+    for one, other in itertools.chain(_with_outer(table), _tried(table)):
         if time.process_time() > end:
             break
-        answer = composed(exercise.solution, one, other)
-        if answer is None or not answers(exercise, answer, table.calls) or not answers(exercise, answer, calls):
-            continue
-        found.append((one, other))
-        if not few:
+        tried += 1
+        for answer in composed(exercise.solution, one, other):
+            if answers(exercise, answer, table.calls) and answers(exercise, answer, calls):
+                found.append((one, other))
+                break
+        if found and not few:
             break
-    if not found or few and (len(found) > 1 or table.bits() < SURE_BITS + np.log2(n)):
+    if not found or few and (len(found) > 1 or table.bits() < SURE_BITS + np.log2(tried)):
         return []
     return sorted((change.mistake for change in found[0]), key=exercise.fails_at)
 
@@ -291,9 +370,24 @@ def _tried(table):
     """Yield pairs of changes; of rows with several changes the first ones, as long as they are in each other's way."""
     for i, j in table.pairs():
         for one, other in itertools.product(table.rows[i][:TRIED], table.rows[j][:TRIED]):
-            if one.function is not other.function or _merged(one, other) is not None:
+            if one.function is not other.function or _merged(one, other):
                 yield one, other
                 break
+
+
+def _with_outer(table):
+    """Yield the changes with a slip of a whole result, if the student's results without that slip are theirs."""
+    exercise = table.exercise
+    for outer in outers(exercise, table.right[0]):
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                undone = [guard.Call(c.args, outer.of(c.result, outer.undone)) for c in table.calls]
+                s = np.concatenate([table.numbers(call.result, k) for k, call in enumerate(undone)])
+            except Exception:
+                continue
+        for k in np.flatnonzero(_near(table.V, s).all(1) & table.changed.any(1))[:1]:
+            yield from ((one, outer) for one in table.rows[k][:1])
 
 
 def answers(exercise, answer, calls) -> bool:

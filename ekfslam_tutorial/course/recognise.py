@@ -8,7 +8,6 @@ with different hints still fit, or two pairs of them, none is named.
 
 from __future__ import annotations
 
-
 import numpy as np
 
 from . import guard, pairs

@@ -17,7 +17,7 @@ from . import edits
 MOST = 1500  # slips of one solution; each costs a compilation
 LONGEST = 90  # characters of an expression that is quoted
 
-EXCHANGED = {"sin": "cos", "cos": "sin", "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
+EXCHANGED = {"sin": "cos", "cos": "sin", "arctan": "tan", "arcsin": "sin", "arccos": "cos", "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
              "eye": "zeros", "hstack": "vstack", "sum": "mean", "mean": "sum", "flatnonzero": "nonzero",
              "isin": "not isin"}  # fmt: skip
 AROUND = {"wrap": "wrap", "sqrt": "root", "inv": "inverse", "abs": "absolute value"}
@@ -312,6 +312,7 @@ OPERATIONS = {
         ("The power is another one", "{a} ** ({right} - 1)"),
         ("The power is another one", "{a} ** (2 * {b})"),
         ("A factor, not a power", "{a} * {b}"),
+        ("A root too many", "np.sqrt({left}) ** {b}"),
     ),
     ast.BitAnd: (
         ("A condition is missing", "{left}"),
@@ -333,6 +334,8 @@ def _of_operation(node, left, right):
             for n, s in ((node.left, left), (node.right, right)))  # fmt: skip
     for words, text in OPERATIONS.get(type(node.op), ()):
         yield words, text.format(left=left, right=right, a=a, b=b)
+    if isinstance(node.op, ast.Pow) and isinstance(node.left, ast.BinOp):
+        yield "`**` goes before `*`, `/` and `-`: the brackets are missing", f"{left} ** {right}"
 
 
 def _of_call(node, of):
@@ -346,6 +349,8 @@ def _of_call(node, of):
         yield f"The {AROUND[name]} is missing", args[0]
     if name in ("sin", "cos", "tan") and args:
         yield "Degrees and radians", f"{function}(np.radians({args[0]}))"
+    if name == "arctan2" and len(args) == 2:
+        yield "`arctan` of the quotient cannot tell ahead from behind", f"{stem or 'np'}.arctan(({args[0]}) / ({args[1]}))"
     if name == "solve" and len(args) == 2:
         yield "The inverse is missing", f"({args[0]}) @ ({args[1]})"
     for i in range(len(args) - 1 if name not in COUNTING else 0):
@@ -387,6 +392,27 @@ def _of_entries(node, of):
             swapped = list(entries)
             swapped[i], swapped[j] = swapped[j], swapped[i]
             yield what, row(swapped)
+    yield from _of_all_entries(entries, row)
+    if len(rows) == len(entries) and len({len(r) for r in rows}) == 1:
+        for j in range(len(rows[0])):
+            for words, column in _of_all_entries([r[j] for r in rows], list):
+                yield words, matrix([[*r[:j], new, *r[j + 1 :]] for r, new in zip(rows, column, strict=True)])
+
+
+FACTOR = r"(?<![\w.\]) ]) ?\b{0} \* | [*/] {0}\b(?:\*\*2)?(?! ?[\w(\[.])"
+
+
+def _of_all_entries(entries, row):
+    """A factor that is missing in all entries that have it, or a square that is: one idea, several places."""
+    names = {n for entry in entries for n in re.findall(r"\b[a-z]\w*\b", entry)} - {"np"}
+    for name in sorted(names):
+        without = [re.sub(FACTOR.format(name), "", entry) for entry in entries]
+        if sum(a != b for a, b in zip(entries, without, strict=True)) > 1:
+            yield f"The factor `{name}` is missing", row(without)
+    for pattern, new in (r"\*\*2\b", ""), (r"/ (\w+)\b(?!\*\*)", r"/ \1**2"), (r"/ (\w+)\b(?!\*\*)", r"/ np.sqrt(\1)"):
+        other = [re.sub(pattern, new, entry) for entry in entries]
+        if sum(a != b for a, b in zip(entries, other, strict=True)) > 1:
+            yield "Divided by another power" if "/" in pattern else "The square is missing", row(other)
 
 
 def _of_parameters(function, parameters, text):
@@ -403,6 +429,7 @@ def _of_parameters(function, parameters, text):
             (f"`{p}` counts twice in yours", f"2 * np.asarray({p})"),
             (f"`{p}` is transposed in yours", f"{p}.T"),
             (f"`{p}` is inverted in yours", f"np.linalg.inv({p})"),
+            (f"`{p}` is multiplied by itself in yours", f"{p} @ {p}"),
             (f"Only the diagonal of `{p}` counts in yours: the rest of it matters, too", f"np.diag(np.diag({p}))"),
             (f"`{p}` is in radians already: no conversion", f"np.radians({p})"),
             (f"`{p}` is turned into degrees in yours: keep to radians", f"np.degrees({p})"),

@@ -113,6 +113,7 @@ def table(
         options["canonical"] = lambda result: _turned(result, angles, len(names))
     id, title = title.split(" ", 1)
     made = Exercise(id, title, solution, hints, cases=cases, **options)
+    made.returns = names
     params, lines = made.parameters(), rows(checks)
     said = shown or (lambda *args: at(params, args))
     helps, of_row = {}, {}
