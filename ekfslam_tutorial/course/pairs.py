@@ -26,6 +26,7 @@ CELLS = 250  # numbers of the table, of those that are wrong, and of those that 
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
 LIKELY = 3000  # pairs that are tried at most
+FIRST = 40  # pairs of rows of which more than one pair of changes is tried
 TRIED = 4  # changes with the same results that may stand for each other: one may be in the place of its partner
 
 
@@ -350,8 +351,8 @@ def find(table, calls, patience, few=False):
         Two, or none.
     """
     exercise, end, found = table.exercise, time.process_time() + patience, []
-    tried = 0
-    for one, other in itertools.chain(_with_outer(table), _tried(table)):
+    tried, likely = 0, _tried(table)
+    for one, other in itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely):
         if time.process_time() > end:
             break
         tried += 1
@@ -367,12 +368,16 @@ def find(table, calls, patience, few=False):
 
 
 def _tried(table):
-    """Yield pairs of changes; of rows with several changes the first ones, as long as they are in each other's way."""
-    for i, j in table.pairs():
+    """Yield pairs of changes, the likely ones first; of the first rows all changes that have the same results.
+
+    What is the same alone need not be the same beside another change, and one may be in the other's way.
+    """
+    for n, (i, j) in enumerate(table.pairs()):
         for one, other in itertools.product(table.rows[i][:TRIED], table.rows[j][:TRIED]):
             if one.function is not other.function or _merged(one, other):
                 yield one, other
-                break
+                if n > FIRST:
+                    break
 
 
 def _with_outer(table):

@@ -15,9 +15,11 @@ from collections.abc import Iterator
 from . import edits
 
 MOST = 1500  # slips of one solution; each costs a compilation
+MOST_TERMS = 12  # that may be added to an angle
 LONGEST = 90  # characters of an expression that is quoted
 
-EXCHANGED = {"sin": "cos", "cos": "sin", "arctan": "tan", "arcsin": "sin", "arccos": "cos", "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
+EXCHANGED = {"sin": "cos", "cos": "sin", "arctan": "tan", "arcsin": "sin", "arccos": "cos",
+             "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
              "eye": "zeros", "hstack": "vstack", "sum": "mean", "mean": "sum", "flatnonzero": "nonzero",
              "isin": "not isin"}  # fmt: skip
 AROUND = {"wrap": "wrap", "sqrt": "root", "inv": "inverse", "abs": "absolute value"}
@@ -142,6 +144,7 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
     for node in statements:
         yield from _of_statement(node, text)
     yield from _of_uses(function, nodes, names, text)
+    yield from _of_angles(function, statements, text)
     for node in names:
         for other in locals_:
             if other != node.id:
@@ -162,6 +165,36 @@ def _of_uses(function, nodes, names, text):
                 old, changed = text.both(formula, inner, new)
                 place = f"your results are as if `{node.id}` were `{changed}`, not `{old}`, in `{text.of(around)[:60]}`"
                 yield f"{what}: {place}.", text.with_(node, changed)
+
+
+def _of_angles(function, statements, text):
+    """A term too many in the argument of sines and cosines, at all places of one line: a turn that comes too early."""
+    turns = ("sin", "cos")
+    calls = [n for n in ast.walk(function) if isinstance(n, ast.Call) and getattr(n.func, "attr", "") in turns]
+    angles = list(dict.fromkeys(text.of(n.args[0]) for n in calls if n.args))
+    terms = _terms(function, text)
+    for node in statements:
+        start, end = text.span(node)
+        line = text.text[start:end]
+        for angle in (a for a in angles if a in line):
+            for term, sign in ((t, s) for t in terms[:MOST_TERMS] for s in "+-" if t not in angle):
+                what = f"`{angle} {sign} {term}` stood where `{angle}` belongs"
+                new = re.sub(rf"(?<![\w.]){re.escape(angle)}(?!\w)", f"({angle} {sign} {term})", line)
+                yield f"A term too many: your results are as if {what}.", text.with_(node, new, False)
+
+
+def _terms(function, text):
+    """What may be added to an angle: entries of the parameters, their products, and names that stand for one entry."""
+    parameters = {a.arg for a in function.args.args}
+    of_one = lambda n: isinstance(n.value, ast.Name) and n.value.id in parameters and isinstance(n.slice, ast.Constant)
+    entries = [n for n in ast.walk(function) if isinstance(n, ast.Subscript) and of_one(n)]
+    tuples = [n for n in ast.walk(function) if isinstance(n, ast.Tuple) and isinstance(n.ctx, ast.Store)]
+    names = [text.of(e) for n in tuples for e in n.elts if isinstance(e, ast.Name)]
+    products = [text.of(n) for n in ast.walk(function) if isinstance(n, ast.BinOp) and isinstance(n.op, ast.Mult)]
+    last = [f"{p}[{1 + max(n.slice.value for n in entries if n.value.id == p)}]" for p in
+            dict.fromkeys(n.value.id for n in entries)]  # fmt: skip
+    short = [p for p in products if len(p) <= 12 and not re.search(r"\b[cs]\b", p)]
+    return list(dict.fromkeys([*map(text.of, entries), *last, *names, *short]))
 
 
 def _formulas(function):
@@ -350,7 +383,8 @@ def _of_call(node, of):
     if name in ("sin", "cos", "tan") and args:
         yield "Degrees and radians", f"{function}(np.radians({args[0]}))"
     if name == "arctan2" and len(args) == 2:
-        yield "`arctan` of the quotient cannot tell ahead from behind", f"{stem or 'np'}.arctan(({args[0]}) / ({args[1]}))"
+        quotient = f"{stem or 'np'}.arctan(({args[0]}) / ({args[1]}))"
+        yield "`arctan` of the quotient cannot tell ahead from behind", quotient
     if name == "solve" and len(args) == 2:
         yield "The inverse is missing", f"({args[0]}) @ ({args[1]})"
     for i in range(len(args) - 1 if name not in COUNTING else 0):
