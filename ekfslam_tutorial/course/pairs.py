@@ -362,9 +362,22 @@ def find(table, calls, patience, few=False):
                 break
         if found and not few:
             break
-    if not found or few and (len(found) > 1 or table.bits() < SURE_BITS + np.log2(tried)):
-        return []
-    return sorted((change.mistake for change in found[0]), key=exercise.fails_at)
+    if few:
+        found = _sure(table, found, tried)
+    return sorted((change.mistake for change in found[0]), key=exercise.fails_at) if found else []
+
+
+def _sure(table, found, tried):
+    """Of the pairs that fit the only one, of those on the list first, if the answers say more than chance does."""
+    for most, some in ((sum(row[0].listed for row in table.rows) ** 2 / 2, _listed(found)), (tried, found)):
+        if some:
+            alone = len({tuple(sorted(change.mistake.hint for change in pair)) for pair in some}) == 1
+            return some if alone and table.bits() >= SURE_BITS + np.log2(max(most, 1)) else []
+    return []
+
+
+def _listed(found):
+    return [pair for pair in found if all(change.listed for change in pair)]
 
 
 def _tried(table):
