@@ -47,7 +47,7 @@ from . import deadline, edits, guard, slips
 from .expect import Failed
 from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
-PATIENCE = 0.6  # seconds that the search among slips of all kinds may take, where no listed mistake fits
+PATIENCE = 0.6  # seconds that a table of what each slip does may take, where no listed mistake fits
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -250,7 +250,7 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
-        self.patience = PATIENCE * deadline.SLOWER
+        self.patience = PATIENCE * min(deadline.SLOWER, 3)
         part = wrong_part(self, f.calls, right_results(self, f.calls), failed.part)
         if few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)

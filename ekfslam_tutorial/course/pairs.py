@@ -340,7 +340,7 @@ def find(table, calls, patience, few=False):
     calls : sequence of Call
         Calls in which all right answers give the same.
     patience : float
-        Seconds of the processor.
+        Seconds of the processor; two thirds of it are for this.
     few : bool
         Answers have few values, so that pairs fit by chance: one is returned only if it is the only one that fits, and
         if the calls say more than it takes to find one pair of so many.
@@ -350,7 +350,7 @@ def find(table, calls, patience, few=False):
     list of Mistake or Slip
         Two, or none.
     """
-    exercise, end, found = table.exercise, time.process_time() + patience, []
+    exercise, end, found = table.exercise, time.process_time() + 2 / 3 * patience, []
     tried, likely = 0, _tried(table)
     for one, other in itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely):
         if time.process_time() > end:
@@ -386,11 +386,17 @@ def _tried(table):
     What is the same alone need not be the same beside another change, and one may be in the other's way.
     """
     for n, (i, j) in enumerate(table.pairs()):
-        for one, other in itertools.product(table.rows[i][:TRIED], table.rows[j][:TRIED]):
+        for one, other in itertools.product(_plain(table.rows[i]), _plain(table.rows[j])):
             if one.function is not other.function or _merged(one, other):
                 yield one, other
                 if n > FIRST:
                     break
+
+
+def _plain(row):
+    """Of changes that have the same results those to be tried: the listed ones, then those that change least."""
+    size = lambda change: sum(end - start + len(new) for start, end, new in change.hunks)
+    return sorted(row, key=lambda change: (not change.listed, size(change)))[:TRIED] if len(row) > 1 else row
 
 
 def _with_outer(table):
