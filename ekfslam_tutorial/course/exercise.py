@@ -239,7 +239,10 @@ class Exercise:
             slip = isinstance(known[0], slips.Slip)
             hint = f"{known[0].hint} What is tested here: {tested}" if slip else known[0].hint
         elif known:
-            hint = f"Two things, in this order. First: {known[0].hint} Then: {known[1].hint}"
+            tested = f" What is tested here: {at[0].help}" if not any(m.edits for m in known) else ""
+            same = known[0].name == known[1].name  # one slip, made twice
+            things = "The same thing at two places." if same else "Two things, in this order."
+            hint = f"{things} First: {known[0].hint} Then: {known[1].hint}{tested}"
         return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
 
     def _help(self, outcome, link) -> str:

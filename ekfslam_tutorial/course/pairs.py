@@ -21,7 +21,8 @@ import numpy as np
 
 from . import edits, guard
 
-CALLS = 12  # of the table
+CALLS, FEWEST = 12, 5  # of the table; the fewest where there are more changes than
+MANY = 600
 CELLS = 250  # numbers of the table, of those that are wrong, and of those that are right
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
@@ -186,17 +187,22 @@ class Table:
         Is it another number than the right one, and is it the student's?
     """
 
-    def __init__(self, exercise, calls, patience, most=CALLS):
+    def __init__(self, exercise, calls, patience, few=False):
+        most = 40 if few else CALLS
         end = time.process_time() + patience
+        all_changes = list(changes(exercise))
+        most = max(FEWEST, min(most, most * MANY // max(len(all_changes), 1)))
         self.exercise = exercise
         right = [exercise.result(exercise.solution, call.args) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)
         self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
+        self.few = few
         self.t, self.s, self.kinds = self._columns()
+        self.unlike = any(isinstance(given, guard.Raised) for kind in self.kinds for _, given, _ in kind)
         rows, values = {}, []
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")  # of changes that make nonsense
-            for change in changes(exercise):
+            for change in all_changes:
                 if time.process_time() > end:
                     break
                 answer = change.mistake.answer
@@ -270,6 +276,18 @@ class Table:
         found = np.flatnonzero(good)
         return self.rows[found[0]] if len(found) else []
 
+    def evident(self, i, j) -> bool:
+        """Return True if a pair is no guess: one mistake in another formula may be two slips in this one by chance.
+
+        Two listed mistakes are none. Of others each slip must show alone: in numbers that it explains, and that the
+        other one does not touch. Nor do slips explain what is no number.
+        """
+        slips = [(k, other) for k, other in ((i, j), (j, i)) if not self.rows[k][0].listed]
+        if slips and (self.few or not np.isfinite(self.s).all() or self.unlike):
+            return False
+        shown = lambda k, other: (self.fits[k] & self.wrong & ~self.changed[other]).any()
+        return all(shown(*each) for each in slips) or len(slips) == 1 and shown(j, i) and shown(i, j)
+
     def bits(self) -> float:
         """How much the student's answers say: each call as much as few rows of the table have that answer to it."""
         total, n = 0.0, max(len(self.rows), 1)
@@ -331,7 +349,7 @@ def changes(exercise):
             yield Change(mistake)
 
 
-def find(table, calls, patience, few=False):
+def find(table, calls, patience):
     """Return two mistakes that together answer every call as the student did, in the order in which to mend them.
 
     Parameters
@@ -341,9 +359,6 @@ def find(table, calls, patience, few=False):
         Calls in which all right answers give the same.
     patience : float
         Seconds of the processor; two thirds of it are for this.
-    few : bool
-        Answers have few values, so that pairs fit by chance: one is returned only if it is the only one that fits, and
-        if the calls say more than it takes to find one pair of so many.
 
     Returns
     -------
@@ -360,24 +375,17 @@ def find(table, calls, patience, few=False):
             if answers(exercise, answer, table.calls) and answers(exercise, answer, calls):
                 found.append((one, other))
                 break
-        if found and not few:
+        if found and not table.few:
             break
-    if few:
+    if table.few:
         found = _sure(table, found, tried)
     return sorted((change.mistake for change in found[0]), key=exercise.fails_at) if found else []
 
 
 def _sure(table, found, tried):
-    """Of the pairs that fit the only one, of those on the list first, if the answers say more than chance does."""
-    for most, some in ((sum(row[0].listed for row in table.rows) ** 2 / 2, _listed(found)), (tried, found)):
-        if some:
-            alone = len({tuple(sorted(change.mistake.hint for change in pair)) for pair in some}) == 1
-            return some if alone and table.bits() >= SURE_BITS + np.log2(max(most, 1)) else []
-    return []
-
-
-def _listed(found):
-    return [pair for pair in found if all(change.listed for change in pair)]
+    """The only pair that fits, if the answers say more than chance does: few values fit many pairs."""
+    alone = len({tuple(sorted(change.mistake.hint for change in pair)) for pair in found}) == 1
+    return found if alone and table.bits() >= SURE_BITS + np.log2(tried) else []
 
 
 def _tried(table):
@@ -385,7 +393,8 @@ def _tried(table):
 
     What is the same alone need not be the same beside another change, and one may be in the other's way.
     """
-    for n, (i, j) in enumerate(table.pairs()):
+    pairs = ((i, j) for i, j in table.pairs() if table.evident(i, j))
+    for n, (i, j) in enumerate(pairs):
         for one, other in itertools.product(_plain(table.rows[i]), _plain(table.rows[j])):
             if one.function is not other.function or _merged(one, other):
                 yield one, other
@@ -411,7 +420,7 @@ def _with_outer(table):
             except Exception:
                 continue
         for k in np.flatnonzero(_near(table.V, s).all(1) & table.changed.any(1))[:1]:
-            yield from ((one, outer) for one in table.rows[k][:1])
+            yield from ((one, outer) for one in table.rows[k][:1] if one.listed and not table.few)
 
 
 def answers(exercise, answer, calls) -> bool:

@@ -1,9 +1,9 @@
 """Which wrong answer is it? Recognised by what it returns, never by how it is written.
 
-One listed mistake is named if it answers every compared call as the student did. Two listed mistakes at once are named
-if both are edits of the solution, and the solution with both of them answers so. Nothing is named by chance: where an
-answer has few values (None, True, a small number), one call says little, so more calls are compared, and if mistakes
-with different hints still fit, or two pairs of them, none is named.
+One listed mistake is named if it answers every compared call as the student did. Where none does, a slip of any formula
+may, or two of them all (`pairs`). Nothing is named by chance: where an answer has few values (None, True, a small
+number), one call says little, so more calls are compared, and if mistakes with different hints still fit, none is
+named.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 
 
 def recognise(exercise, calls, part=None):
-    """Return the mistakes that answer every call as the student did, in the order in which to mend them.
+    """Return the listed mistake that answers every call as the student did, as a list.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def recognise(exercise, calls, part=None):
     Returns
     -------
     list of Misconception
-        None of them, one, or two.
+        None or one.
     """
     half = MOST // 2
     calls = [*calls[:half], *calls[half:][-half:]]
@@ -61,13 +61,13 @@ def recognise_more(exercise, calls, part, known):
     few = few_values(exercise, calls)
     if not calls or known and _answers(exercise, known[0].answer, calls):
         return known
-    table = pairs.Table(exercise, calls, exercise.patience, *([MOST] if few else []))
+    table = pairs.Table(exercise, calls, exercise.patience, few)
     if not table.wrong.any():
         return known
     alone = [change.mistake for change in table.single()]
     if alone and (not few or table.bits() >= SURE_BITS + np.log2(len(table.rows))):
         return alone[:1]
-    both = pairs.find(table, calls, exercise.patience, few)
+    both = pairs.find(table, calls, exercise.patience)
     if both or known or few:
         return both or known
     return [change.mistake for change in table.of_part(part or 0)[:1]]
