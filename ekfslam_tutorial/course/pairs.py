@@ -16,6 +16,7 @@ import time
 import types
 import warnings
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -255,7 +256,7 @@ class Table:
         parts = [result] if len(kind) == 1 and len(parts) != 1 else parts
         fit = len(parts) == len(kind)
         for i, (right, given, one) in enumerate(kind):
-            part = parts[i] if fit else None
+            part: Any = parts[i] if fit else None
             if one:
                 row.append([0.0 if _same(part, right) else 1.0 if _same(part, given) else 2.0])
             elif _is_floats(part) and part.shape == right.shape:
@@ -395,15 +396,16 @@ def _tried(table):
     """
     pairs = ((i, j) for i, j in table.pairs() if table.evident(i, j))
     for n, (i, j) in enumerate(pairs):
-        for one, other in itertools.product(_plain(table.rows[i]), _plain(table.rows[j])):
+        for one, other in itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j))):
             if one.function is not other.function or _merged(one, other):
                 yield one, other
                 if n > FIRST:
                     break
 
 
-def _plain(row):
+def _plain(row, few):
     """Of changes that have the same results those to be tried: the listed ones, then those that change least."""
+    row = [change for change in row if change.listed or not few]
     size = lambda change: sum(end - start + len(new) for start, end, new in change.hunks)
     return sorted(row, key=lambda change: (not change.listed, size(change)))[:TRIED] if len(row) > 1 else row
 

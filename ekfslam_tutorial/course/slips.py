@@ -11,6 +11,7 @@ import copy
 import re
 import types
 from collections.abc import Iterator
+from typing import Any
 
 from . import edits
 
@@ -187,7 +188,7 @@ def _terms(function, text):
     """What may be added to an angle: entries of the parameters, their products, and names that stand for one entry."""
     parameters = {a.arg for a in function.args.args}
     of_one = lambda n: isinstance(n.value, ast.Name) and n.value.id in parameters and isinstance(n.slice, ast.Constant)
-    entries = [n for n in ast.walk(function) if isinstance(n, ast.Subscript) and of_one(n)]
+    entries: list[Any] = [n for n in ast.walk(function) if isinstance(n, ast.Subscript) and of_one(n)]
     tuples = [n for n in ast.walk(function) if isinstance(n, ast.Tuple) and isinstance(n.ctx, ast.Store)]
     names = [text.of(e) for n in tuples for e in n.elts if isinstance(e, ast.Name)]
     products = [text.of(n) for n in ast.walk(function) if isinstance(n, ast.BinOp) and isinstance(n.op, ast.Mult)]
@@ -203,8 +204,10 @@ def _formulas(function):
     for node in ast.walk(function):
         if isinstance(node, ast.Assign) and len(node.targets) == 1:
             target, value = node.targets[0], node.value
-            both = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
-            for name, formula in zip(target.elts, value.elts, strict=False) if both else [(target, value)]:
+            elements = target.elts if isinstance(target, ast.Tuple) else []
+            values = value.elts if isinstance(value, ast.Tuple) else []
+            both = elements and values
+            for name, formula in zip(elements, values, strict=False) if both else [(target, value)]:
                 if isinstance(name, ast.Name):
                     short = isinstance(formula, ast.BinOp | ast.Call) and len(ast.unparse(formula)) <= 40
                     found[name.id] = formula if short and name.id not in found else None
