@@ -67,7 +67,7 @@ def test_no_pair_is_taken_for_something_else(verdicts):
     for exercise, pair, verdict, named in verdicts:
         if {m.name for m in named} <= {m.name for m in pair}:
             continue
-        wanted, told = (_answers(exercise, some) for some in (pair, named))
+        wanted, told = [_results(exercise, exercise.composed(*pair))], _answers(exercise, named)
         part = next(link.part for link in exercise.links if link.name == verdict.link)
         same = any(_alike(exercise, a, b, p) for a in wanted for b in told for p in {None, part})
         assert same, f"{exercise.id}: {[m.name for m in pair]} taken for {[m.name for m in named]}"
@@ -79,11 +79,15 @@ def _alike(exercise, wanted, told, part):
 
 def _answers(exercise, mistakes):
     """What the mistakes together answer, by the order in which they are made."""
-    known, answers = inputs(exercise, seeds=(3,))[:12], [mistakes[0].answer]
+    answers = [mistakes[0].answer]
     if len(mistakes) == 2:
         one, other = (m if isinstance(m, search.Outer) else search.Change(m) for m in mistakes)
         answers = list(search.composed(exercise.solution, one, other))
-    return [[exercise.result(answer, args) for args in known] for answer in answers]
+    return [_results(exercise, answer) for answer in answers]
+
+
+def _results(exercise, answer):
+    return [exercise.result(answer, args) for args in inputs(exercise, seeds=(3,))[:12]]
 
 
 def test_the_order_is_that_of_the_links():
