@@ -45,9 +45,9 @@ import numpy as np
 
 from . import deadline, edits, guard, slips
 from .expect import Failed
-from .recognise import few_values, recognise, right_results, with_partner, wrong_part
+from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
-PATIENCE = 0.6  # seconds that the search among slips of all kinds may take, where no listed mistake fits
+PATIENCE = 0.6  # seconds that a table of what each slip does may take, where no listed mistake fits
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -131,6 +131,7 @@ class Exercise:
         self.id, self.title, self.solution, self.hints = id, title, solution, tuple(hints)
         self.may_change, self.canonical, self.seconds = tuple(may_change), canonical, seconds
         self.cases = dict(cases or {})
+        self.returns: list[str] = []  # names of the results
         self.links: list[Link] = []
         self.misconceptions: list[Misconception | edits.Mistake] = []
         self.patience = PATIENCE
@@ -238,7 +239,10 @@ class Exercise:
             slip = isinstance(known[0], slips.Slip)
             hint = f"{known[0].hint} What is tested here: {tested}" if slip else known[0].hint
         elif known:
-            hint = f"Two things, in this order. First: {known[0].hint} Then: {known[1].hint}"
+            tested = f" What is tested here: {at[0].help}" if not any(m.edits for m in known) else ""
+            same = known[0].name == known[1].name  # one slip, made twice
+            things = "The same thing at two places." if same else "Two things, in this order."
+            hint = f"{things} First: {known[0].hint} Then: {known[1].hint}{tested}"
         return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
 
     def _help(self, outcome, link) -> str:
@@ -249,30 +253,16 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
-        self.patience = PATIENCE * deadline.SLOWER
+        self.patience = PATIENCE * min(deadline.SLOWER, 3)
         part = wrong_part(self, f.calls, right_results(self, f.calls), failed.part)
         if few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)
         known = recognise(self, f.calls, failed.part)
-        if len(known) == 2 or not self.cases:
-            return known
         more = guard.Guarded(f.function, self.may_change, self.parameters())
         self._call_more(lambda: self._cases(more), limit)
-        calls = [*f.calls[-1:], *more.calls]  # the call that failed, and those in which no two right answers differ
-        if not known:
-            self.patience = 0.0  # no slip fits
-            return recognise(self, calls, failed.part)
-        known = with_partner(self, calls, known[0])
-        return known if len(known) != 1 or not isinstance(known[0], slips.Slip) or self._holds(known[0], calls) else []
-
-    def _holds(self, slip, calls) -> bool:
-        """Return True if a slip explains, in all calls, each result that it changes: else it fits a few by chance."""
-        for call in calls:
-            right, wrong = (self.result(f, call.args) for f in (self.solution, slip.answer))
-            parts = range(len(right)) if isinstance(right, tuple) else (None,)
-            if any(not self.alike(wrong, right, p) and not self.alike(call.result, wrong, p) for p in parts):
-                return False
-        return True
+        right = right_results(self, more.calls)
+        of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
+        return recognise_more(self, more.calls if of_cases else f.calls, failed.part, known)
 
     @staticmethod
     def _call_more(calls, limit):

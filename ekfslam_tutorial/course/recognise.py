@@ -1,27 +1,23 @@
 """Which wrong answer is it? Recognised by what it returns, never by how it is written.
 
-One listed mistake is named if it answers every compared call as the student did. Two listed mistakes at once are named
-if both are edits of the solution, and the solution with both of them answers so. Nothing is named by chance: where an
-answer has few values (None, True, a small number), one call says little, so more calls are compared, and if mistakes
-with different hints still fit, or two pairs of them, none is named.
+One listed mistake is named if it answers every compared call as the student did. Where none does, a slip of any formula
+may, or two of them all (`pairs`). Nothing is named by chance: where an answer has few values (None, True, a small
+number), one call says little, so more calls are compared, and if mistakes with different hints still fit, none is
+named.
 """
 
 from __future__ import annotations
 
-import itertools
-import time
-import warnings
-
 import numpy as np
 
-from . import guard
+from . import guard, pairs
 
 MOST = 40  # calls that are compared
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 
 
 def recognise(exercise, calls, part=None):
-    """Return the mistakes that answer every call as the student did, in the order in which to mend them.
+    """Return the listed mistake that answers every call as the student did, as a list.
 
     Parameters
     ----------
@@ -34,7 +30,7 @@ def recognise(exercise, calls, part=None):
     Returns
     -------
     list of Misconception
-        None of them, one, or two.
+        None or one.
     """
     half = MOST // 2
     calls = [*calls[:half], *calls[half:][-half:]]
@@ -43,62 +39,38 @@ def recognise(exercise, calls, part=None):
         return []
     wrong = wrong_part(exercise, calls, truth, part)
     if few_values(exercise, calls, wrong):
-        return _unlike_chance(exercise, calls, truth, wrong) or _pair_unlike_chance(exercise, calls, truth)
+        return _unlike_chance(exercise, calls, truth, wrong)
     whole = _fitting(exercise, calls, truth, None)
-    if whole:
-        return whole
-    sample = _sample(exercise, calls, truth, None)
-    if not any(isinstance(call.result, guard.Raised) for call in sample):  # two edits that break each other explain all
-        pairs = list(_pairs(exercise, calls, sample))
-        if len(pairs) == 1:
-            return pairs[0]
-        if pairs:  # what they have in common is sure
-            return [m for m in pairs[0] if all(m in pair for pair in pairs)][:1]
-    listed = _fitting(exercise, calls, truth, part) if part is not None else []
-    return listed or _any_slip(exercise, calls, truth, part)
+    return whole or (_fitting(exercise, calls, truth, part) if part is not None else [])
 
 
-def _any_slip(exercise, calls, truth, part):
-    """The slip that explains all that is wrong, or else the part that failed; none where the call itself breaks."""
-    for of in dict.fromkeys((None, part)):
-        sample = _sample(exercise, calls, truth, of)
-        if any(isinstance(call.result, guard.Raised) for call in sample):
-            return []
-        if slip := _slip(exercise, exercise.slips(), sample, of):
-            return [slip]
-    return []
+def recognise_more(exercise, calls, part, known):
+    """Return what explains more than the listed mistake that is known, if one is: a pair of mistakes, or a slip.
 
-
-def _slip(exercise, slips, calls, part=None, beside=None):
-    """The first slip that answers as the student did, or None; `beside` is what the answer would be without it."""
-    beside, began = beside or exercise.solution, time.process_time()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of slips that make nonsense
-        for slip in slips:
-            if time.process_time() - began > exercise.patience:
-                break
-            answer = slip.answer
-            if answer is None or not _answers(exercise, answer, calls, part):
-                continue
-            if part is not None and _contradicts(exercise, slip, calls):
-                continue
-            if _tells(exercise, slip, beside, calls):
-                return slip
-    exercise.patience -= time.process_time() - began
-    return None
-
-
-def _tells(exercise, slip, beside, calls) -> bool:
-    """Return True if a number with decimals shows the slip: truth values and small integers agree by chance."""
-    for call in calls:
-        results = [exercise.result(f, call.args) for f in (beside, slip.answer)]
-        if any(isinstance(result, guard.Raised) for result in results):
-            continue
-        parts = range(len(results[0])) if isinstance(results[0], tuple) else (None,)
-        for p in parts:
-            if not exercise.alike(*results, p) and _has_decimals(results[0] if p is None else results[0][p]):
-                return True
-    return False
+    Parameters
+    ----------
+    exercise : Exercise
+    calls : sequence of Call
+        Calls in which all right answers give the same.
+    part : int or None
+        The result that failed.
+    known : list of Misconception
+        What `recognise` has found: none, or one.
+    """
+    calls = [calls[k] for k in np.unique(np.linspace(0, len(calls) - 1, MOST).astype(int))] if calls else []
+    few = few_values(exercise, calls)
+    if not calls or known and _answers(exercise, known[0].answer, calls):
+        return known
+    table = pairs.Table(exercise, calls, exercise.patience, few)
+    if not table.wrong.any():
+        return known
+    alone = [change.mistake for change in table.single()]
+    if alone and (not few or table.bits() >= SURE_BITS + np.log2(len(table.rows))):
+        return alone[:1]
+    both = pairs.find(table, calls, exercise.patience)
+    if both or known or few:
+        return both or known
+    return [change.mistake for change in table.of_part(part or 0)[:1]]
 
 
 def right_results(exercise, calls):
@@ -109,44 +81,6 @@ def right_results(exercise, calls):
 def wrong_part(exercise, calls, truth, part):
     """The part of the results that a link is about, if it is wrong in a call; else None: it is another one."""
     return part if any(not exercise.alike(c.result, t, part) for c, t in zip(calls, truth, strict=True)) else None
-
-
-def with_partner(exercise, calls, known):
-    """The mistake that is known, and the one that explains with it what it does not explain alone, if there is one.
-
-    Parameters
-    ----------
-    exercise : Exercise
-    calls : sequence of Call
-        Calls in which all right answers give the same.
-    known : Misconception
-        What was recognised at the link that failed.
-
-    Returns
-    -------
-    list of Misconception
-        One or two, in the order in which to mend them.
-    """
-    unlike = lambda answer: [c for c in calls if not exercise.alike(c.result, exercise.result(answer, c.args))]
-    left = unlike(known.answer)
-    if all(isinstance(call.result, guard.Raised) for call in left):
-        return [known]
-    if not known.edits:
-        return [known, *_partner_slip(exercise, calls, left, known)]
-    found = []
-    for other in exercise.misconceptions:
-        both = exercise.composed(known, other) if other.edits and other is not known else None
-        if both is not None and _answers(exercise, both, left) and not unlike(both):
-            found.append(other)
-    if not found:
-        return [known, *_partner_slip(exercise, calls, left, known)]
-    if len({other.hint for other in found}) != 1:
-        return [known]
-    if few_values(exercise, calls):
-        truth = right_results(exercise, left)
-        if _bits(exercise, left, truth, None) < SURE_BITS + np.log2(len(exercise.misconceptions)):
-            return [known]
-    return sorted((known, found[0]), key=exercise.fails_at)
 
 
 def _fitting(exercise, calls, truth, part):
@@ -174,21 +108,6 @@ def _unlike_chance(exercise, calls, truth, part):
     return found[:1]
 
 
-def _pair_unlike_chance(exercise, calls, truth):
-    """The one pair of mistakes that answers all calls; empty if others do, too, or if many may fit by chance."""
-    sample = _sample(exercise, calls, truth, None)
-    if any(isinstance(call.result, guard.Raised) for call in sample):
-        return []
-    n = sum(bool(m.edits) for m in exercise.misconceptions)
-    if _bits(exercise, calls, truth, None) < SURE_BITS + np.log2(max(n * (n - 1) / 2, 1)):
-        return []
-    given = [guard.numbers(call.result) for call in calls]
-    if all(one is not None and one.dtype.kind == "b" and one.all() for one in given):
-        return []  # True to everything: it fits many pairs
-    pairs = list(_pairs(exercise, calls, sample))
-    return pairs[0] if len(pairs) == 1 else []
-
-
 def _sample(exercise, calls, truth, part):
     """Some wrong calls, which tell most, and some right ones."""
     right, wrong = [], []
@@ -200,23 +119,6 @@ def _sample(exercise, calls, truth, part):
 def _answers(exercise, answer, calls, part=None) -> bool:
     """Return True if the answer gives what the student's function gave, in every call."""
     return bool(calls) and all(exercise.alike(c.result, exercise.result(answer, c.args), part) for c in calls)
-
-
-def _pairs(exercise, calls, sample):
-    """Two mistakes at once, each an edit of the solution, that together answer as the student did."""
-    edits = [m for m in exercise.misconceptions if m.edits]
-    for one, other in itertools.combinations(edits, 2):
-        both = exercise.composed(one, other)
-        if both is not None and _answers(exercise, both, sample) and _answers(exercise, both, calls):  # few, then all
-            yield sorted((one, other), key=exercise.fails_at)
-
-
-def _partner_slip(exercise, calls, left, known):
-    """The slip that explains, beside a known mistake, what is left; none if one slip alone explains everything."""
-    if not left or _slip(exercise, exercise.slips(), calls[-12:]):
-        return []
-    slip = _slip(exercise, exercise.slips(known), [*left[-6:], *calls[-6:]], beside=known.answer)
-    return [slip] if slip else []
 
 
 # ---- how much a call says ----------------------------------------------------------------------------------

@@ -11,13 +11,16 @@ import copy
 import re
 import types
 from collections.abc import Iterator
+from typing import Any
 
 from . import edits
 
 MOST = 1500  # slips of one solution; each costs a compilation
+MOST_TERMS = 12  # that may be added to an angle
 LONGEST = 90  # characters of an expression that is quoted
 
-EXCHANGED = {"sin": "cos", "cos": "sin", "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
+EXCHANGED = {"sin": "cos", "cos": "sin", "arctan": "tan", "arcsin": "sin", "arccos": "cos",
+             "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
              "eye": "zeros", "hstack": "vstack", "sum": "mean", "mean": "sum", "flatnonzero": "nonzero",
              "isin": "not isin"}  # fmt: skip
 AROUND = {"wrap": "wrap", "sqrt": "root", "inv": "inverse", "abs": "absolute value"}
@@ -141,11 +144,74 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
     yield from _of_parameters(function, parameters, text)
     for node in statements:
         yield from _of_statement(node, text)
+    yield from _of_uses(function, nodes, names, text)
+    yield from _of_angles(function, statements, text)
     for node in names:
         for other in locals_:
             if other != node.id:
                 both = text.both(_around(nodes, node, text), node, other)
                 yield told(f"`{other}` for `{node.id}`", *both), text.with_(node, other, False)
+
+
+def _of_uses(function, nodes, names, text):
+    """Slips at one place where a name is used: who has no such name writes its formula out, there and elsewhere."""
+    means = _formulas(function)
+    for node in names:
+        formula = means.get(node.id)
+        if formula is None or text.span(node)[0] < text.span(formula)[1]:
+            continue
+        around = _around(nodes, node, text)
+        for inner in (n for n in ast.walk(formula) if isinstance(n, ast.expr)):
+            for what, new in _changes(inner, text):
+                old, changed = text.both(formula, inner, new)
+                place = f"your results are as if `{node.id}` were `{changed}`, not `{old}`, in `{text.of(around)[:60]}`"
+                yield f"{what}: {place}.", text.with_(node, changed)
+
+
+def _of_angles(function, statements, text):
+    """A term too many in the argument of sines and cosines, at all places of one line: a turn that comes too early."""
+    turns = ("sin", "cos")
+    calls = [n for n in ast.walk(function) if isinstance(n, ast.Call) and getattr(n.func, "attr", "") in turns]
+    angles = list(dict.fromkeys(text.of(n.args[0]) for n in calls if n.args))
+    terms = _terms(function, text)
+    for node in statements:
+        start, end = text.span(node)
+        line = text.text[start:end]
+        for angle in (a for a in angles if a in line):
+            for term, sign in ((t, s) for t in terms[:MOST_TERMS] for s in "+-" if t not in angle):
+                what = f"`{angle} {sign} {term}` stood where `{angle}` belongs"
+                new = re.sub(rf"(?<![\w.]){re.escape(angle)}(?!\w)", f"({angle} {sign} {term})", line)
+                yield f"A term too many: your results are as if {what}.", text.with_(node, new, False)
+
+
+def _terms(function, text):
+    """What may be added to an angle: entries of the parameters, their products, and names that stand for one entry."""
+    parameters = {a.arg for a in function.args.args}
+    of_one = lambda n: isinstance(n.value, ast.Name) and n.value.id in parameters and isinstance(n.slice, ast.Constant)
+    entries: list[Any] = [n for n in ast.walk(function) if isinstance(n, ast.Subscript) and of_one(n)]
+    tuples = [n for n in ast.walk(function) if isinstance(n, ast.Tuple) and isinstance(n.ctx, ast.Store)]
+    names = [text.of(e) for n in tuples for e in n.elts if isinstance(e, ast.Name)]
+    products = [text.of(n) for n in ast.walk(function) if isinstance(n, ast.BinOp) and isinstance(n.op, ast.Mult)]
+    last = [f"{p}[{1 + max(n.slice.value for n in entries if n.value.id == p)}]" for p in
+            dict.fromkeys(n.value.id for n in entries)]  # fmt: skip
+    short = [p for p in products if len(p) <= 12 and not re.search(r"\b[cs]\b", p)]
+    return list(dict.fromkeys([*map(text.of, entries), *last, *names, *short]))
+
+
+def _formulas(function):
+    """What each name stands for that gets a value once, where that is short."""
+    found: dict[str, ast.expr | None] = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and len(node.targets) == 1:
+            target, value = node.targets[0], node.value
+            elements = target.elts if isinstance(target, ast.Tuple) else []
+            values = value.elts if isinstance(value, ast.Tuple) else []
+            both = elements and values
+            for name, formula in zip(elements, values, strict=False) if both else [(target, value)]:
+                if isinstance(name, ast.Name):
+                    short = isinstance(formula, ast.BinOp | ast.Call) and len(ast.unparse(formula)) <= 40
+                    found[name.id] = formula if short and name.id not in found else None
+    return found
 
 
 def _nodes(function):
@@ -282,6 +348,7 @@ OPERATIONS = {
         ("The power is another one", "{a} ** ({right} - 1)"),
         ("The power is another one", "{a} ** (2 * {b})"),
         ("A factor, not a power", "{a} * {b}"),
+        ("A root too many", "np.sqrt({left}) ** {b}"),
     ),
     ast.BitAnd: (
         ("A condition is missing", "{left}"),
@@ -303,6 +370,8 @@ def _of_operation(node, left, right):
             for n, s in ((node.left, left), (node.right, right)))  # fmt: skip
     for words, text in OPERATIONS.get(type(node.op), ()):
         yield words, text.format(left=left, right=right, a=a, b=b)
+    if isinstance(node.op, ast.Pow) and isinstance(node.left, ast.BinOp):
+        yield "`**` goes before `*`, `/` and `-`: the brackets are missing", f"{left} ** {right}"
 
 
 def _of_call(node, of):
@@ -316,6 +385,9 @@ def _of_call(node, of):
         yield f"The {AROUND[name]} is missing", args[0]
     if name in ("sin", "cos", "tan") and args:
         yield "Degrees and radians", f"{function}(np.radians({args[0]}))"
+    if name == "arctan2" and len(args) == 2:
+        quotient = f"{stem or 'np'}.arctan(({args[0]}) / ({args[1]}))"
+        yield "`arctan` of the quotient cannot tell ahead from behind", quotient
     if name == "solve" and len(args) == 2:
         yield "The inverse is missing", f"({args[0]}) @ ({args[1]})"
     for i in range(len(args) - 1 if name not in COUNTING else 0):
@@ -357,6 +429,27 @@ def _of_entries(node, of):
             swapped = list(entries)
             swapped[i], swapped[j] = swapped[j], swapped[i]
             yield what, row(swapped)
+    yield from _of_all_entries(entries, row)
+    if len(rows) == len(entries) and len({len(r) for r in rows}) == 1:
+        for j in range(len(rows[0])):
+            for words, column in _of_all_entries([r[j] for r in rows], list):
+                yield words, matrix([[*r[:j], new, *r[j + 1 :]] for r, new in zip(rows, column, strict=True)])
+
+
+FACTOR = r"(?<![\w.\]) ]) ?\b{0} \* | [*/] {0}\b(?:\*\*2)?(?! ?[\w(\[.])"
+
+
+def _of_all_entries(entries, row):
+    """A factor that is missing in all entries that have it, or a square that is: one idea, several places."""
+    names = {n for entry in entries for n in re.findall(r"\b[a-z]\w*\b", entry)} - {"np"}
+    for name in sorted(names):
+        without = [re.sub(FACTOR.format(name), "", entry) for entry in entries]
+        if sum(a != b for a, b in zip(entries, without, strict=True)) > 1:
+            yield f"The factor `{name}` is missing", row(without)
+    for pattern, new in (r"\*\*2\b", ""), (r"/ (\w+)\b(?!\*\*)", r"/ \1**2"), (r"/ (\w+)\b(?!\*\*)", r"/ np.sqrt(\1)"):
+        other = [re.sub(pattern, new, entry) for entry in entries]
+        if sum(a != b for a, b in zip(entries, other, strict=True)) > 1:
+            yield "Divided by another power" if "/" in pattern else "The square is missing", row(other)
 
 
 def _of_parameters(function, parameters, text):
@@ -373,6 +466,7 @@ def _of_parameters(function, parameters, text):
             (f"`{p}` counts twice in yours", f"2 * np.asarray({p})"),
             (f"`{p}` is transposed in yours", f"{p}.T"),
             (f"`{p}` is inverted in yours", f"np.linalg.inv({p})"),
+            (f"`{p}` is multiplied by itself in yours", f"{p} @ {p}"),
             (f"Only the diagonal of `{p}` counts in yours: the rest of it matters, too", f"np.diag(np.diag({p}))"),
             (f"`{p}` is in radians already: no conversion", f"np.radians({p})"),
             (f"`{p}` is turned into degrees in yours: keep to radians", f"np.degrees({p})"),

@@ -113,6 +113,7 @@ def table(
         options["canonical"] = lambda result: _turned(result, angles, len(names))
     id, title = title.split(" ", 1)
     made = Exercise(id, title, solution, hints, cases=cases, **options)
+    made.returns = names
     params, lines = made.parameters(), rows(checks)
     said = shown or (lambda *args: at(params, args))
     helps, of_row = {}, {}
@@ -307,7 +308,7 @@ def _turned(result, angles, n):
     for i, entry in angles.items():
         parts[i] = np.array(parts[i], float)
         seam = wrap(parts[i][entry])
-        parts[i][entry] = np.where(np.isclose(np.abs(seam), np.pi, atol=1e-6), np.pi, seam)
+        parts[i][entry] = np.where(np.abs(np.abs(seam) - np.pi) < 3e-5, np.pi, seam)
     return parts[0] if n == 1 else tuple(parts)
 
 

@@ -112,7 +112,7 @@ TWO = [  # exercise, a part of what is told first, and one of what is told then,
     (
         "21.3",
         "were the inverse of",
-        "`b[keep]` stood where",
+        "b_k - A_kg A_gg^-1 b_g",
         ("return new, ", "return C[np.ix_(keep, keep)], "),
         ("new @ (C @ b)", "b"),
     ),

@@ -1,0 +1,490 @@
+"""Two mistakes at once, found among all pairs of changes of the solution.
+
+A *change* is a listed mistake that is an edit, or a slip of any formula. Each is run once on some of the student's
+calls: a table, a row for a change, a column for each number that came out. Where a number is what one change makes of
+it, and no other one touches it, one of the pair is found; so most pairs are refused without being run. For the rest,
+the differences from the right numbers add up, or their ratios multiply, to first order: the pairs are tried in that
+order, the solution with both changes in it, and named is only one that answers every call as the student did.
+"""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import os.path
+import time
+import types
+import warnings
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from . import edits, guard
+
+CALLS, FEWEST = 12, 5  # of the table; the fewest where there are more changes than
+MANY = 600
+CELLS = 250  # numbers of the table, of those that are wrong, and of those that are right
+SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
+PAIRED = 1000  # rows of the table, so many of which are paired
+LIKELY = 3000  # pairs that are tried at most
+FIRST = 40  # pairs of rows of which more than one pair of changes is tried
+TRIED = 4  # changes with the same results that may stand for each other: one may be in the place of its partner
+
+
+class Change:
+    """One change of the solution, or of a function of another exercise that it calls.
+
+    Parameters
+    ----------
+    mistake : Mistake or Slip
+    """
+
+    def __init__(self, mistake):
+        self.mistake, self.function = mistake, mistake.solution
+        self.old = edits.parts(mistake.solution)[1]
+        self.listed = bool(mistake.edits)
+        self.body = edits.applied(self.old, mistake.edits, "") if self.listed else mistake.body
+
+    @cached_property
+    def hunks(self):
+        """What is written otherwise: start, end, and what stands there instead; each as short as it can be."""
+        spans = []
+        for old, new in self.mistake.edits or ((self.old, self.body),):
+            start = self.old.find(old)
+            if start < 0:  # an edit of an edit
+                return [_shortest(0, self.old, self.body)]
+            spans.append(_shortest(start, old, new))
+        return spans
+
+    @cached_property
+    def places(self):
+        """The same as edits: with so much of the text around each that it stands there once."""
+        found = []
+        for start, end, new in self.hunks:
+            a, b = start, end
+            while self.old.count(self.old[a:b]) != 1 or a == b:
+                a, b = max(a - 1, 0), min(b + 1, len(self.old))
+            found.append((self.old[a:b], self.old[a:start] + new + self.old[end:b]))
+        return found
+
+
+def _shortest(start, old, new):
+    """The change of a text at `start` without what both have in common at the beginning and at the end."""
+    a = len(os.path.commonprefix([old, new]))
+    b = len(os.path.commonprefix([old[a:][::-1], new[a:][::-1]]))
+    return start + a, start + len(old) - b, new[a : len(new) - b]
+
+
+def composed(solution, one, other):
+    """Yield the solution with both changes; twice where it matters which one is made first."""
+    if isinstance(one, Outer) or isinstance(other, Outer):
+        inner, outer = (other, one) if isinstance(one, Outer) else (one, other)
+        if not isinstance(inner, Outer) and inner.mistake.answer is not None:
+            yield outer.around(inner.mistake.answer)
+        return
+    bodies = [{one.function: one.body, other.function: other.body}]
+    if one.function is other.function:
+        bodies = [{one.function: body} for body in _merged(one, other)]
+    for texts in bodies:
+        try:
+            made = {f: edits.function(f, edits.parts(f)[0] + body, "two mistakes") for f, body in texts.items()}
+        except Exception:
+            continue
+        main = made.pop(solution, solution)
+        space = main.__globals__ | {f.__name__: new for f, new in made.items()}
+        yield types.FunctionType(main.__code__, space, main.__name__, main.__defaults__) if made else main
+
+
+def _merged(one, other):
+    """The texts with both changes; none if one takes the other's place away."""
+    hunks = sorted([*one.hunks, *other.hunks])
+    if all(a[1] <= b[0] and a[:2] != b[:2] for a, b in itertools.pairwise(hunks)):
+        text, at = "", 0
+        for start, end, new in hunks:
+            text, at = text + one.old[at:start] + new, end
+        return [text + one.old[at:]]
+    found = []
+    for first, second in ((one, other), (other, one)):
+        for places in (second.mistake.edits, second.places):
+            try:
+                found.append(edits.applied(first.body, places, ""))
+                break
+            except ValueError:
+                continue
+    return [body for body in dict.fromkeys(found) if body not in (one.body, other.body)]
+
+
+class Outer:
+    """A slip of one result as a whole, whatever stands in the function: it goes with each other change.
+
+    Parameters
+    ----------
+    exercise : Exercise
+    part : int or None
+        Which of several results.
+    hint : str
+    made, undone : callable
+        What becomes of the result, and the way back.
+    """
+
+    listed = False
+    function = None
+
+    def __init__(self, exercise, part, hint, made, undone):
+        self.part, self.hint, self.made, self.undone = part, hint, made, undone
+        self.name = f"slip: {hint}"
+        self.mistake, self.edits, self.answer = self, (), self.around(exercise.solution)
+
+    def around(self, answer):
+        """The answer with the slip in its results."""
+        return lambda *args: self.of(answer(*args), self.made)
+
+    def of(self, result, how):
+        """The results with one of them changed."""
+        with np.errstate(all="ignore"):
+            if self.part is None:
+                return how(np.asarray(result, float))
+            return tuple(how(np.asarray(r, float)) if k == self.part else r for k, r in enumerate(result))
+
+
+OUTER = (
+    ("`{}` is transposed in yours.", lambda a: a.T, lambda a: a.T),
+    ("`{}` has the wrong sign in yours.", np.negative, np.negative),
+    ("Yours is twice as much: `{}`.", lambda a: 2 * a, lambda a: a / 2),
+    ("Yours is half as much: `{}`.", lambda a: a / 2, lambda a: 2 * a),
+    ("`{}` is in degrees in yours: keep to radians.", np.degrees, np.radians),
+    ("`{}` is converted from degrees in yours, and it is in radians already.", np.radians, np.degrees),
+    ("Yours is the root: `{}`.", np.sqrt, np.square),
+    ("Yours is the square: `{}`.", np.square, np.sqrt),
+    ("Yours is the inverse: `{}`.", lambda a: np.linalg.inv(a), lambda a: np.linalg.inv(a)),
+    ("The entries of `{}` are in the wrong order.", lambda a: a[..., ::-1], lambda a: a[..., ::-1]),
+    ("`{}` is 1 minus what it should be.", lambda a: 1 - a, lambda a: 1 - a),
+)
+
+
+def outers(exercise, right):
+    """Return the slips of whole results that change a result of numbers."""
+    names, several = exercise.returns, isinstance(right, tuple)
+    found = []
+    for k, part in enumerate(right if several else (right,)):
+        numbers = guard.numbers(part)
+        if numbers is not None and numbers.dtype.kind == "f":
+            name = names[k] if k < len(names) else "the result"
+            found += [Outer(exercise, k if several else None, hint.format(name), *ways) for hint, *ways in OUTER]
+    return found
+
+
+class Table:
+    """What each change answers to some calls, beside what is right and what the student gave.
+
+    Attributes
+    ----------
+    rows : list of list of Change
+        Changes with the same results, the listed ones first.
+    V : ndarray, shape (rows, cells)
+        The numbers.
+    changed, fits : ndarray of bool, shape (rows, cells)
+        Is it another number than the right one, and is it the student's?
+    """
+
+    def __init__(self, exercise, calls, patience, few=False):
+        most = 40 if few else CALLS
+        end = time.process_time() + patience
+        all_changes = list(changes(exercise))
+        most = max(FEWEST, min(most, most * MANY // max(len(all_changes), 1)))
+        self.exercise = exercise
+        right = [exercise.result(exercise.solution, call.args) for call in calls]
+        self.calls = _chosen(exercise, calls, right, most)
+        self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
+        self.few = few
+        self.t, self.s, self.kinds = self._columns()
+        self.unlike = any(isinstance(given, guard.Raised) for kind in self.kinds for _, given, _ in kind)
+        rows, values = {}, []
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")  # of changes that make nonsense
+            for change in all_changes:
+                if time.process_time() > end:
+                    break
+                answer = change.mistake.answer
+                if answer is None:
+                    continue
+                v = self._row(answer)
+                key = np.round(v, 7).tobytes()
+                if key not in rows:
+                    values.append(v)
+                rows.setdefault(key, []).append(change)
+        self.rows = list(rows.values())
+        self.V = np.array(values).reshape(len(values), len(self.t))
+        self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s)
+        self.wrong = ~_near(self.s, self.t)
+
+    def _columns(self):
+        """What is right, what the student gave, and by call and result whether it is compared number by number."""
+        t, s, kinds, parts, calls = [], [], [], [], []
+        for k, (call, right) in enumerate(zip(self.calls, self.right, strict=True)):
+            (rights, given), kind = (self._parts(r) for r in (right, call.result)), []
+            if len(rights) != len(given):
+                rights, given = [right], [call.result]
+            for p, (a, b) in enumerate(zip(rights, given, strict=True)):
+                one = not (_is_floats(a) and _is_floats(b) and a.shape == b.shape)
+                kind.append((a, b, one))
+                t.append([0.0] if one else np.ravel(a))
+                s.append([float(not _same(b, a))] if one else np.ravel(b))
+                parts += [p] * len(t[-1])
+                calls += [k] * len(t[-1])
+            kinds.append(kind)
+        self.parts, self.of_call = np.array(parts), np.array(calls)
+        return np.concatenate(t), np.concatenate(s), kinds
+
+    def _parts(self, result):
+        """The results of a call as arrays of floats; what is no number as it is."""
+        try:
+            result = result if self.exercise.canonical is None else self.exercise.canonical(result)
+        except Exception:
+            pass
+        parts = result if isinstance(result, tuple) else (result,)
+        return [_floats(part) for part in parts]
+
+    def _row(self, answer):
+        """The numbers of one change."""
+        return np.concatenate([self.numbers(_called(answer, call.args), k) for k, call in enumerate(self.calls)])
+
+    def numbers(self, result, k):
+        """The numbers of a result of call k: NaN where it gives something else than numbers of that shape."""
+        row, kind, parts = [], self.kinds[k], self._parts(result)
+        parts = [result] if len(kind) == 1 and len(parts) != 1 else parts
+        fit = len(parts) == len(kind)
+        for i, (right, given, one) in enumerate(kind):
+            part: Any = parts[i] if fit else None
+            if one:
+                row.append([0.0 if _same(part, right) else 1.0 if _same(part, given) else 2.0])
+            elif _is_floats(part) and part.shape == right.shape:
+                row.append(np.ravel(part))
+            else:
+                row.append(np.full(np.size(right), np.nan))
+        return np.concatenate(row)
+
+    def single(self):
+        """The changes that alone give all that the student gave; none if there is no such row."""
+        found = np.flatnonzero(self.fits.all(1))
+        return self.rows[found[0]] if len(found) else []
+
+    def of_part(self, part):
+        """The changes that give what is wrong in one result, and spoil nothing that the student has otherwise."""
+        here = self.wrong & (self.parts == part)
+        good = self.fits[:, here].all(1) & ~(self.changed & ~self.fits).any(1) & here.any()
+        found = np.flatnonzero(good)
+        return self.rows[found[0]] if len(found) else []
+
+    def evident(self, i, j) -> bool:
+        """Return True if a pair is no guess: one mistake in another formula may be two slips in this one by chance.
+
+        Two listed mistakes are none. Of others each slip must show alone: in numbers that it explains, and that the
+        other one does not touch. Nor do slips explain what is no number.
+        """
+        slips = [(k, other) for k, other in ((i, j), (j, i)) if not self.rows[k][0].listed]
+        if slips and (self.few or not np.isfinite(self.s).all() or self.unlike):
+            return False
+        shown = lambda k, other: (self.fits[k] & self.wrong & ~self.changed[other]).any()
+        return all(shown(*each) for each in slips) or len(slips) == 1 and shown(j, i) and shown(i, j)
+
+    def bits(self) -> float:
+        """How much the student's answers say: each call as much as few rows of the table have that answer to it."""
+        total, n = 0.0, max(len(self.rows), 1)
+        for k in range(len(self.calls)):
+            total += np.log2(n / max(int(self.fits[:, self.of_call == k].all(1).sum()), 1))
+        return total
+
+    def pairs(self):
+        """Yield pairs of rows that may do it together, the likely ones first.
+
+        What counts: numbers that are not what the one change that touches them makes of them; and how far the effects
+        of both are from adding up, or from multiplying, to that of the student.
+        """
+        rows, cells = self._some_rows(), self._some_cells()
+        changed, fits = (a[np.ix_(rows, cells)].astype(np.float32) for a in (self.changed, self.fits))
+        alone, spoils = 1 - changed, changed * (1 - fits)
+        spoiled = spoils @ alone.T
+        missed = (alone * self.wrong[cells]) @ alone.T + spoiled + spoiled.T
+        listed = np.array([self.rows[k][0].listed for k in rows])
+        one = np.minimum(self._misses(rows, cells, _difference), self._misses(rows, cells, _ratio))
+        key = missed / self.wrong[cells].sum() + np.minimum(one, 1) - 1e-3 * (listed[:, None] + listed)
+        key = np.where(np.tri(len(rows), dtype=bool), np.inf, key).ravel()
+        few = np.argpartition(key, min(LIKELY, len(key) - 1))[:LIKELY]
+        few = few[np.isfinite(key[few])]
+        for k in few[np.argsort(key[few], kind="stable")]:
+            yield rows[k // len(rows)], rows[k % len(rows)]
+
+    def _some_rows(self):
+        """The changes that are paired: the listed ones, and those that explain most."""
+        hits = (self.fits & self.wrong).sum(1) + 1e6 * np.array([row[0].listed for row in self.rows])
+        return np.sort(np.argsort(-hits, kind="stable")[:PAIRED]) if len(hits) else np.array([], int)
+
+    def _some_cells(self):
+        """The numbers that are compared: some of the wrong ones, and of the right ones."""
+        rng = np.random.default_rng(0)
+        few = lambda places: places if len(places) <= CELLS else np.sort(rng.choice(places, CELLS, replace=False))
+        return np.concatenate([few(np.flatnonzero(self.wrong)), few(np.flatnonzero(~self.wrong))])
+
+    def _misses(self, rows, cells, what):
+        """How far the effects of two changes are from adding up to that of the student, by pair."""
+        with np.errstate(all="ignore"):
+            D, r = what(self.V[np.ix_(rows, cells)], self.t[cells]), what(self.s[cells], self.t[cells])
+            weight = 1 / (1e-9 + np.abs(r) + np.abs(D).min(0, initial=1e9, where=np.abs(D) > 0))
+        good = np.isfinite(r) & np.isfinite(weight) & (np.abs(r) > 0)
+        if not good.any():
+            return np.ones((len(rows), len(rows)))
+        D, r = D[:, good] * weight[good], r[good] * weight[good]
+        bad = ~np.isfinite(D)
+        D = np.where(bad, 0, np.clip(D, -1e3, 1e3))
+        G, n = D @ D.T, np.sum((D - r) ** 2, 1) - r @ r
+        far = np.maximum(n[:, None] + n + 2 * G + r @ r, 0) / len(r)
+        return far + bad.mean(1)[:, None] + bad.mean(1)
+
+
+def changes(exercise):
+    """Yield the changes of the solution: listed mistakes first, then slips."""
+    for mistake in (*exercise.misconceptions, *exercise.slips()):
+        if hasattr(mistake, "solution"):
+            yield Change(mistake)
+
+
+def find(table, calls, patience):
+    """Return two mistakes that together answer every call as the student did, in the order in which to mend them.
+
+    Parameters
+    ----------
+    table : Table
+    calls : sequence of Call
+        Calls in which all right answers give the same.
+    patience : float
+        Seconds of the processor; two thirds of it are for this.
+
+    Returns
+    -------
+    list of Mistake or Slip
+        Two, or none.
+    """
+    exercise, end, found = table.exercise, time.process_time() + 2 / 3 * patience, []
+    tried, likely = 0, _tried(table)
+    for one, other in itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely):
+        if time.process_time() > end:
+            break
+        tried += 1
+        for answer in composed(exercise.solution, one, other):
+            if answers(exercise, answer, table.calls) and answers(exercise, answer, calls):
+                found.append((one, other))
+                break
+        if found and not table.few:
+            break
+    if table.few:
+        found = _sure(table, found, tried)
+    return sorted((change.mistake for change in found[0]), key=exercise.fails_at) if found else []
+
+
+def _sure(table, found, tried):
+    """The only pair that fits, if the answers say more than chance does: few values fit many pairs."""
+    alone = len({tuple(sorted(change.mistake.hint for change in pair)) for pair in found}) == 1
+    return found if alone and table.bits() >= SURE_BITS + np.log2(tried) else []
+
+
+def _tried(table):
+    """Yield pairs of changes, the likely ones first; of the first rows all changes that have the same results.
+
+    What is the same alone need not be the same beside another change, and one may be in the other's way.
+    """
+    pairs = ((i, j) for i, j in table.pairs() if table.evident(i, j))
+    for n, (i, j) in enumerate(pairs):
+        for one, other in itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j))):
+            if one.function is not other.function or _merged(one, other):
+                yield one, other
+                if n > FIRST:
+                    break
+
+
+def _plain(row, few):
+    """Of changes that have the same results those to be tried: the listed ones, then those that change least."""
+    row = [change for change in row if change.listed or not few]
+    size = lambda change: sum(end - start + len(new) for start, end, new in change.hunks)
+    return sorted(row, key=lambda change: (not change.listed, size(change)))[:TRIED] if len(row) > 1 else row
+
+
+def _with_outer(table):
+    """Yield the changes with a slip of a whole result, if the student's results without that slip are theirs."""
+    exercise = table.exercise
+    for outer in outers(exercise, table.right[0]):
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                undone = [guard.Call(c.args, outer.of(c.result, outer.undone)) for c in table.calls]
+                s = np.concatenate([table.numbers(call.result, k) for k, call in enumerate(undone)])
+            except Exception:
+                continue
+        for k in np.flatnonzero(_near(table.V, s).all(1) & table.changed.any(1))[:1]:
+            yield from ((one, outer) for one in table.rows[k][:1] if one.listed and not table.few)
+
+
+def answers(exercise, answer, calls) -> bool:
+    """Return True if the answer gives what the student's function gave, in every call."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return all(_agree(exercise, c.result, _called(answer, c.args)) for c in calls)
+
+
+def _called(answer, args):
+    """The result, or `Raised`; as `Exercise.result`, and quicker."""
+    try:
+        with np.errstate(all="ignore"):
+            return answer(*map(_copy, args))
+    except Exception as error:
+        return guard.Raised(type(error).__name__, str(error))
+
+
+def _copy(value):
+    return value.copy() if isinstance(value, np.ndarray) else copy.deepcopy(value)
+
+
+def _agree(exercise, given, result):
+    """The same result, or the same kind of exception: its words depend on how a line is written."""
+    if isinstance(given, guard.Raised) and isinstance(result, guard.Raised):
+        return given.kind == result.kind
+    return exercise.alike(given, result)
+
+
+def _chosen(exercise, calls, right, most):
+    """Some calls: two of three with a wrong result, spread over all of them."""
+    wrong = [not exercise.alike(call.result, t) for call, t in zip(calls, right, strict=True)]
+    of = lambda kind: [call for call, w in zip(calls, wrong, strict=True) if w == kind]
+    few = lambda some, n: [some[k] for k in np.unique(np.linspace(0, len(some) - 1, min(n, len(some))).astype(int))]
+    bad, good = few(of(True), 2 * most // 3), of(False)
+    return [*bad, *few(good, most - len(bad))] if good else bad
+
+
+def _floats(value):
+    numbers = guard.numbers(value)
+    return numbers.astype(float) if numbers is not None and numbers.dtype.kind in "fiub" else value
+
+
+def _is_floats(value):
+    return isinstance(value, np.ndarray) and value.dtype.kind == "f"
+
+
+def _same(a, b):
+    if isinstance(a, guard.Raised) and isinstance(b, guard.Raised):
+        return a.kind == b.kind
+    return not isinstance(a, guard.Raised) and not isinstance(b, guard.Raised) and guard.equal(a, b, 1e-6, 1e-8)
+
+
+def _near(a, b):
+    with np.errstate(all="ignore"):
+        return (np.abs(a - b) <= 1e-8 + 1e-6 * np.abs(b)) | (a == b)
+
+
+def _difference(a, t):
+    return a - t
+
+
+def _ratio(a, t):
+    """The logarithm of |a / t|; not finite where one of them is zero."""
+    return np.log(np.abs(a / t))
