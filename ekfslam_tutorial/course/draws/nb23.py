@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import matplotlib.pyplot as plt
 import numpy as np
-from scipy.stats import chi2
 
+from ...analysis import anees_band
 from ...graphics import ESTIMATE, TRUTH, line, plot_ellipse, points, sigma_label
 from ...graphics.style import BLACK, BLUE, DEAD_RECKONING, GREEN, GREY, ORANGE, PURPLE, VERMILLION
 from ..controls import Float
@@ -31,9 +31,11 @@ def drift_figure(t, off, slopes):
         look = dict(color=color, linestyle=dash, marker=mark, markevery=0.12, markersize=7, linewidth=2.4)
         ax.plot(t, e, **look, label=f"{name}: slope {slope:.2f}")
     _time_axes(ax, t[0], t[-1])
-    ax.set(ylabel="position error (m)", ylim=(1e-6, None))
+    ax.set(ylabel="position error (m)", ylim=(1e-4, 2e3))
     ax.legend(loc="upper left")
-    ends = "; ".join(f"{name} {_length(e[-1])}, slope {s:.2f}" for (name, e), s in zip(off.items(), slopes, strict=True))
+    ends = "; ".join(
+        f"{name} {_length(e[-1])}, slope {s:.2f}" for (name, e), s in zip(off.items(), slopes, strict=True)
+    )
     return fig, f"Off after {t[-1]:.0f} s, and the slope on log-log axes: {ends}. Noise: the RMS of many runs."
 
 
@@ -134,38 +136,36 @@ def _tube(ax, t, e, three, label):
 
 
 def biases_figure(flight, true, walks):
-    """The two biases, their estimates with 3-sigma bands, and where the true ones were. Returns (fig, caption)."""
+    """Errors of the biases with their 3-sigma bands; the true ones walk, too. Returns (fig, caption)."""
     fig, axes = plt.subplots(2, 3, figsize=(13, 5.6), sharex=True, sharey="row", layout="constrained")
-    t, b, s = flight.t, flight.x[:, 10:16], np.sqrt(np.einsum("kii->ki", flight.P[:, 10:16, 10:16]))
     scale = np.repeat([np.degrees(1), 1.0], 3)
+    t, e = flight.t, scale * (flight.x[:, 10:16] - true)
+    three = 3 * scale * np.sqrt(np.einsum("kii->ki", flight.P[:, 10:16, 10:16]))
     for i, ax in enumerate(axes.ravel()):
-        wander = 3 * walks[i // 3] * np.sqrt(t) * scale[i]
-        ax.fill_between(t, *(scale[i] * (b[:, i] + k * s[:, i]) for k in (-3, 3)), color=BLUE, alpha=0.22, linewidth=0,
-                        label="± 3 sigma")  # fmt: skip
-        ax.plot(t, scale[i] * b[:, i], **line(ESTIMATE), label="estimate")
-        ax.plot(t, scale[i] * true[i] + 0 * t, **line(TRUTH), label="true bias at the start")
-        for k in -1, 1:
-            name = "how far it may have walked (3 sigma)" if k > 0 else None
-            ax.plot(t, scale[i] * true[i] + k * wander, color=GREY, linestyle=":", linewidth=1.6, label=name)
+        ax.fill_between(t, -three[:, i], three[:, i], color=BLUE, alpha=0.22, linewidth=0, label="± 3 sigma")
+        ax.plot(t, e[:, i], color=BLACK, linewidth=1.8, label="estimate minus the true bias of the start")
+        walked = 3 * walks[i // 3] * np.sqrt(t) * scale[i]
+        ax.plot(t, walked, color=GREY, linestyle=":", linewidth=1.8, label="how far it may have walked (3 sigma)")
+        ax.plot(t, -walked, color=GREY, linestyle=":", linewidth=1.8)
         ax.set(xlim=(t[0], t[-1]), title=f"along {AXES[i % 3]} of the IMU" if i < 3 else "")
     axes[0, 0].set(ylabel="gyrometer (deg/s)")
     axes[1, 0].set(ylabel="accelerometer (m/s²)")
     for ax in axes[1]:
         ax.set(xlabel="time (s)")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    fig.legend(handles, labels, loc="outside lower center", ncols=4)
-    end, sigma = scale * (b[-1] - true), scale * s[-1]
+    fig.legend(handles, labels, loc="outside lower center", ncols=3)
+    off, sigma = np.abs(e[-1]), three[-1] / 3
     return fig, (
-        f"After {t[-1]:.0f} s the gyrometer's bias is off by {np.abs(end[:3]).max():.2g} deg/s at most (1 sigma "
-        f"{sigma[:3].max():.2g}), the accelerometer's by {np.abs(end[3:]).max():.2g} m/s² (1 sigma up to "
-        f"{sigma[3:].max():.2g}, and it walks itself)."
+        f"After {t[-1]:.0f} s the gyrometer's biases are off by {off[:3].max():.2g} deg/s at most (1 sigma up to "
+        f"{sigma[:3].max():.2g}), the accelerometer's by {off[3:].max():.2g} m/s² (1 sigma up to "
+        f"{sigma[3:].max():.2g}, and the true ones have walked by about {walks[1] * np.sqrt(t[-1]):.2g})."
     )
 
 
 # ---- what becomes known when ----------------------------------------------------------------------------------------
 
 FLIGHTS = {
-    "it stands": (GREY, ":", "v"),
+    "it stands": (GREY, ":", "v"),  # wider: elsewhere another line lies on it
     "it moves, without a turn": (ORANGE, "--", "s"),
     "it turns, in place": (PURPLE, "-.", "^"),
     "it moves and turns": (BLUE, "-", "o"),
@@ -187,7 +187,14 @@ def known_figure(t, sigmas):
         name, _, unit = state.rpartition(" ")
         for flight, of in sigmas.items():
             color, dash, mark = FLIGHTS[flight]
-            look = dict(color=color, linestyle=dash, marker=mark, markevery=0.15, markersize=6, linewidth=2.2)
+            look = dict(
+                color=color,
+                linestyle=dash,
+                marker=mark,
+                markevery=0.15,
+                markersize=6,
+                linewidth=5 if dash == ":" else 2.2,
+            )
             ax.plot(t[1:], scale * of[name][1:], **look, label=flight)
         ax.set(yscale="log", xlim=(0, t[-1]), title=name, ylabel=f"1 sigma {unit}")
         low, high = ax.get_ylim()
@@ -209,10 +216,11 @@ def known_figure(t, sigmas):
 
 
 def nees_figure(t, nees, dof):
-    """NEES over time of several flights, {name: (runs, F)}, and the band of one honest NEES. Returns (fig, caption)."""
+    """Mean NEES over time of some flights, {name: (runs, F)}, and its band. Returns (fig, caption)."""
     fig, ax = plt.subplots(figsize=(10.5, 5), layout="constrained")
-    low, high = chi2.ppf([0.025, 0.975], dof)
-    ax.axhspan(low, high, color=GREEN, alpha=0.25, linewidth=0, label=f"95 % of honest NEES: {low:.1f} to {high:.1f}")
+    runs = len(next(iter(nees.values())))
+    low, high = anees_band(dof, runs)
+    ax.axhspan(low, high, color=GREEN, alpha=0.25, linewidth=0, label=f"honest, 95 %: {low:.1f} to {high:.1f}")
     looks = dict(zip(nees, ((BLUE, "-", "o"), (ORANGE, "--", "s"), (VERMILLION, "-.", "x")), strict=False))
     words = []
     for name, rows in nees.items():
@@ -220,9 +228,9 @@ def nees_figure(t, nees, dof):
         mean = np.mean(rows, 0)
         ax.plot(t, mean, color=color, linestyle=dash, marker=mark, markevery=0.1, linewidth=2.2, label=name)
         words.append(f"{name} {rows.mean() / dof:.1f}")
-    ax.set(yscale="log", xlabel="time (s)", ylabel=f"NEES, {dof} dof (-), mean of {len(rows)} flights", xlim=(t[0], t[-1]))
+    ax.set(yscale="log", xlabel="time (s)", ylabel=f"NEES, {dof} dof (-), mean of {runs} flights", xlim=(t[0], t[-1]))
     ticks = [1, 3, 6, 10, 30, 100]
     ax.set_yticks(ticks, [str(k) for k in ticks])
     ax.minorticks_off()
-    ax.legend(loc="upper left")
+    ax.legend(loc="upper right")
     return fig, f"Mean NEES per degree of freedom, honest 1: {'; '.join(words)}."

@@ -72,6 +72,7 @@ exercise = table(
     not moved | (p_true - p_true[0]) @ R.T -> p_true @ R.T | The origin of the truth is another one: subtract p_true[0] from it.
     turned about the origin | (p_true - p_true[0]) @ R.T -> (p_true @ R.T - p_true[0]) | Subtract the start first, then turn: else the start is turned away.
     means put on each other | e_p = (p - p[0]) - (p_true - p_true[0]) @ R.T -> e_p = (p - p.mean(0)) - (p_true - p_true.mean(0)) @ R.T | P is relative to the *start*, where the filter is certain; means put on each other hide errors that P knows of.
+    ends put on each other | e_p = (p - p[0]) - (p_true - p_true[0]) @ R.T -> e_p = (p - p[-1]) - (p_true - p_true[-1]) @ R.T | The filter is certain of its *start*, and P is relative to it: let the two paths begin in the same point.
     velocity moved, too | v - v_true @ R.T -> v - v[0] - (v_true - v_true[0]) @ R.T | A shift of the world does not change a velocity, and that of the start is not known exactly.
     position only | e = np.hstack([e_p, v - v_true @ R.T])[1:] -> e, P = e_p[1:], P[:, :3, :3] | Six numbers: the velocity belongs to it.
     correlations forgotten | np.linalg.solve(P[1:], -> np.linalg.solve(P[1:] * np.kron(np.eye(2), np.ones((3, 3))), | Position and velocity are correlated: take the whole 6 x 6 matrix.

@@ -15,7 +15,7 @@ def from_rest(w, a, acc_bias_std):
     known but this standard deviation, the same for each axis. The world's z axis points up.
     Return q, shape (4,): an orientation that brings the mean of a to z; any yaw will do, nobody can know it. b_w, shape
     (3,): the bias of the gyrometer. And tilt_std (rad): by so much each of the two angles of the tilt is uncertain (1
-    sigma), because of the bias of the accelerometer; take n as large, so that the noise is nothing beside it.
+    sigma), because of the bias of the accelerometer. Let n be so large that the noise does not matter beside it.
     """
     up = a.mean(0) / np.linalg.norm(a.mean(0))
     q = np.array([1 + up[2], up[1], -up[0], 0.0])  # the shortest turn from up to z
