@@ -131,7 +131,7 @@ def flight_figure(flight, alone):
 
 def _tube(ax, t, e, three, label):
     ax.fill_between(t, -three, three, color=BLUE, alpha=0.22, linewidth=0, label="± 3 sigma")
-    ax.plot(t, e, color=BLACK, linewidth=1.6, label="estimate minus truth")
+    ax.plot(t, e, color=BLACK, linewidth=1.6, label="error: estimate minus truth")
     ax.set(ylabel=label, xlim=(t[0], t[-1]))
 
 
@@ -143,7 +143,7 @@ def biases_figure(flight, true, walks):
     three = 3 * scale * np.sqrt(np.einsum("kii->ki", flight.P[:, 10:16, 10:16]))
     for i, ax in enumerate(axes.ravel()):
         ax.fill_between(t, -three[:, i], three[:, i], color=BLUE, alpha=0.22, linewidth=0, label="± 3 sigma")
-        ax.plot(t, e[:, i], color=BLACK, linewidth=1.8, label="estimate minus the true bias of the start")
+        ax.plot(t, e[:, i], color=BLACK, linewidth=1.8, label="error: estimate minus the true bias of the start")
         walked = 3 * walks[i // 3] * np.sqrt(t) * scale[i]
         ax.plot(t, walked, color=GREY, linestyle=":", linewidth=1.8, label="how far it may have walked (3 sigma)")
         ax.plot(t, -walked, color=GREY, linestyle=":", linewidth=1.8)
