@@ -177,6 +177,23 @@ def test_the_twin_flies_and_says_what_it_is(monkeypatch, tmp_path):
         recording.save(tmp_path / "folder")
 
 
+def test_a_twin_that_stands_that_moves_and_that_turns():
+    """With `moves` and `turns`: the velocity is that of the path, and what is left out is left out."""
+    t = np.linspace(0, 8, 1601)
+    for moves, turns in (0, 0), (1, 0), (0, 1), (0.5, 1):
+        R, p, v = euroc_twin.path(t, moves, turns)
+        assert np.allclose(np.gradient(p, t, axis=0)[1:-1], v[1:-1], atol=2e-4)
+        assert np.ptp(p) == 0 if moves == 0 else np.ptp(p) > 0.5
+        assert ((R * R[0].inv()).magnitude().max() < 1e-9) == (turns == 0)
+    moved, half = (euroc_twin.path(t, moves)[1] for moves in (1, 0.5))
+    assert np.allclose(half, moved / 2)
+    still = euroc_twin.twin(seed=2, n=41, moves=0, turns=0)
+    assert np.ptp(still.truth[1], axis=0).max() < 1e-12
+    white = np.sqrt(np.diag(euroc_twin.CAREFUL.noise(0.005))[:6] / 2)  # a control is the mean of two rows
+    spread = (still.robots[1].u[:, :6] - still.robots[1].u[:, :6].mean(0)).std(0)
+    assert np.allclose(spread, white, rtol=0.15)  # 400 controls: 5 % each, neighbours share a row
+
+
 def test_mounting_and_clock_are_found():
     """A camera turned by 1 deg, and clocks 15 ms apart: both within 3 standard deviations, and known far better."""
     recording = euroc_twin.twin(seed=3, n=260, clock=0.015, clock_std=0.02)
