@@ -166,7 +166,7 @@ def test_the_twin_flies_and_says_what_it_is(monkeypatch, tmp_path):
         and figures["rotation_rmse_deg"] < 0.6
         and figures["alignment"] == "trajectories"
     )
-    assert 0.05 < figures["nees_per_dof"] < 4 and history.error_of(1) == "position and velocity"
+    assert 0.05 < figures["nees_per_dof"] < 4 and figures["nees_of"] == "position and velocity"
     assert len(now.lmks) < 50 and np.abs(now.map.x[now.robs[0].r][10:13] - euroc_twin.BIASES[:3]).max() < 2e-3
     path = recording.save(tmp_path / "twin.npz")
     again = type(recording).load(path)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -28,8 +30,8 @@ def drift_figure(t, off, slopes):
     fig, ax = plt.subplots(figsize=(9.5, 5.6), layout="constrained")
     for (name, e), slope in zip(off.items(), slopes, strict=True):
         color, dash, mark = CAUSES[name]
-        look = dict(color=color, linestyle=dash, marker=mark, markevery=0.12, markersize=7, linewidth=2.4)
-        ax.plot(t, e, **look, label=f"{name}: slope {slope:.2f}")
+        look: dict[str, Any] = dict(color=color, linestyle=dash, marker=mark, markevery=0.12, markersize=7)
+        ax.plot(t, e, **look, linewidth=2.4, label=f"{name}: slope {slope:.2f}")
     _time_axes(ax, t[0], t[-1])
     ax.set(ylabel="position error (m)", ylim=(1e-4, 2e3))
     ax.legend(loc="upper left")
