@@ -90,7 +90,7 @@ def test_notebook_23_what_makes_a_flight_too_sure(run):
 
     A filter that is lost may differ between computers: a tenth of each figure.
     """
-    left_out = "many =|drift(|laws|known[|for seed in|three[|history|broken|both =|(both|x in both|fly_alone|show("
+    left_out = "many =|drift(|laws|known[|for seed in|three[|history|broken|both =|(both|x in both|in three]|fly_alone|show("
     space, debrief = run("23", *left_out.split("|"))
     table = rows(debrief)
     changes = {"robot__1__acc_noise": 2e-3, "robot__1__gyro_noise": 1.7e-4}, {"sensor__1__pixel_std": 0.5}
