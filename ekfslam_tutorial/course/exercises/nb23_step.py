@@ -4,6 +4,7 @@ import numpy as np
 
 from ...geometry import q2R, q_prod, unit, v2q
 from .. import expect
+from ..diagnose import same
 from ..table import table
 from .nb11_odo3 import as_wanted, positive  # noqa: F401
 
@@ -65,9 +66,9 @@ exercise = table(
     returns="x2, X_b",
     settled=as_wanted,
     cases={
-        "any": lambda rng: [case(rng) for _ in range(4)],
-        "rest": lambda rng: [rest(rng) for _ in range(3)],
-        "no turn": lambda rng: [case(rng, turns=0.0) for _ in range(2)],
+        "any": lambda rng: [case(rng) for _ in range(2)],
+        "rest": lambda rng: [rest(rng) for _ in range(2)],
+        "no turn": lambda rng: [case(rng, turns=0.0)],
     },
     checks="""
     at rest     | x2[:10]  | rest    | An IMU that lies still measures its biases, and 9.81 m/s^2 upwards: what is left of them is no motion.
@@ -124,10 +125,12 @@ exercise = table(
 )
 def _(f, rng):
     names = [f"{n}_{i}" for n in ("t", "q", "v", "b_w", "b_a") for i in ("abcd" if n == "q" else "xyz")]
-    for turns in 1.0, 1.0, 0.0:
+    for turns in 1.0, 0.0:
         x, u, dt = case(rng, turns)
         x2, X_b = expect.results(f(x, u, dt), "x2", "X_b")
         want = imu_step(x, u, dt)
         _, got = as_wanted((expect.array(x2, 16, "x2"), expect.array(X_b, (16, 6), "X_b")), want)
+        if same(got, want[1]):
+            continue
         value = lambda b, x=x, u=u, dt=dt: imu_step(np.concatenate([x[:10], b]), u, dt)[0]
         expect.jacobian(got, value, x[10:], "X_b", names, names[10:])
