@@ -147,6 +147,11 @@ def test_a_figure_has_a_line_with_what_was_expected_beside_it(capsys):
     ]
 
 
+def test_the_nees_says_what_it_is_of(capsys):
+    results.tell(FIGURES | {"nees_of": "position and velocity"})
+    assert "NEES of the position and velocity" in capsys.readouterr().out
+
+
 def test_what_is_not_known_is_not_told(capsys):
     results.tell(FIGURES)
     assert "dead reckoning" not in (out := capsys.readouterr().out) and "heading" not in out

@@ -295,7 +295,8 @@ class History:
             frames, n_landmarks, gauge ('fixed' or 'free'), alignment (what map and truth were aligned by, if the
             gauge is free), ate_rmse_m, heading_rmse_deg, rotation_rmse_deg (after one constant rotation of each robot
             has been taken away), landmark_rmse_m, dead_reckoning_ate_m; nees_mean, nis_mean with the degrees of
-            freedom nees_dof and nis_dof they should be near to, nees_per_dof; ate_aligned_m and
+            freedom nees_dof and nis_dof they should be near to, nees_per_dof, and nees_of, what it is the NEES of: the
+            pose, of a robot with an IMU position and velocity, of a known robot the landmarks; ate_aligned_m and
             landmark_rmse_aligned_m, after alignment in any case; correction_ratio (see `analysis.corrections`: 1 is
             right), the length of the blocks that it was found with, correction_ratio_s, and what an honest filter stays
             below, correction_ratio_limit; n_innovations, of which n_refused did not pass the gate, which nis_mean does
@@ -341,10 +342,10 @@ class History:
         e, _ = _pooled(moved if free else plain)
         e_aligned, _ = _pooled(moved)
         n = np.concatenate([md2(*self.errors(id)) for id in robots])
-        nees_dof = e.shape[1]
+        nees_dof, nees_of = e.shape[1], self.error_of(robots[0]) if len(robots) else "pose"
         if not np.isfinite(n).any():
             R = F.R if free and F is not None else np.eye(d)
-            n, nees_dof = md2(lmk_aligned if free else lmk, R @ covs @ R.T), d
+            n, nees_dof, nees_of = md2(lmk_aligned if free else lmk, R @ covs @ R.T), d, "landmarks"
         turned = [rotation_rmse(t.x[t.known], t.truth[t.known]) ** 2 for t in (moved or plain) if t.known.any()]
         pairs = np.concatenate([self.nis(id) for id in robots])[:, 1:]
         ratio = self.correction_ratio(robots)
@@ -358,6 +359,7 @@ class History:
             "landmark_rmse_aligned_m": _known(rmse(lmk_aligned)),
             "dead_reckoning_ate_m": _known(rmse(np.concatenate([_dead(t, free) for t in plain])[:, :d])),
             "nees_mean": _known(_mean(n)),
+            "nees_of": nees_of,
             "nees_dof": nees_dof,
             "nees_per_dof": _known(_mean(n) / nees_dof),
             "nis_mean": _known(_mean(pairs[:, 0])),

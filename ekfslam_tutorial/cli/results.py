@@ -19,7 +19,7 @@ TOLD = [
     ("heading error", "heading_rmse_deg", "{:.3g} deg", ""),
     ("landmark error", "landmark_rmse_m", "{:.3g} m", ""),
     ("RMSE to the best 95 % of GPS", "gps_rmse_best95_m", "{:.3g} m", ""),
-    ("NEES of the pose", "nees_mean", "{:.3g}", "expected: {nees_dof:.3g}"),
+    ("NEES of the {nees_of}", "nees_mean", "{:.3g}", "expected: {nees_dof:.3g}"),
     ("NIS", "nis_mean", "{:.3g}", "expected: {nis_dof:.3g}"),
     ("correction ratio", "correction_ratio", "{:.2f}", "honest below: {correction_ratio_limit:.2f}"),
 ]
@@ -73,9 +73,12 @@ def tell(figures):
     if figures.get("landmarks_by") == "place" and figures["n_left_over"]:
         words.append(f"{figures['n_left_over']} of them where no true one is")
     say(f"{figures['scenario']}: {', '.join(words)}, {figures['wall_s']:.2f} s", "bold")
-    known = {key: value for key, value in figures.items() if value is not None}
-    rows = [[f"  {what}", text.format(known[key]), beside(text_of, known)] for what, key, text, text_of in TOLD
-            if key in known]  # fmt: skip
+    known = {"nees_of": "pose"} | {key: value for key, value in figures.items() if value is not None}
+    rows = [
+        [f"  {what.format_map(known)}", text.format(known[key]), beside(text_of, known)]
+        for what, key, text, text_of in TOLD
+        if key in known
+    ]
     for number, names in figures.get("parameters", {}).items():
         for name, p in names.items():
             true = f"true: {_few(p['true'])}" if "true" in p else ""

@@ -17,7 +17,7 @@ CREEP = 0.003
 CAREFUL = Imu(gyro_noise=5e-4, acc_noise=1e-2, gyro_walk=1.9e-5, acc_walk=3e-3)
 
 
-def twin(seed=1, n=601, motion=CAREFUL, clock=0.0, clock_std=None):
+def twin(seed=1, n=601, motion=CAREFUL, clock=0.0, clock_std=None, moves=1.0, turns=1.0):
     """A log as `euroc_v101.load` gives it; the noise is white and known, the true biases wander.
 
     Parameters
@@ -32,6 +32,8 @@ def twin(seed=1, n=601, motion=CAREFUL, clock=0.0, clock_std=None):
         The clock of the IMU is ahead of that of the camera by so many seconds.
     clock_std : float, optional
         As in `euroc_v101.load`.
+    moves, turns : float
+        As in `path`.
 
     Returns
     -------
@@ -40,7 +42,7 @@ def twin(seed=1, n=601, motion=CAREFUL, clock=0.0, clock_std=None):
     """
     rng, h = np.random.default_rng(seed), 1 / RATE
     t = h * np.arange(EVERY * (n - 1) + 1)
-    R, p, v = path(t)
+    R, p, v = path(t, moves, turns)
     imu = np.concatenate([t[:, None], _measured(R, v, h, motion, rng)], 1)
     truth = np.concatenate([p, R.as_quat()[:, [3, 0, 1, 2]]], 1)[::EVERY]
     seen = _tracks(Frame3(truth), EVERY * h, rng)
@@ -50,13 +52,15 @@ def twin(seed=1, n=601, motion=CAREFUL, clock=0.0, clock_std=None):
     return euroc_v101.recording("twin of EuRoC V1_01", imu, t[::EVERY], seen, truth, begun, notes, clock_std)
 
 
-def path(t):
+def path(t, moves=1.0, turns=1.0):
     """A flight through the room: it stands for a second, takes off, and turns about all axes.
 
     Parameters
     ----------
     t : ndarray, shape (n,)
         s.
+    moves, turns : float
+        How much of that it does: with 0 and 0 it stands, with 1 and 0 it does not turn.
 
     Returns
     -------
@@ -68,10 +72,10 @@ def path(t):
     swell, rise = far**3 * (10 - 15 * far + 6 * far**2), 7.5 * far**2 * (1 - far) ** 2
     s = np.stack([1.2 * np.sin(0.7 * t), 1.0 * np.cos(0.6 * t), 0.8 + 0.4 * np.sin(0.9 * t)], -1)
     ds = np.stack([0.84 * np.cos(0.7 * t), -0.6 * np.sin(0.6 * t), 0.36 * np.cos(0.9 * t)], -1)
-    p, v = swell[:, None] * s, swell[:, None] * ds + rise[:, None] * s
+    p, v = moves * swell[:, None] * s, moves * (swell[:, None] * ds + rise[:, None] * s)
     angles = np.stack([0.5 * np.sin(0.35 * t), 0.15 * np.sin(0.8 * t), 0.15 * np.sin(1.1 * t + 1)], -1)
     ahead = Rotation.from_quat([0.0, -np.sqrt(0.5), 0.0, np.sqrt(0.5)])  # x of the IMU is up, its camera looks along z
-    return Rotation.from_euler("ZYX", swell[:, None] * angles) * ahead, p, v
+    return Rotation.from_euler("ZYX", turns * swell[:, None] * angles) * ahead, p, v
 
 
 def _measured(R, v, h, motion, rng):

@@ -4,6 +4,7 @@ import ast
 
 from ekfslam_tutorial.course import build
 from ekfslam_tutorial.course.logs import nb18, nb19
+from ekfslam_tutorial.datasets import euroc_twin
 
 
 def tags(cell):
@@ -43,6 +44,12 @@ def shorter_logs(monkeypatch):
     nb18.recording()
     monkeypatch.setitem(nb18.SECONDS, nb18.TWIN, nb18.SECONDS[nb18.TWIN] / 3)
     monkeypatch.setitem(nb19.SHORT, nb19.TWIN, nb19.SHORT[nb19.TWIN] // 6)
+    monkeypatch.setattr(euroc_twin, "twin", four_seconds(euroc_twin.twin))
+
+
+def four_seconds(twin):
+    """The twin of a flight, but only its take-off."""
+    return lambda seed=1, n=601, *args, **more: twin(seed, min(n, 81), *args, **more)
 
 
 def five_runs(run):

@@ -106,3 +106,26 @@ def test_notebook_22_a_lens_and_a_prior(run):
     aperture = space["nb22"].aperture
     _, facts = aperture(**{name: control.value for name, control in aperture.controls.items()})
     assert facts["ends"] == pytest.approx(48, abs=0.5) and facts["moved"] < 1e-9
+
+
+def test_notebook_23_what_makes_a_flight_too_sure(run):
+    """Three runs of a flight; the other two rows of the table are what its cell prints, which nbval compares.
+
+    A filter that is lost may differ between computers: a tenth of each figure.
+    """
+    drifting, flying = "many =|drift(|laws|fly_alone|show(", "known[|for seed in|three[|in three]|history|broken"
+    space, debrief = run("23", *f"{drifting}|{flying}|both =|(both|x in both".split("|"))
+    table = rows(debrief)
+    changes = {"robot__1__acc_noise": 2e-3, "robot__1__gyro_noise": 1.7e-4}, {"sensor__1__pixel_std": 0.5}
+    changes = *changes, {"landmark__non_obs_std": 0.1}
+    told = [row for row in table if re.search("data sheet|pixel_std|non_obs_std", row[0])]
+    for change, (_, cm, nees) in zip(changes, told, strict=True):
+        flown = space["fly"](space["twin"], **change)
+        assert np.isclose(100 * space["rms"]([flown]), float(cm), rtol=0.1)
+        assert np.isclose(space["nees_of"](flown).mean() / 6, float(nees), rtol=0.1)
+    (path,) = build.notebooks_folder().glob("23_*.ipynb")
+    (cell,) = [c for c in json.loads(path.read_text("utf-8"))["cells"] if build.source(c).startswith("change = ")]
+    printed = "".join(cell["outputs"][0]["text"])
+    for row in table:
+        if row[0] == "none" or "wander" in row[0]:
+            assert f"{row[1]} cm rms, NEES per degree of freedom {row[2]}" in printed

@@ -166,7 +166,7 @@ def test_the_twin_flies_and_says_what_it_is(monkeypatch, tmp_path):
         and figures["rotation_rmse_deg"] < 0.6
         and figures["alignment"] == "trajectories"
     )
-    assert 0.05 < figures["nees_per_dof"] < 4 and history.error_of(1) == "position and velocity"
+    assert 0.05 < figures["nees_per_dof"] < 4 and figures["nees_of"] == "position and velocity"
     assert len(now.lmks) < 50 and np.abs(now.map.x[now.robs[0].r][10:13] - euroc_twin.BIASES[:3]).max() < 2e-3
     path = recording.save(tmp_path / "twin.npz")
     again = type(recording).load(path)
@@ -175,6 +175,23 @@ def test_the_twin_flies_and_says_what_it_is(monkeypatch, tmp_path):
     )
     with pytest.raises(ValueError, match="no place for many controls"):
         recording.save(tmp_path / "folder")
+
+
+def test_a_twin_that_stands_that_moves_and_that_turns():
+    """With `moves` and `turns`: the velocity is that of the path, and what is left out is left out."""
+    t = np.linspace(0, 8, 1601)
+    for moves, turns in (0, 0), (1, 0), (0, 1), (0.5, 1):
+        R, p, v = euroc_twin.path(t, moves, turns)
+        assert np.allclose(np.gradient(p, t, axis=0)[1:-1], v[1:-1], atol=2e-4)
+        assert np.ptp(p) == 0 if moves == 0 else np.ptp(p) > 0.5
+        assert ((R * R[0].inv()).magnitude().max() < 1e-9) == (turns == 0)
+    moved, half = (euroc_twin.path(t, moves)[1] for moves in (1, 0.5))
+    assert np.allclose(half, moved / 2)
+    still = euroc_twin.twin(seed=2, n=41, moves=0, turns=0)
+    assert np.ptp(still.truth[1], axis=0).max() < 1e-12
+    white = np.sqrt(np.diag(euroc_twin.CAREFUL.noise(0.005))[:6] / 2)  # a control is the mean of two rows
+    spread = (still.robots[1].u[:, :6] - still.robots[1].u[:, :6].mean(0)).std(0)
+    assert np.allclose(spread, white, rtol=0.15)  # 400 controls: 5 % each, neighbours share a row
 
 
 def test_mounting_and_clock_are_found():

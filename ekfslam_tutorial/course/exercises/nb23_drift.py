@@ -1,0 +1,75 @@
+"""Exercise 23.3: how far an IMU is off that nobody corrects."""
+
+import numpy as np
+
+from ..table import table
+
+
+def drift(t, b_w, b_a, n_w, n_a):
+    """By how much the position is off along one horizontal axis, after t seconds by an IMU alone.
+
+    It lies level and still, and its pose is known at t = 0. Four causes, each alone: b_w (rad/s), a bias of the
+    gyrometer about the other horizontal axis, that nobody knows; b_a (m/s^2), a bias of the accelerometer along the
+    axis; n_w (rad / sqrt(s)) and n_a (m/s^2 / sqrt(Hz)), white noise of the two. A tilt by a small angle makes
+    gravity look like an acceleration of 9.81 m/s^2 times the angle.
+    What is integrated k times becomes: a constant c: c t^k / k!; white noise of density n: a random error with the
+    standard deviation n t^(k - 1/2) / ((k - 1)! sqrt(2 k - 1)).
+    Return the four errors, shape (4,), in metres: for b_w and b_a the error, for n_w and n_a its standard deviation.
+    """
+    by_gyro = 9.81 * np.array([b_w * t**3 / 6, n_w * t**2.5 / (2 * np.sqrt(5))])
+    by_acc = np.array([b_a * t**2 / 2, n_a * t**1.5 / np.sqrt(3)])
+    return np.array([by_gyro[0], by_acc[0], by_gyro[1], by_acc[1]])
+
+
+exercise = table(
+    "23.3 How an IMU drifts",
+    drift,
+    hints=(
+        "Count the integrals from what is measured to the position. An acceleration: velocity, position, so k = 2. A turn rate: angle first, and the angle times 9.81 is an acceleration. So k = 3.",
+        "A bias is a constant: c t^k / k!. White noise: n t^(k - 1/2) / ((k - 1)! sqrt(2k - 1)). Those of the gyrometer times 9.81 m/s^2.",
+        "b_w: 9.81 b_w t^3 / 6; b_a: b_a t^2 / 2; n_w: 9.81 n_w t^2.5 / (2 sqrt(5)); n_a: n_a t^1.5 / sqrt(3).",
+    ),
+    returns="off",
+    cases={
+        "any": lambda rng: [
+            (float(t), *(float(v) for v in rng.uniform(1e-3, 0.05, 4))) for t in (0.5, 3.0, 20.0, 60.0)
+        ],
+        "one second": lambda rng: [(1.0, *(float(v) for v in rng.uniform(1e-3, 0.05, 4))) for _ in range(2)],
+        "one of them": lambda rng: [
+            (7.0, *(v if j == i else 0.0 for j, v in enumerate((0.002, 0.02, 5e-4, 0.01)))) for i in range(4)
+        ],
+    },
+    checks="""
+    after one second       | off    | one second  | With t = 1 only the factors count: 9.81 for the gyrometer, and those of the integrals.
+    each has its place     | off    | one of them | In the order of the arguments: b_w, b_a, n_w, n_a. Each cause makes one of the four.
+    bias of the gyrometer  | off[0] | any         | Turn rate, angle, velocity, position: three integrals, and gravity.
+    bias of the accelerometer | off[1] | any      | Acceleration, velocity, position: two integrals.
+    noise of the gyrometer | off[2] | any         | White noise integrated three times: t^(k - 1/2) with k = 3.
+    noise of the accelerometer | off[3] | any     | White noise integrated twice: t^(k - 1/2) with k = 2.
+    """,
+    wrong="""
+    gyro bias integrated twice | b_w * t**3 / 6 -> b_w * t**2 / 2 | Turn rate, angle, velocity, position: three integrals.
+    gyro bias integrated once | 9.81 * np.array([b_w * t**3 / 6, -> 9.81 * np.array([b_w * t, | That is the angle (times gravity). It has to be integrated twice more.
+    gravity forgotten | by_gyro = 9.81 * -> by_gyro = | A tilt makes gravity look like an acceleration: 9.81 m/s^2 times the angle.
+    t^3 / 3 | b_w * t**3 / 6 -> b_w * t**3 / 3 | Each integral divides: t, t^2 / 2, t^3 / 6.
+    no factor with t^3 | b_w * t**3 / 6 -> b_w * t**3 | Each integral divides: t, t^2 / 2, t^3 / 6.
+    no half | b_a * t**2 / 2 -> b_a * t**2 | A constant acceleration: c t^2 / 2.
+    acc bias integrated once | b_a * t**2 / 2 -> b_a * t | That is the velocity. The position takes another integral.
+    acc bias integrated three times | b_a * t**2 / 2 -> b_a * t**3 / 6 | An acceleration needs two integrals only to be a position.
+    noise like a bias: White noise is partly averaged away: t^(k - 1/2), not t^k.
+        n_w * t**2.5 / (2 * np.sqrt(5)) -> n_w * t**3 / 6
+        n_a * t**1.5 / np.sqrt(3) -> n_a * t**2 / 2
+    noise integrated once less: From a turn rate to a position there are three integrals, from an acceleration two.
+        n_w * t**2.5 / (2 * np.sqrt(5)) -> n_w * t**1.5 / np.sqrt(3)
+        n_a * t**1.5 / np.sqrt(3) -> n_a * t**0.5
+    variances of the noise: The standard deviation is asked for, not its square.
+        n_w * t**2.5 / (2 * np.sqrt(5)) -> 9.81 * n_w**2 * t**5 / 20
+        n_a * t**1.5 / np.sqrt(3) -> n_a**2 * t**3 / 3
+    noise without its factor: Do not forget 1 / ((k - 1)! sqrt(2k - 1)): for k = 3 it is 1 / (2 sqrt(5)), for k = 2 it is 1 / sqrt(3).
+        n_w * t**2.5 / (2 * np.sqrt(5)) -> n_w * t**2.5
+        n_a * t**1.5 / np.sqrt(3) -> n_a * t**1.5
+    factorial forgotten | (2 * np.sqrt(5)) -> np.sqrt(5) | For k = 3 the factor has (k - 1)! = 2 in it.
+    order of the noises: In the order of the arguments: b_w, b_a, n_w, n_a.
+        by_gyro[1], by_acc[1]]) -> by_acc[1], by_gyro[1]])
+    """,
+)

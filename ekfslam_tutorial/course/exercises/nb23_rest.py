@@ -1,0 +1,98 @@
+"""Exercise 23.4: what an IMU at rest knows."""
+
+import numpy as np
+
+from ...geometry import q2R, unit
+from .. import expect
+from ..table import table
+
+
+def from_rest(w, a, acc_bias_std):
+    """What an IMU that lies still knows of itself: what is down, and the bias of its gyrometer.
+
+    w (rad/s) and a (m/s^2), both of shape (n, 3): what the two have measured, n times, in the axes of the IMU. An
+    accelerometer at rest measures what holds it up: 9.81 m/s^2, upwards. acc_bias_std (m/s^2): of its bias nothing is
+    known but this standard deviation, the same for each axis. The world's z axis points up.
+    Return q, shape (4,): an orientation that brings the mean of a to z; any yaw will do, nobody can know it. b_w, shape
+    (3,): the bias of the gyrometer. And tilt_std (rad): by so much each of the two angles of the tilt is uncertain (1
+    sigma), because of the bias of the accelerometer. Let n be so large that the noise does not matter beside it.
+    """
+    up = a.mean(0) / np.linalg.norm(a.mean(0))
+    q = np.array([1 + up[2], up[1], -up[0], 0.0])  # the shortest turn from up to z
+    return q / np.linalg.norm(q), w.mean(0), acc_bias_std / 9.81
+
+
+def rows(rng, up, noise=1.0, n=40):
+    """Return what is measured at rest, by the direction that is up."""
+    w = rng.uniform(-0.05, 0.05, 3) + noise * 0.01 * rng.normal(size=(n, 3))
+    a = 9.81 * unit(np.asarray(up, float))[0] + noise * (rng.uniform(-0.2, 0.2, 3) + 0.1 * rng.normal(size=(n, 3)))
+    return w, a, float(rng.uniform(0.02, 0.3))
+
+
+def any_yaw(taken, right=None):
+    """Return the results with the orientation without its yaw, but with its length: all right ones become the same."""
+    q, *rest = taken
+    q = np.asarray(q, float)
+    length = np.linalg.norm(q)
+    if length < 1e-9:
+        return taken
+    up = q2R(q / length)[0][2]
+    level = np.array([1 + up[2], up[1], -up[0], 0.0])
+    return [length * unit(level)[0] if up[2] > -0.999 else q, *rest]
+
+
+exercise = table(
+    "23.4 Start from rest",
+    from_rest,
+    hints=(
+        "Means over the n rows: that of w is the bias, as nothing turns. That of a points up, in the axes of the IMU.",
+        "Roll and pitch, for e2q: arctan2(a_y, a_z) and arctan2(-a_x, hypot(a_y, a_z)), with yaw 0. A bias across gravity, b, looks like a tilt by the angle b / 9.81.",
+        "Without Euler angles: up = mean of a, divided by its length; the shortest turn from up to z is [1 + up_z, up_y, -up_x, 0], divided by its length. tilt_std = acc_bias_std / 9.81.",
+    ),
+    returns="q, b_w, tilt_std",
+    settled=any_yaw,
+    canonical=any_yaw,
+    cases={
+        "any": lambda rng: [rows(rng, rng.normal(size=3) * [1, 1, 0.8] + [0, 0, 0.4], n=n) for n in (40, 7, 100, 25)],
+        "level": lambda rng: [rows(rng, [0, 0, 1], noise=0.0)],
+        "on its tail": lambda rng: [rows(rng, [1, 0, 0], noise=0.0), rows(rng, [0, -1, 0], noise=0.0)],
+    },
+    checks="""
+    level       | q        | level       | It lies level: R(q) must leave the z axis where it is.
+    on its tail | q        | on its tail | R(q) must bring the measured a to the z axis of the world.
+    orientation | q        | any         | The mean of a points up: R(q) brings it to z. q has the length 1.
+    gyrometer   | b_w      | any         | Nothing turns: what the gyrometer measures, in the mean, is its bias.
+    tilt        | tilt_std | any         | A bias b across gravity looks like gravity that is tilted by b / 9.81 rad. It is the same in all n rows.
+    """,
+    wrong="""
+    down for up | up = a.mean(0) -> up = -a.mean(0) | At rest an accelerometer measures what holds it *up*, not gravity.
+    the other way round | np.array([1 + up[2], up[1], -up[0], 0.0]) -> np.array([1 + up[2], -up[1], up[0], 0.0]) | q brings vectors from the IMU into the world: R(q) a must be along z. Yours is the conjugate.
+    first row only: One row has all its noise: take the mean over the n rows.
+        up = a.mean(0) / np.linalg.norm(a.mean(0)) -> up = a[0] / np.linalg.norm(a[0])
+        w.mean(0) -> w[0]
+    a not made a unit vector | / np.linalg.norm(a.mean(0)) -> / 9.81 | The length of the measured a is not exactly 9.81, as it has a bias: divide by its own length.
+    a in m/s^2 | up = a.mean(0) / np.linalg.norm(a.mean(0)) -> up = a.mean(0) | A direction is wanted: divide by the length.
+    twice the turn | np.array([1 + up[2], up[1], -up[0], 0.0]) -> np.array([up[2], up[1], -up[0], 0.0]) | That quaternion turns by the whole angle on either side, twice too much: halve the angle.
+    q not made a unit quaternion | q / np.linalg.norm(q) -> q | An orientation is a quaternion of length 1.
+    no turn | q / np.linalg.norm(q) -> np.array([1.0, 0, 0, 0]) | It does not lie level: roll and pitch follow from the mean of a. A turn about z changes neither.
+    median | w.mean(0) -> np.median(w, 0) | The mean is asked for: of white noise it is the best there is.
+    no bias | w.mean(0) -> 0 * w.mean(0) | What a gyrometer at rest measures is its bias.
+    sign of the bias | w.mean(0) -> -w.mean(0) | measured = true + bias, and the true rate is zero: the bias is what is measured.
+    spread for bias | w.mean(0) -> w.std(0) | That is the noise. The bias is the mean.
+    averaged away | acc_bias_std / 9.81 -> acc_bias_std / 9.81 / np.sqrt(len(a)) | A bias is the same in all rows: no mean makes it smaller.
+    gravity forgotten | acc_bias_std / 9.81 -> acc_bias_std | b across 9.81 m/s^2: the angle is b / 9.81.
+    times gravity | acc_bias_std / 9.81 -> acc_bias_std * 9.81 | The larger gravity is, the less a bias tilts it: b / 9.81.
+    tilt in degrees | acc_bias_std / 9.81 -> np.degrees(acc_bias_std / 9.81) | tilt_std is asked for in radians.
+    length of both | acc_bias_std / 9.81 -> np.sqrt(2) * acc_bias_std / 9.81 | Each of the two angles has its own bias: acc_bias_std / 9.81 for each.
+    """,
+)
+
+
+@exercise.link("any number of rows", "The means are over the n rows, whatever n is.")
+def _(f, rng):
+    args = rows(rng, [0.2, -0.3, 0.9], n=1)
+    q, b_w, tilt = expect.results(f(*args), "q", "b_w", "tilt_std")
+    want = from_rest(*args)
+    got = any_yaw([expect.array(q, 4, "q"), expect.array(b_w, 3, "b_w"), expect.array(tilt, (), "tilt_std")], want)
+    for name, a, b in zip(("q", "b_w", "tilt_std"), got, want, strict=True):
+        expect.close(a, b, name, at="one row")

@@ -1,0 +1,136 @@
+"""Exercise 23.1: one step of an IMU, and how its biases come in."""
+
+import numpy as np
+
+from ...geometry import q2R, q_prod, unit, v2q
+from .. import expect
+from ..diagnose import same
+from ..table import table
+from .nb11_odo3 import as_wanted, positive  # noqa: F401
+
+GRAVITY = np.array([0, 0, -9.81])
+
+
+def imu_step(x, u, dt):
+    """One step of an IMU: what it measures, made into motion, and what a change of the biases would change.
+
+    x = [t, q, v, b_w, b_a], shape (16,): position (m), orientation and velocity (m/s) in the world, whose z axis points
+    up; the biases of the gyrometer (rad/s) and of the accelerometer (m/s^2). u = [w, a], shape (6,): what the two
+    measure, in the axes of the IMU (rad/s, m/s^2). dt: seconds.
+    Without their biases, w and a hold for dt; a is turned into the world with the orientation in the middle of the
+    step. Gravity is [0, 0, -9.81] m/s^2. The biases stay as they are.
+    Return x2, shape (16,), without normalisation; and X_b, shape (16, 6): its derivative by the biases [b_w, b_a].
+    """
+    t, q, v, b = x[:3], x[3:7], x[7:10], x[10:]
+    w, a = u[:3] - b[:3], u[3:] - b[3:]
+    dq, DQ_w = v2q(w * dt)
+    q2, _, Q_dq = q_prod(q, dq)
+    half, HALF_w = v2q(w * dt / 2)
+    m, _, M_half = q_prod(q, half)
+    R, R_m = q2R(m)
+    g = R @ a + np.array([0, 0, -9.81])
+    G_w = np.einsum("ijk,j->ik", R_m, a) @ M_half @ HALF_w * dt / 2
+    X_b = np.zeros((16, 6))
+    X_b[:3] = np.hstack([G_w, R]) * -(dt**2) / 2
+    X_b[3:7, :3] = -Q_dq @ DQ_w * dt
+    X_b[7:10] = np.hstack([G_w, R]) * -dt
+    X_b[10:] = np.eye(6)
+    return np.concatenate([t + v * dt + g * dt**2 / 2, q2, v + g * dt, b]), X_b
+
+
+def case(rng, turns=1.0, dt=None):
+    """Return a state, a measurement and a time: everything counts, but for the turn if so wanted."""
+    x = np.concatenate([rng.uniform(-3, 3, 3), unit(rng.normal(size=4))[0], rng.uniform(-2, 2, 3)])
+    b = np.concatenate([rng.uniform(-0.2, 0.2, 3), rng.uniform(-0.9, 0.9, 3)])
+    w = turns * rng.uniform(-1.5, 1.5, 3) + b[:3]
+    a = rng.uniform(-6, 12, 3)
+    return np.concatenate([x, b]), np.concatenate([w, a]), float(rng.uniform(0.1, 0.5) if dt is None else dt)
+
+
+def rest(rng):
+    """Return an IMU that lies still, in any attitude: it measures its biases, and what holds it up."""
+    x, u, dt = case(rng)
+    x[7:10] = 0
+    R = q2R(x[3:7])[0]
+    return x, np.concatenate([x[10:13], -R.T @ GRAVITY + x[13:]]), dt
+
+
+exercise = table(
+    "23.1 One step of an IMU",
+    imu_step,
+    hints=(
+        "First take the biases off: w = u[:3] - b_w, a = u[3:] - b_a. Then the turn: q2 = q times v2q(w dt). Then the acceleration of the world: R a + gravity, with R in the middle: q times v2q(w dt / 2).",
+        "With g = R a + gravity: t2 = t + v dt + g dt^2 / 2 and v2 = v + g dt. A bias is subtracted from what is measured: its derivatives are those by w and a with the sign changed.",
+        "G_w, the derivative of g by w: R, R_m = q2R(m); np.einsum('ijk,j->ik', R_m, a) by m; M_half of q_prod; HALF_w of v2q; and dt / 2. Then X_b[7:10] = -dt [G_w, R], X_b[:3] = -dt^2/2 [G_w, R], X_b[3:7, :3] = -Q_dq DQ_w dt.",
+    ),
+    returns="x2, X_b",
+    settled=as_wanted,
+    cases={
+        "any": lambda rng: [case(rng) for _ in range(2)],
+        "rest": lambda rng: [rest(rng) for _ in range(2)],
+        "no turn": lambda rng: [case(rng, turns=0.0)],
+    },
+    checks="""
+    at rest     | x2[:10]  | rest    | An IMU that lies still measures its biases, and 9.81 m/s^2 upwards: what is left of them is no motion.
+    orientation | x2[3:7]  | any     | In dt the body turns by the rotation vector (w - b_w) dt, in its own axes: q v2q(...).
+    velocity    | x2[7:10] | any     | v2 = v + g dt with g = R (a - b_a) + gravity; R is the orientation in the *middle* of the step.
+    position    | x2[:3]   | any     | t2 = t + v dt + g dt^2 / 2, with the old v.
+    no turn     | x2       | no turn | Without a turn the orientation stays, and R is that of q.
+    biases      | x2       | any     | The biases stay as they are, at the end of the state.
+    """,
+    wrong="""
+    gravity forgotten | g = R @ a + np.array([0, 0, -9.81]) -> g = R @ a | An accelerometer does not feel gravity, only what holds it up: add gravity in the world.
+    gravity upwards | np.array([0, 0, -9.81]) -> np.array([0, 0, 9.81]) | z points up, and things fall down: gravity is -9.81 along z.
+    gravity in the axes of the IMU | g = R @ a + np.array([0, 0, -9.81]) -> g = R @ (a + np.array([0, 0, -9.81])) | Gravity is given in the world: add it after a is turned.
+    biases added | w, a = u[:3] - b[:3], u[3:] - b[3:] -> w, a = u[:3] + b[:3], u[3:] + b[3:] | measured = true + bias. So the true one is measured *minus* bias.
+    gyro bias forgotten | w, a = u[:3] - b[:3] -> w, a = u[:3] | The gyrometer has a bias, too: w = u[:3] - b_w.
+    acc bias forgotten | u[3:] - b[3:] -> u[3:] | The accelerometer has a bias, too: a = u[3:] - b_a.
+    biases exchanged | w, a = u[:3] - b[:3], u[3:] - b[3:] -> w, a = u[:3] - b[3:], u[3:] - b[:3] | In the state the bias of the gyrometer comes first: x[10:13].
+    a not turned | g = R @ a + -> g = a + | a is measured in the axes of the IMU: R a is it in the world.
+    turned the wrong way | g = R @ a + -> g = R.T @ a + | R takes from the IMU into the world; R' the other way.
+    orientation of the start: Take the orientation in the middle of the step: q v2q(w dt / 2). With that of the start the acceleration lags by half a step.
+        v2q(w * dt / 2) -> v2q(0 * w)
+        @ HALF_w * dt / 2 -> @ HALF_w * 0
+    orientation of the end: Take the orientation in the middle of the step: q v2q(w dt / 2). That of the end is half a step too late.
+        v2q(w * dt / 2) -> v2q(w * dt)
+        @ HALF_w * dt / 2 -> @ HALF_w * dt
+    turn in the axes of the world | q2, _, Q_dq = q_prod(q, dq) -> q2, Q_dq, _ = q_prod(dq, q) | w is in the axes of the body: its quaternion stands on the right.
+    dt forgotten in the turn | v2q(w * dt) -> v2q(w) | w is in radians per second: v2q(w dt).
+    half the turn | v2q(w * dt) -> v2q(w * dt / 2) | v2q has the half angle in it already: v2q(w dt).
+    a half forgotten in the position | v * dt + g * dt**2 / 2, q2 -> v * dt + g * dt**2, q2 | A constant acceleration moves by g dt^2 / 2, as the new velocity holds at the end of the step only.
+    no acceleration in the position | t + v * dt + g * dt**2 / 2, q2 -> t + v * dt, q2 | Within a step the velocity changes: + g dt^2 / 2.
+    v in the axes of the body | t + v * dt + -> t + R @ v * dt + | Here v is in the axes of the world: it is not turned.
+    dt forgotten in the velocity | v + g * dt, b -> v + g, b | g is in m/s^2: v + g dt.
+    sign of the derivatives: A bias is subtracted: its derivatives have the opposite sign of those by the measurement.
+        np.hstack([G_w, R]) * -(dt**2) / 2 -> np.hstack([G_w, R]) * dt**2 / 2
+        -Q_dq @ DQ_w * dt -> Q_dq @ DQ_w * dt
+        np.hstack([G_w, R]) * -dt -> np.hstack([G_w, R]) * dt
+    v by b_w forgotten: A wrong turn rate turns the acceleration of the same step already, as R is in the middle: X_b[7:10, :3] and X_b[:3, :3] are not zero.
+        G_w = np -> G_w = 0 * np
+    q by b_w forgotten | -Q_dq @ DQ_w * dt -> 0 | The turn depends on b_w: X_b[3:7, :3] is not zero.
+    biases by themselves forgotten | X_b[10:] = np.eye(6) -> X_b[10:] = 0 | The biases stay as they are: their derivative by themselves is the identity.
+    dt forgotten in d(q2)/d(b_w) | -Q_dq @ DQ_w * dt -> -Q_dq @ DQ_w | The inner derivative: d(w dt)/dw = dt.
+    position by the biases forgotten | np.hstack([G_w, R]) * -(dt**2) / 2 -> 0 | The position moves by g dt^2 / 2, and g depends on both biases: X_b[:3] is not zero.
+    small turn: DQ_w must be taken at w dt, HALF_w at w dt / 2, and not at zero.
+        @ DQ_w * dt -> @ v2q(0 * w)[1] * dt
+        @ HALF_w * dt / 2 -> @ v2q(0 * w)[1] * dt / 2
+    """,
+)
+
+
+@exercise.link(
+    "derivative by the biases",
+    "A bias is subtracted from what is measured: X_b has the derivatives by w and a, with the sign changed, and ones for the biases themselves.",
+    1,
+)
+def _(f, rng):
+    names = [f"{n}_{i}" for n in ("t", "q", "v", "b_w", "b_a") for i in ("abcd" if n == "q" else "xyz")]
+    for turns in 1.0, 0.0:
+        x, u, dt = case(rng, turns)
+        x2, X_b = expect.results(f(x, u, dt), "x2", "X_b")
+        want = imu_step(x, u, dt)
+        _, got = as_wanted((expect.array(x2, 16, "x2"), expect.array(X_b, (16, 6), "X_b")), want)
+        if same(got, want[1]):
+            continue
+        value = lambda b, x=x, u=u, dt=dt: imu_step(np.concatenate([x[:10], b]), u, dt)[0]
+        expect.jacobian(got, value, x[10:], "X_b", names, names[10:])
