@@ -26,6 +26,8 @@ PUSHED, WAITS = 0.15, 0.5
 PAN = 0.3
 """rad that the camera has turned to the right at the end."""
 GREY_STD = 2.0
+TREMBLES = 0.007
+"""rad from image to image, about each axis: about a pixel."""
 
 
 @cache
@@ -51,7 +53,7 @@ def film(seed, book=True, n=FRAMES):
     boards, corners = monoslam_desk.office(rng)
     x, y, _ = np.eye(3)
     card = board(rng, [0.12, -0.2, 0.55], x, y, 0.16, 0.22)
-    poses = [Frame3(p) for p in path(n)]
+    poses = [Frame3(p) for p in path(n, np.random.default_rng([seed, 1]))]
     room, first = Room(boards, CAMERA), poses[0].inverse()[0]
     at = lambda k: card.corner - PUSHED * max(k / FPS - WAITS, 0.0) * x
     images = []
@@ -72,17 +74,17 @@ def film(seed, book=True, n=FRAMES):
     return log
 
 
-def path(n):
-    """Poses of the camera, shape (n, 7): those of the twin, slowly turned to the right."""
-    poses = monoslam_desk.path_of_a_hand(int(np.ceil(n * monoslam_desk.FPS / FPS)))
-    turned = []
-    for k, pose in enumerate(poses[:: round(monoslam_desk.FPS / FPS)][:n]):
-        turn = Frame3(np.concatenate([np.zeros(3), e2q(np.array([0.0, PAN * k / n, 0.0]))[0]]))
-        still = Frame3(np.concatenate([np.zeros(3), pose[3:]]))
-        turned.append(np.concatenate([pose[:3], turn.compose(still)[0].x[3:]]))
+def path(n, rng):
+    """Poses of the camera, shape (n, 7): those of the twin, by a hand that trembles, slowly turned to the right."""
+    step = round(monoslam_desk.FPS / FPS)
+    poses, turned = monoslam_desk.path_of_a_hand(n * step)[::step], []
+    for k, (x, a) in enumerate(zip(poses, rng.normal(0.0, TREMBLES, (n, 3)), strict=True)):
+        turn = Frame3(np.concatenate([np.zeros(3), e2q(a * min(k, 1) + [0.0, PAN * k / n, 0.0])[0]]))
+        still = Frame3(np.concatenate([np.zeros(3), x[3:]]))
+        turned.append(np.concatenate([x[:3], turn.compose(still)[0].x[3:]]))
     return np.array(turned)
 
 
 def given(log, seed):
-    """The corners of the black rectangle as somebody has measured them: places, shape (4, 3), in the first frame (m)."""
+    """The corners of the black rectangle as somebody has measured them: places, shape (4, 3), in the first frame, m."""
     return log.corners + np.random.default_rng(seed).normal(0.0, GIVEN_STD, log.corners.shape)
