@@ -7,6 +7,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ...geometry import Frame3
 from ...models.landmarks import EucPnt, IdpPnt
+from ...models.motion import ConstantVelocity
 from ...models.observation import observe
 from .. import asks
 from ..exercises.nb13_new import new_idp
@@ -62,10 +63,10 @@ KINDS = {6: IdpPnt(), 3: EucPnt(3)}
 MOUNT = Frame3(np.array([0.0, 0, 0, 1, 0, 0, 0]))  # the camera is the robot
 
 
-def predict(x, P, rob, u, U, dt):
-    """The camera moves: its 13 numbers are [t, q, v, w]."""
+def predict(x, P, u, U, dt):
+    """The camera moves: its 13 numbers are [t, q, v, w], its control an impulse that is not known."""
     x, P = x.copy(), P.copy()
-    x[:13], X_x, X_u = rob.motion.move(x[:13], u, dt)
+    x[:13], X_x, X_u = ConstantVelocity().move(x[:13], u, dt)
     P[:13] = X_x @ P[:13]
     P[:, :13] = P[:, :13] @ X_x.T
     P[:13, :13] += X_u @ U @ X_u.T
@@ -138,12 +139,12 @@ def without(x, P, lmks, id):
     return x[keep], P[np.ix_(keep, keep)], {i: behind(s) for i, s in lmks.items() if i != id}
 
 
-def known_corners(x, P, world, image):
-    """Put the four known corners into the map, ids 1 to 4: x, P, their ranges, and their patches."""
-    lmks, looks, camera = {}, {}, world.sens[0].model
-    for id, corner in enumerate(world.given, 1):
-        lmks[id], n = slice(len(x), len(x) + 3), len(x)
-        x = np.append(x, corner)
+def known_corners(x, P, corners, camera, image):
+    """Put corners whose places are known to 2 mm into the map, ids 1, 2, ...: x, P, their ranges, their patches."""
+    lmks, looks = {}, {}
+    for id, corner in enumerate(corners, 1):
+        n = len(x)
+        lmks[id], x = slice(n, n + 3), np.append(x, corner)
         P = np.block([[P, np.zeros((n, 3))], [np.zeros((3, n)), 0.002**2 * np.eye(3)]])
         looks[id] = patch_of(image, camera.project(corner)[0], H)[0]
     return x, P, lmks, looks
@@ -154,20 +155,20 @@ def loop(world):
 
     world.x, shape (13,), and world.P, shape (13, 13), are the camera [t, q, v, w] before the first frame, and
     `known_corners` puts the four corners of world.given into the map, with the first image. `for now in world` goes
-    through the frames: now.image[1] is the image, now.u[1], now.U[1] and now.dt are the control, with the robot
-    world.robs[0]. world.sens[0].model is the camera, world.options.n and world.options.N are the prior of 1/distance.
+    through the frames: now.image[1] is the image, now.u[1], now.U[1] and now.dt are for `predict`, and now.k counts
+    from 1. world.sens[0].model is the camera, world.options.n and world.options.N are the prior of 1/distance.
     now.seen[1] is an empty list: append a pair (id, pixel) for each match that you correct with, and for each landmark
     that you start. Somebody will push a book across the desk. Keep 12 landmarks found in each frame; delete those that
     were looked for 6 times or more and used in less than half of them.
     Yield x, P, lmks after each frame: the whole map, the camera first, and a dictionary id: slice.
     """
-    rob, camera, n, N = world.robs[0], world.sens[0].model, world.options.n, world.options.N
+    camera, n, N = world.sens[0].model, world.options.n, world.options.N
     x, P, lmks, tried, used, next_id = world.x, world.P, None, {}, {}, 5
     for now in world:
         image, taken, matches = now.image[1], [], []
-        x, P = predict(x, P, rob, now.u[1], now.U[1], now.dt)
+        x, P = predict(x, P, now.u[1], now.U[1], now.dt)
         if lmks is None:
-            x, P, lmks, looks = known_corners(x, P, world, image)
+            x, P, lmks, looks = known_corners(x, P, world.given, camera, image)
         for id, r in lmks.items():
             e, H_x, in_view = expected(x, r, camera)
             if in_view:
