@@ -89,7 +89,7 @@ def find(image, patch, e, S):
     high = np.minimum(np.floor(e + reach), size - 1 - H).astype(int)
     u, v = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
     pixels = np.column_stack([u.ravel(), v.ravel()])
-    pixels = pixels[inside(pixels, e, S, 3)]
+    pixels = pixels[np.asarray(inside(pixels, e, S, 3), bool)]
     if not len(pixels):
         return e, -1.0
     views = sliding_window_view(image, (2 * H + 1, 2 * H + 1))[pixels[:, 1] - H, pixels[:, 0] - H]
@@ -170,18 +170,18 @@ def loop(world):
         if lmks is None:
             x, P, lmks, looks = known_corners(x, P, world.given, camera, image)
         for id, r in lmks.items():
-            e, H_x, in_view = expected(x, r, camera)
-            if in_view:
+            e, H_l, there = expected(x, r, camera)
+            if there:
                 taken.append(e)
                 tried[id] = tried.get(id, 0) + 1
-                y, score = find(image, looks[id], e, H_x @ P @ H_x.T + camera.R)
+                y, score = find(image, looks[id], e, H_l @ P @ H_l.T + camera.R)
                 if score > 0.8:
-                    matches.append((id, y, y - e, H_x))
+                    matches.append((id, y, y - e, H_l))
         good = 0
         if matches:
             ids, ys, z, H_x = (np.array(a) for a in zip(*matches, strict=True))
-            rows = H_x.reshape(-1, len(x))
-            E = (rows @ P @ rows.T).reshape(len(z), 2, len(z), 2)
+            J = np.concatenate(H_x)
+            E = (J @ P @ J.T).reshape(len(z), 2, len(z), 2)
             keep = np.asarray(agreeing(z, E, camera.R, 1.5), bool)
             x, P = correct(x, P, z[keep], H_x[keep], camera.R)
             now.seen[1] += list(zip(ids[keep].tolist(), ys[keep], strict=True))
