@@ -54,7 +54,7 @@ def every_run(text, arguments):
 
 
 def images():
-    """Run the tests of images with the OpenCV of `requirements-images.txt`; without it they skip, and a note says why."""
+    """Run the tests of images with the OpenCV of `requirements-images.txt`; without it most skip, a note says why."""
     fetched = subprocess.run([sys.executable, "tools/fetch_opencv.py"], capture_output=True, text=True)
     told = fetched.stderr.strip().splitlines()[-1:] if fetched.returncode else []
     where = ["-o", "pythonpath=build/images", IMAGES, "tests/docs/test_code_blocks.py", "-k", "images"]

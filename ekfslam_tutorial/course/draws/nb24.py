@@ -8,7 +8,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ...analysis import nees
 from ...geometry import Frame3
 from ...graphics import ESTIMATE, MEASUREMENT, PREDICTED, TRUTH, line, plot_ellipse, points, sigma_label
-from ...graphics.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION
+from ...graphics.style import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, Style
 from ...models.landmarks import EucPnt, IdpPnt
 from ..controls import Float
 from ..logs.nb24 import CAMERA, FPS, film, given
@@ -18,7 +18,7 @@ __all__ = ["CAMERA", "FPS", "film", "given"]
 
 H = 5
 KINDS = {6: IdpPnt(), 3: EucPnt(3)}
-LOOKS = {
+LOOKS: dict[str, Style] = {
     "used": dict(color=GREEN, linestyle="-", linewidth=1.8),
     "refused": dict(color=VERMILLION, linestyle="-", linewidth=2.4),
     "not found": dict(color=PURPLE, linestyle=":", linewidth=2.0),
@@ -40,8 +40,9 @@ def patch_figure(image, y, patch):
     h, (u, v) = len(patch) // 2, np.rint(y)
     fig, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.4), layout="constrained", width_ratios=(1.35, 1))
     picture(left, image, "what the camera hands over")
-    box = dict(fill=False, edgecolor=ORANGE, linewidth=2.5)
-    left.add_patch(Rectangle((u - h - 0.5, v - h - 0.5), 2 * h + 1, 2 * h + 1, **box))
+    left.add_patch(
+        Rectangle((u - h - 0.5, v - h - 0.5), 2 * h + 1, 2 * h + 1, fill=False, edgecolor=ORANGE, linewidth=2.5)
+    )
     right.imshow(patch, cmap="gray", vmin=0, vmax=255, extent=(u - h - 0.5, u + h + 0.5, v + h + 0.5, v - h - 0.5))
     for i, row in enumerate(patch):
         for j, grey in enumerate(row):

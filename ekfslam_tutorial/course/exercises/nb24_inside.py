@@ -10,8 +10,8 @@ def inside(pixels, e, S, k):
     """Which pixels are worth a look: those inside the k-sigma ellipse of what is expected.
 
     pixels, shape (n, 2), are places [u, v] in the image (px). The filter expects the landmark at e, shape (2,), and
-    S, shape (2, 2), is the covariance of the innovation: that of the expectation and of the noise (px^2). A pixel on the
-    ellipse counts as inside.
+    S, shape (2, 2), is the covariance of the innovation: that of the expectation and of the noise (px^2). A pixel on
+    the ellipse counts as inside.
     Return n truth values, shape (n,).
     """
     z = pixels - e
@@ -29,6 +29,7 @@ def around(rng, e, S, n=40):
 
 
 def case(rng, S=None, k=3.0, n=40):
+    """Pixels, an expectation between pixels, and its covariance."""
     e = rng.uniform([40.0, 30.0], [120.0, 90.0])
     S = random_covariance(rng, 2, 2.0) if S is None else S
     return around(rng, e, S, n), e, S, k

@@ -25,6 +25,7 @@ def grey(rng, *shape):
 
 
 def case(rng, n=5, s=5):
+    """A patch, and windows that have nothing to do with it."""
     return grey(rng, s, s), grey(rng, n, s, s)
 
 

@@ -26,6 +26,7 @@ def image(rng, dark=False):
 
 
 def case(rng, y, h=3, **look):
+    """An image and a place in it."""
     return image(rng, **look), np.array(y, float), h
 
 

@@ -4,8 +4,9 @@ The desk is that of the twin of MonoSLAM's sequence. Here the camera also turns 
 image, and somebody may push a book across the desk: its corners look like any other corner, and they move.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,28 @@ TREMBLES = 0.007
 """rad from image to image, about each axis: about a pixel."""
 
 
+@dataclass
+class Film(Pictures):
+    """Images with all that is true of them: `room`, its `boards` that stand still, and the `poses` of the camera."""
+
+    room: Any = None
+    boards: tuple = ()
+    poses: Any = ()
+    card: Any = None
+
+    def scene(self, k):
+        """Let the room look as in image k: with the book where it is then, if there is one."""
+        moved = PUSHED * max(k / FPS - WAITS, 0.0) * np.eye(3)[0]
+        book = () if self.card is None else (replace(self.card, corner=self.card.corner - moved),)
+        self.room.boards = (*self.boards, *book)
+
+    def truths(self, k, pixels):
+        """What image k shows at some pixels: points (n, 3) in the frame of the first camera, and which stay there."""
+        self.scene(k)
+        p, which = self.room.points(self.poses[k], np.atleast_2d(pixels))
+        return self.poses[0].to_frame(p)[0], which < len(self.boards)
+
+
 @cache
 def film(seed, book=True, n=FRAMES):
     """Images of the desk, with the truth.
@@ -45,32 +68,22 @@ def film(seed, book=True, n=FRAMES):
 
     Returns
     -------
-    Pictures
-        With one thing more, `truths`, a function of the number of an image and some pixels in it: the points that are
-        seen there, in the frame of the first camera, and which of them stay where they are.
+    Film
     """
     rng = np.random.default_rng(seed)
     boards, corners = monoslam_desk.office(rng)
     x, y, _ = np.eye(3)
     card = board(rng, [0.12, -0.2, 0.55], x, y, 0.16, 0.22)
     poses = [Frame3(p) for p in path(n, np.random.default_rng([seed, 1]))]
-    room, first = Room(boards, CAMERA), poses[0].inverse()[0]
-    at = lambda k: card.corner - PUSHED * max(k / FPS - WAITS, 0.0) * x
+    log = Film(f"film {seed}", (), room=Room(boards, CAMERA), boards=boards, poses=poses, card=card if book else None)
     images = []
     for k, pose in enumerate(poses):
-        room.boards = (*boards, replace(card, corner=at(k))) if book else boards
-        images.append(room.image(pose, GREY_STD, rng))
-    truth = np.array([first.compose(pose)[0].normalized()[0].x for pose in poses])
-    log = Pictures(f"film {seed}", Images(images, FPS), truth={1: truth})
+        log.scene(k)
+        images.append(log.room.image(pose, GREY_STD, rng))
+    log.frames, first = Images(images, FPS), poses[0].inverse()[0]
+    log.__post_init__()  # once more, with the images
+    log.truth = {1: np.array([Frame3(first.compose(pose)[0].x).normalized()[0].x for pose in poses])}
     log.corners = first.from_frame(corners)[0]
-
-    def truths(k, pixels):
-        """What image k shows at some pixels: points, shape (n, 3), and which are not on the book, shape (n,)."""
-        room.boards = (*boards, replace(card, corner=at(k))) if book else boards
-        p, which = room.points(poses[k], np.atleast_2d(pixels))
-        return first.from_frame(p)[0], which < len(boards)
-
-    log.truths = truths  # pyright: ignore[reportAttributeAccessIssue] -- for the verdict alone
     return log
 
 

@@ -1,6 +1,7 @@
 """Project 24: active search in images, by a filter of one's own."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -204,7 +205,7 @@ def loop(world):
 class FilmTrial(Trial):
     """One run on a film: besides errors and NEES, which matches are right, and where the landmarks truly are."""
 
-    log: object = None
+    log: Any = None
     points: dict = field(default_factory=dict)  # by id: where it truly is, and whether it stays there
     matches: list = field(default_factory=list)  # by frame: (right, wrong, in view)
     before: set = field(default_factory=set)  # ids in the frame before
