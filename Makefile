@@ -80,14 +80,15 @@ format: env  ## let ruff mend and format the code and the notebooks
 	@$(VENV) -m ruff check --fix --quiet
 	@$(VENV) -m ruff format
 
-lock:  ## write requirements.txt anew from pyproject.toml (needs uv; LOCK_ARGS=--upgrade takes newer versions)
+lock:  ## write requirements.txt and requirements-images.txt anew from pyproject.toml (needs uv; LOCK_ARGS=--upgrade takes newer versions)
 	@command -v uv >/dev/null 2>&1 || { echo "make lock needs the program uv: install it outside .venv, for example with pipx install uv" >&2; exit 1; }
 	@uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --annotation-style line --only-binary :all: --extra lab --extra test --extra data --extra cluster --extra compiled --extra site $(LOCK_ARGS) --quiet --output-file requirements.txt pyproject.toml
+	@"$(PYTHON)" -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["images"], sep="\n")' | uv pip compile --universal --python-version 3.11 --generate-hashes --no-deps --no-emit-index-url --no-emit-find-links --no-header --no-annotate --only-binary :all: $(LOCK_ARGS) --quiet --output-file requirements-images.txt -
 
 # Both programs have environments of their own: what they need is not a part of the course.
 audit:  ## ask whether a locked package has a known security hole (needs pipx and the network)
 	@command -v pipx >/dev/null 2>&1 || { echo "make audit needs the program pipx" >&2; exit 1; }
-	@pipx run pip-audit --require-hashes --disable-pip -r requirements.txt
+	@pipx run pip-audit --require-hashes --disable-pip -r requirements.txt -r requirements-images.txt
 
 sbom:  ## write build/sbom.json: every locked package, its version and hashes, as CycloneDX (needs pipx)
 	@command -v pipx >/dev/null 2>&1 || { echo "make sbom needs the program pipx" >&2; exit 1; }

@@ -555,6 +555,9 @@ def test_shipped_files_are_found():
     assert {"range_bearing_2d", "cloister_idp", "two_robots_four_cameras"} <= set(scenarios())
     assert find_scenario("anywhere/cloister_idp.toml") == scenarios()["cloister_idp"]
     assert Path(find_scenario(scenarios()["cloister_idp"])) == scenarios()["cloister_idp"]
+    assert find_scenario("monoslam") == scenarios()["monoslam_desk"]  # no other name begins so
+    with pytest.raises(FileNotFoundError, match="no scenario file cloister; known names"):
+        find_scenario("cloister")
 
 
 @pytest.mark.parametrize(

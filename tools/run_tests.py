@@ -1,6 +1,6 @@
 """Run every test, among them every notebook with its exercises solved, then every notebook as a student gets it.
 
-``make test`` runs this file: three runs of pytest. The tests and the notebooks, one run after the other, take two
+``make test`` runs this file: four runs of pytest. The tests and the notebooks, one run after the other, take two
 processor cores where there are two. The tests in a browser, which often wait for a page, run beside the others; what
 they print comes at their end. A file stays with one process, above all a notebook: its cells share one kernel. What
 takes longest begins first, so that no core waits at the end (tests/conftest.py knows what that is). A failure does not
@@ -26,6 +26,7 @@ NBVAL = ["--nbval-current-env", "--nbval-cell-timeout=600"]
 # Playwright keeps an event loop running in the process that uses it, where other tests want their own: what needs a
 # browser runs by itself.
 IN_BROWSER = ["tests/browser", "tests/site"]
+IMAGES = "tests/images"  # by themselves, too: only they see OpenCV
 TOGETHER = ["-n", str(min(2, os.cpu_count() or 1)), "--dist", "loadfile", "--no-loadscope-reorder"]
 
 
@@ -45,10 +46,19 @@ def every_run(text, arguments):
     """Run all there is and return what was counted; `text` is a file for what the run beside the others prints."""
     with Run("tests in a browser", *IN_BROWSER, text=text) as in_browser:
         return [
-            run("tests", *TOGETHER, "tests", *(f"--ignore={folder}" for folder in IN_BROWSER), *arguments),
+            run("tests", *TOGETHER, "tests", *(f"--ignore={folder}" for folder in (*IN_BROWSER, IMAGES)), *arguments),
             run("notebooks", *TOGETHER, "--nbval", *NBVAL, "--nbval-sanitize-with", "tests/nbval.cfg", *notebooks()),
+            images(),
             in_browser.end(),
         ]
+
+
+def images():
+    """Run the tests of images with the OpenCV of `requirements-images.txt`; without it most skip, a note says why."""
+    fetched = subprocess.run([sys.executable, "tools/fetch_opencv.py"], capture_output=True, text=True)
+    told = fetched.stderr.strip().splitlines()[-1:] if fetched.returncode else []
+    where = ["-o", "pythonpath=build/images", IMAGES, "tests/docs/test_code_blocks.py", "-k", "images"]
+    return run("images", *where) | {"note": " ".join(told)}
 
 
 def notebooks():
@@ -145,7 +155,7 @@ def summary(runs):
     for r in runs:
         word = "ok" if r["ok"] else "FAILED"
         counts = f"{r['passed']:5} passed {r['failed']:4} failed {r['skipped']:4} skipped"
-        print(f"{r['name']:18} {counts} {r['s']:7.0f} s  {word}")
+        print(f"{r['name']:18} {counts} {r['s']:7.0f} s  {word}  {r.get('note', '')}".rstrip())
     # A run that pytest calls bad without naming a bad test (nothing collected, for example) is one failure.
     failed = sum(r["failed"] or (not r["ok"]) for r in runs)
     passed, skipped = (sum(r[key] for r in runs) for key in ("passed", "skipped"))

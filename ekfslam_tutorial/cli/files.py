@@ -32,7 +32,7 @@ def scenarios():
 
 
 def find_scenario(name):
-    """The file of a scenario: a path, or the name of one that comes with the package.
+    """The file of a scenario: a path, or the name of one that comes with the package, or the one beginning of a name.
 
     Raises
     ------
@@ -43,8 +43,9 @@ def find_scenario(name):
     if path.is_file():
         return path
     stem = path.stem if path.suffix == ".toml" else path.name
-    if stem in known:
-        return known[stem]
+    begun = [name for name in known if name.startswith(f"{stem}_")]
+    if stem in known or len(begun) == 1:
+        return known[stem if stem in known else begun[0]]
     raise FileNotFoundError(f"no scenario file {name}; known names: {', '.join(known) or 'none'}{near(stem, known)}")
 
 

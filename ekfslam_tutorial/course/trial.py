@@ -39,10 +39,17 @@ class World:
         Of the scenario; `options.n`, `options.N` are the prior, and `options.lmk_type` the type of landmarks.
     kinds : dict of int to LmkType
         Landmark types by how many numbers a landmark has.
+    given : ndarray or None
+        Of a film: places that are known before it begins.
+    view : SimpleNamespace or None
+        The present frame, as the loop has got it.
     """
 
+    given = view = None
+
     def __init__(self, data, seed, recording=None):
-        self._source = source = Simulation(data, seed) if recording is None else Replay(data, recording)
+        made = getattr(recording, "source", lambda data: Replay(data, recording))  # a film makes its own
+        self._source = source = Simulation(data, seed) if recording is None else made(data)
         map, self.robs, self.sens, self._known, tim = create_slam_structures(data, source.sim_lmk, source.starts)
         self.x, self.P, self.start_P, self.options = map.x.copy(), map.P.copy(), map.P.copy(), data.slam_options()
         self._frames, self._now = source.n_frames(tim), None
@@ -54,13 +61,14 @@ class World:
     def __iter__(self):
         """Yield each frame: `k`, `t`, `dt`, controls `u` and `U` by robot, `seen` and `met` by sensor.
 
-        `seen[1]` is the list of pairs (landmark id, measurement) of sensor 1; `met[1]` the same of other robots.
+        `seen[1]` is the list of pairs (landmark id, measurement) of sensor 1; `met[1]` the same of other robots. Of a
+        film `image[1]` is the image, and `seen[1]` is empty: whoever looks at the image fills it.
         """
         while self.k < self._frames:
             now = self._now = self._source.frame(self.k)
             self.k, self._t = self.k + 1, now.t
             pairs = lambda obs: [(int(id), np.array(y)) for id, y in zip(obs.ids, obs.y, strict=True)]
-            yield SimpleNamespace(
+            self.view = SimpleNamespace(
                 k=self.k,
                 t=now.t,
                 dt=now.dt,
@@ -68,7 +76,9 @@ class World:
                 U={id: np.array(U) for id, (_, U, _) in now.controls.items()},
                 seen={id: pairs(obs) for id, obs in now.raw.items()},
                 met={id: pairs(obs) for id, obs in now.met.items()},
+                image={id: obs.image.copy() for id, obs in now.raw.items() if hasattr(obs, "image")},
             )
+            yield self.view
 
 
 @dataclass
@@ -152,7 +162,7 @@ def pose_error(frame, x, P, truth):
     return np.linalg.norm(e[:d]), np.sqrt(max(np.trace(C[:d, :d]), 0.0)), float(md2(e, C))
 
 
-def run_trial(data, loop, seed, seconds, recording=None, watch=None) -> Trial:
+def run_trial(data, loop, seed, seconds, recording=None, watch=None, trial=None, given=None) -> Trial:
     """Run a loop once, and measure it against the truth.
 
     Parameters
@@ -167,13 +177,18 @@ def run_trial(data, loop, seed, seconds, recording=None, watch=None) -> Trial:
         Instead of the simulation.
     watch : callable, optional
         Called with (world, estimate before the frame, estimate) after each frame.
+    trial : Trial, optional
+        One that measures more.
+    given : ndarray, optional
+        `World.given`.
 
     Returns
     -------
     Trial
         What the student's code does wrong is in it; nothing is raised.
     """
-    trial, world = Trial(seed), World(data, seed, recording)
+    trial, world = trial or Trial(seed), World(data, seed, recording)
+    world.given = given
     estimated = [rob for rob in world.robs if rob.r is not None]
     reckoning = {rob.id: (world.x[rob.r].copy(), world.P[rob.r, rob.r].copy()) for rob in estimated}
     before = Estimate(world.x.copy(), world.P.copy(), {})

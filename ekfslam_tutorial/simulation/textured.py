@@ -97,7 +97,7 @@ class Room:
     """
 
     def __init__(self, boards, sensor):
-        self.boards = boards
+        self.boards, self.sensor = boards, sensor
         width, height = (round(n) for n in sensor.image_size)
         pixels = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1).astype(float)
         self.rays = sensor.retro(pixels)[0]
@@ -121,7 +121,38 @@ class Room:
         from scipy.ndimage import map_coordinates
 
         rays = self.rays @ camera.R.T
-        nearest, grey = np.full(rays.shape[:2], np.inf), np.zeros(rays.shape[:2])
+        grey = np.zeros(rays.shape[:2])
+        for b, near, at, _ in self._hits(camera, rays):
+            grey[near] = map_coordinates(b.texture, at, order=1)
+        if noise:
+            rng = np.random.default_rng(0) if rng is None else rng
+            grey = grey + rng.normal(0, noise, grey.shape)
+        return np.rint(grey).clip(0, 255).astype(np.uint8)
+
+    def points(self, camera, pixels):
+        """What is where in the world: the points that a camera sees at some pixels, and the boards that they are on.
+
+        Parameters
+        ----------
+        camera : Frame3
+        pixels : ndarray, shape (n, 2)
+
+        Returns
+        -------
+        p : ndarray, shape (n, 3)
+            NaN where no board is.
+        board : ndarray of int, shape (n,)
+            Number of the board; -1 where there is none.
+        """
+        rays = self.sensor.retro(np.asarray(pixels, float))[0] @ camera.R.T
+        p, board = np.full(rays.shape, np.nan), np.full(len(rays), -1)
+        for i, (_, near, _, far) in enumerate(self._hits(camera, rays)):
+            p[near], board[near] = camera.t + far[:, None] * rays[near], i
+        return p, board
+
+    def _hits(self, camera, rays):
+        """Board by board: which rays meet it before all boards so far, where in its texture, and how far out."""
+        nearest = np.full(rays.shape[:-1], np.inf)
         for b in self.boards:
             normal = np.cross(b.right, b.down)
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -132,8 +163,4 @@ class Room:
             inside = ((at >= 0) & (at <= np.array(b.texture.shape)[:, None] - 1)).all(0)
             near[near] = inside
             nearest[near] = far[near]
-            grey[near] = map_coordinates(b.texture, at[:, inside], order=1)
-        if noise:
-            rng = np.random.default_rng(0) if rng is None else rng
-            grey = grey + rng.normal(0, noise, grey.shape)
-        return np.rint(grey).clip(0, 255).astype(np.uint8)
+            yield b, near, at[:, inside], far[near]

@@ -129,3 +129,20 @@ def test_notebook_23_what_makes_a_flight_too_sure(run):
     for row in table:
         if row[0] == "none" or "wander" in row[0]:
             assert f"{row[1]} cm rms, NEES per degree of freedom {row[2]}" in printed
+
+
+def test_notebook_24_limits_of_agreement_and_what_a_wrong_match_costs(run):
+    """The rounding of a BLAS may take another pixel now and then: so a tenth of a number, or a pixel's worth."""
+    space, debrief = run("24", "experiment(", "limit = 6.0", "runs = {", "corners_figure", "progress(")
+    nb24, follow, agreeing, film = (space[name] for name in ("nb24", "follow", "agreeing", "film"))
+    before, after = (nb24.measured(film, space[name])[20] for name in ("run", "wrong"))
+    assert before == pytest.approx([7, 29, 8], rel=0.1) and after == pytest.approx([54, 29, 139], rel=0.1)
+    worst = nb24.measured(space["pushed"], space["book"]["all matches"])[:, 0].max()
+    assert worst == pytest.approx(177, rel=0.1)
+    for limit, off, honest, used in rows(debrief)[1::2]:  # 1.5 px and 6 px
+        limit, first = float(limit.split()[0]), lambda text: float(text.split(" and ")[0].replace(" ", ""))
+        frames = follow(space["pushed"], space["ruler_2"], lambda z, E, R, _, limit=limit: agreeing(z, E, R, limit))
+        now, states = nb24.measured(space["pushed"], frames), [row[-1] for f in frames for row in f.looked]
+        assert now[-15:, 0].mean() == pytest.approx(first(off), abs=1)
+        assert np.nanmean(now[:, 2]) == pytest.approx(first(honest), rel=0.1)
+        assert 100 * states.count("used") / len(states) == pytest.approx(first(used), abs=1.5)

@@ -1,0 +1,82 @@
+"""Exercise 24.4: which places of an image are good corners."""
+
+import numpy as np
+
+from ..table import table
+
+
+def corner_score(windows):
+    """How good a corner each of n windows of an image is: the smaller eigenvalue of Shi and Tomasi.
+
+    windows, shape (n, s, s), are grey values. `np.gradient(windows, axis=(1, 2))` returns their slopes, two arrays of
+    the shape (n, s, s): first g_v, from row to row, then g_u, from column to column. Summed over a window, the products
+    of the slopes make the matrix A = [[sum g_u g_u, sum g_u g_v], [sum g_u g_v, sum g_v g_v]].
+    Return the smaller eigenvalue of each A, shape (n,).
+    """
+    g_v, g_u = np.gradient(windows, axis=(1, 2))
+    g = np.stack([g_u, g_v], axis=1)
+    A = np.einsum("niab,njab->nij", g, g)
+    return np.linalg.eigvalsh(A)[:, 0]
+
+
+def smooth(rng, s=7):
+    """A window of a smooth image."""
+    v, u = np.mgrid[:s, :s]
+    a, b, c = rng.uniform(-0.9, 0.9, 3)
+    return 100 + 40 * np.sin(a * u + b * v) + 30 * np.cos(c * v - b * u)
+
+
+def edge(s=7, turned=0.0):
+    """A straight edge through the middle."""
+    v, u = np.mgrid[:s, :s] - s // 2
+    return 100.0 + 80 * (np.cos(turned) * u + np.sin(turned) * v > 0)
+
+
+def wave(turned, s=7):
+    """A pattern that changes in one direction only, without steps."""
+    v, u = np.mgrid[:s, :s] - s // 2
+    return 100.0 + 12 * (np.cos(turned) * u + np.sin(turned) * v)
+
+
+def corner(s=7):
+    """The corner of a rectangle."""
+    v, u = np.mgrid[:s, :s] - s // 2
+    return 100.0 + 80 * ((u > 0) & (v > 0))
+
+
+score = table(
+    "24.4 A good corner",
+    corner_score,
+    hints=(
+        "A patch on an edge looks the same one pixel along the edge. A corner changes in both directions.",
+        "A has four sums over the window: sum g_u g_u, sum g_u g_v twice, sum g_v g_v. np.linalg.eigvalsh(A) sorts: the smaller eigenvalue is the first.",
+        "Without eigvalsh: with a, b, c for sum g_u g_u, sum g_u g_v, sum g_v g_v it is (a + c) / 2 - sqrt(((a - c) / 2)^2 + b^2).",
+    ),
+    returns="score",
+    cases={
+        "any": lambda rng: [(np.array([smooth(rng) for _ in range(n)]),) for n in (4, 2, 1)],
+        "straight": lambda rng: [(np.array([edge(), edge().T, np.full((7, 7), 80.0)]),)],
+        "slanted": lambda rng: [(np.array([wave(a) for a in (0.4, 0.8, 2.0)]),)],
+        "corner": lambda rng: [(np.array([corner(), 200.0 - corner(), corner()[::-1]]),), (np.array([corner(5)]),)],
+        "contrast": lambda rng: [(np.array([f * smooth(np.random.default_rng(3)) for f in (1.0, 2.0, 0.5)]),)],
+    },
+    checks="""
+    flat, or a straight edge | score | straight | On a straight edge the patch does not change along the edge: the smaller eigenvalue is 0.
+    a slanted slope          | score | slanted  | A slope at an angle changes in one direction only, too: sum g_u g_v tells that. The smaller eigenvalue is 0.
+    a corner                 | score | corner   | A corner changes in both directions: the smaller eigenvalue is large.
+    twice the contrast       | score | contrast | The products of slopes grow with the square of the contrast.
+    any windows              | score | any      | A = sums over each window of the products; the smaller eigenvalue of each A.
+    """,
+    wrong="""
+    larger eigenvalue | eigvalsh(A)[:, 0] -> eigvalsh(A)[:, 1] | The *smaller* eigenvalue: the larger one is large on an edge, too, and a patch slides along an edge.
+    trace | np.linalg.eigvalsh(A)[:, 0] -> np.trace(A, axis1=1, axis2=2) | The trace is the sum of both eigenvalues: an edge would be as good as a corner.
+    determinant | np.linalg.eigvalsh(A)[:, 0] -> np.linalg.det(A) | The determinant is the product of both eigenvalues: the task asks for the smaller one.
+    mean of both | np.linalg.eigvalsh(A)[:, 0] -> np.linalg.eigvalsh(A).mean(1) | Not their mean: the smaller of the two.
+    off-diagonal forgotten | np.linalg.eigvalsh(A)[:, 0] -> np.minimum(A[:, 0, 0], A[:, 1, 1]) | An edge at an angle has slopes along u and along v, and is no corner: sum g_u g_v tells. Eigenvalues of the whole A.
+    mean for sum | return np.linalg.eigvalsh(A)[:, 0] -> return np.linalg.eigvalsh(A)[:, 0] / windows[0].size | A holds *sums* over the window, not means.
+    root | return np.linalg.eigvalsh(A)[:, 0] -> return np.sqrt(np.abs(np.linalg.eigvalsh(A)[:, 0])) | The eigenvalue itself, no root.
+    summed over all windows | A = np.einsum("niab,njab->nij", g, g) -> A = np.einsum("niab,njab->ij", g, g) + np.zeros((len(g), 1, 1)) | Each window has its own A: sum over its rows and columns only.
+    grey values for slopes | g = np.stack([g_u, g_v], axis=1) -> g = np.stack([windows, windows], axis=1) | The products of the *slopes*, not of the grey values.
+    slopes without sign | g = np.stack([g_u, g_v], axis=1) -> g = np.abs(np.stack([g_u, g_v], axis=1)) | Slopes have signs: without them a slope to the left and one to the right add up in sum g_u g_v.
+    """,
+)

@@ -1,0 +1,89 @@
+"""Exercise 24.3: the search ellipse."""
+
+import numpy as np
+
+from ..table import table
+from .nb04_blocks import random_covariance
+
+
+def inside(pixels, e, S, k):
+    """Which pixels are worth a look: those inside the k-sigma ellipse of what is expected.
+
+    pixels, shape (n, 2), are places [u, v] in the image (px). The filter expects the landmark at e, shape (2,), and
+    S, shape (2, 2), is the covariance of the innovation: that of the expectation and of the noise (px^2). A pixel on
+    the ellipse counts as inside.
+    Return n truth values, shape (n,).
+    """
+    z = pixels - e
+    return np.sum(z * np.linalg.solve(S, z.T).T, axis=1) <= k**2
+
+
+NARROW = np.array([[9.0, 7.5], [7.5, 9.0]])  # a needle along the diagonal
+CIRCLE = 4.0 * np.eye(2)
+
+
+def around(rng, e, S, n=40):
+    """Pixels around e, some of them inside."""
+    z = rng.normal(size=(n, 2)) @ np.linalg.cholesky(S).T * rng.uniform(1.0, 6.0, (n, 1))
+    return np.rint(e + z)
+
+
+def case(rng, S=None, k=3.0, n=40):
+    """Pixels, an expectation between pixels, and its covariance."""
+    e = rng.uniform([40.0, 30.0], [120.0, 90.0])
+    S = random_covariance(rng, 2, 2.0) if S is None else S
+    return around(rng, e, S, n), e, S, k
+
+
+def on_it(rng):
+    """Pixels on the ellipse itself, and one step beyond: all numbers are exact."""
+    e = np.array([80.0, 60.0])
+    return e + np.array([[6.0, 0], [-6, 0], [0, 6], [0, -6], [7, 0], [0, -7]]), e, CIRCLE, 3.0
+
+
+region = table(
+    "24.3 The search ellipse",
+    inside,
+    hints=(
+        "A squared Mahalanobis distance, as in notebook 07: how many sigmas is the pixel from what is expected?",
+        "z = pixel - e; z' S^-1 z <= k^2. Of all pixels at once: np.linalg.solve(S, z.T).T has a row for each.",
+        "np.sum(z * np.linalg.solve(S, z.T).T, axis=1) are the squared distances. Compare them with the square of k.",
+    ),
+    returns="inside",
+    cases={
+        "any": lambda rng: [case(rng) for _ in range(3)],
+        "circle": lambda rng: [case(rng, CIRCLE), case(rng, CIRCLE, 2.0)],
+        "needle": lambda rng: [
+            case(rng, NARROW),
+            case(rng, NARROW * [[1, -1], [-1, 1]]),
+            case(rng, np.diag([16.0, 1.0])),
+        ],
+        "sigmas": lambda rng: [case(rng, k=k) for k in (1.0, 2.0, 4.0)],
+        "on it": lambda rng: [on_it(rng)],
+        "few": lambda rng: [case(rng, n=1), case(rng, n=2), case(rng, n=0)],
+    },
+    checks="""
+    a circle       | inside | circle | With S = s^2 I it is a circle of the radius k s: 3 sigma of 2 px are 6 px.
+    a needle       | inside | needle | u and v are correlated: z' S^-1 z with the whole S. The box of the two sigmas is much larger.
+    another k      | inside | sigmas | The squared distance is compared with k^2.
+    on the ellipse | inside | on it  | A pixel on the ellipse counts as inside.
+    few pixels     | inside | few    | One truth value for each row of pixels, also for one row or none.
+    any            | inside | any    | z' S^-1 z <= k^2.
+    """,
+    wrong="""
+    k not squared | <= k**2 -> <= k | z' S^-1 z is a *squared* distance: compare it with k^2, or take its root.
+    S not inverted | np.linalg.solve(S, z.T).T -> z @ S | A large S makes a large ellipse: z' S^-1 z, with the inverse.
+    a box | np.sum(z * np.linalg.solve(S, z.T).T, axis=1) <= k**2 -> np.all(np.abs(z) <= k * np.sqrt(np.diag(S)), axis=1) | That is the box around the ellipse. u and v are correlated: z' S^-1 z.
+    correlation forgotten | np.linalg.solve(S, z.T).T -> z / np.diag(S) | The ellipse is turned: the covariance of u and v belongs to it. Use the whole S.
+    the largest circle | np.linalg.solve(S, z.T).T -> z / np.linalg.eigvalsh(S)[-1] | That is a circle around the ellipse: where S is narrow it is much too large.
+    no S at all | np.linalg.solve(S, z.T).T -> z | k counts sigmas, not pixels: S says how large a sigma is.
+    sigma for variance | np.linalg.solve(S, z.T).T -> np.linalg.solve(S @ S, z.T).T | S is a covariance already, in px^2: do not square it.
+    outside | <= k**2 -> > k**2 | True is for those that are *inside*.
+    the ellipse itself | <= k**2 -> < k**2 | A pixel on the ellipse counts as inside: <=.
+    around the origin | z = pixels - e -> z = pixels - 0 * e | The ellipse is around the expectation e: z = pixel - e.
+    e rounded | z = pixels - e -> z = pixels - np.rint(e) | The expectation lies between pixels: do not round it.
+    u and v of e swapped | z = pixels - e -> z = pixels - e[::-1] | e = [u; v] as the pixels: no swap.
+    one half | axis=1) <= -> axis=1) / 2 <= | No one half: that is in the exponent of the Gaussian, not in the distance.
+    one answer for all | axis=1) <= k**2 -> axis=1).max() <= k**2 | One truth value for each pixel.
+    """,
+)

@@ -1,0 +1,98 @@
+"""Exercise 24.2: normalised cross-correlation."""
+
+import numpy as np
+
+from ..table import table
+
+
+def ncc(patch, windows):
+    """Normalised cross-correlation of a patch with n windows of an image.
+
+    patch, shape (s, s), and windows, shape (n, s, s), hold grey values, whole numbers from 0 to 255. From each of them
+    its own mean is taken off, and it is divided by its length, the root of the sum of the squares of what is left. The
+    correlation is the sum of the products of what is then in the same places.
+    Return n numbers from -1 to 1, shape (n,). Where the patch or a window is flat, all of one grey, it is 0.
+    """
+    a = patch - np.mean(patch)
+    b = windows - np.mean(windows, axis=(1, 2), keepdims=True)
+    length = np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2)))
+    return np.sum(a * b, axis=(1, 2)) / np.where(length > 0, length, 1.0)
+
+
+def grey(rng, *shape):
+    """Grey values as whole numbers, somewhere between 0 and 255."""
+    return rng.integers(20, 230, shape).astype(float)
+
+
+def case(rng, n=5, s=5):
+    """A patch, and windows that have nothing to do with it."""
+    return grey(rng, s, s), grey(rng, n, s, s)
+
+
+def brighter(rng, gain, offset, n=4):
+    """The same patch with other contrast and brightness, each window its own."""
+    patch = grey(rng, 5, 5)
+    return patch, np.array([gain * (k + 1) * patch + offset * k for k in range(n)])
+
+
+def bytes_(rng):
+    """As a camera gives them: 8 bits a pixel."""
+    return rng.integers(0, 256, (5, 5)).astype(np.uint8), rng.integers(0, 256, (4, 5, 5)).astype(np.uint8)
+
+
+def flat(rng):
+    """Windows without any contrast, and a patch without."""
+    windows = grey(rng, 4, 5, 5)
+    windows[1] = 90.0
+    windows[3] = 0.0
+    return [(grey(rng, 5, 5), windows), (np.full((5, 5), 120.0), grey(rng, 3, 5, 5))]
+
+
+correlation = table(
+    "24.2 Normalised cross-correlation",
+    ncc,
+    hints=(
+        "Two things must not count: how bright the light is, and how strong the contrast. The mean takes the first.",
+        "a = patch - mean, b = window - mean of that window; sum(a b) / sqrt(sum(a^2) sum(b^2)). Sums go over axis=(1, 2).",
+        "np.mean(windows, axis=(1, 2), keepdims=True) has the shape (n, 1, 1): it can be taken off. Divide by the length where it is above 0, by 1 elsewhere.",
+    ),
+    returns="score",
+    cases={
+        "any": lambda rng: [case(rng), case(rng, 2, 7), case(rng, 1, 3)],
+        "itself": lambda rng: [brighter(rng, 1.0, 0.0, 1)],
+        "light": lambda rng: [brighter(rng, 1.0, 30.0), brighter(rng, 1.0, -12.0)],
+        "contrast": lambda rng: [brighter(rng, 0.5, 10.0), brighter(rng, 0.2, 0.0)],
+        "negative": lambda rng: [brighter(rng, -1.0, 200.0, 2)],
+        "flat": flat,
+        "bytes": lambda rng: [bytes_(rng) for _ in range(3)],
+    },
+    checks="""
+    a patch and itself | score | itself   | The correlation of a patch with itself is 1: divide by both lengths.
+    more light         | score | light    | More light is a constant on all pixels: take the mean off, of each window its own.
+    more contrast      | score | contrast | More contrast is a factor on all pixels: divide by the length of what is left without the mean.
+    a negative         | score | negative | Where the patch is bright the window is dark: -1. Keep the sign.
+    any windows        | score | any      | sum(a b) / sqrt(sum(a^2) sum(b^2)), over the rows and columns of each window.
+    flat windows       | score | flat     | A flat window has the length 0: the correlation is then 0, not 0 / 0.
+    8 bits             | score | bytes    | Grey values of 8 bits have no room for squares: change them into float before you multiply.
+    """,
+    wrong="""
+    mean not taken off: Take the mean off, of the patch and of each window: else a bright place correlates with everything.
+        a = patch - np.mean(patch) -> a = patch + 0.0
+        b = windows - np.mean(windows, axis=(1, 2), keepdims=True) -> b = windows + 0.0
+    mean of the windows not taken off | b = windows - np.mean(windows, axis=(1, 2), keepdims=True) -> b = windows + 0.0 | Each window has its own brightness: take its mean off, too.
+    mean of the patch not taken off | a = patch - np.mean(patch) -> a = patch + 0.0 | The patch has a brightness of its own: take its mean off, too.
+    one mean for all windows | np.mean(windows, axis=(1, 2), keepdims=True) -> np.mean(windows) | Each window has its own mean: np.mean(windows, axis=(1, 2), keepdims=True).
+    mean of the patch for all | np.mean(windows, axis=(1, 2), keepdims=True) -> np.mean(patch) | From each window *its own* mean is taken off, not that of the patch.
+    not divided | / np.where(length > 0, length, 1.0) -> / 1.0 | Divide by both lengths: without that, a window of strong contrast wins whatever it shows.
+    divided by the patch alone | np.sum(a**2) * np.sum(b**2, axis=(1, 2)) -> np.sum(a**2) ** 2 + 0 * np.sum(b**2, axis=(1, 2)) | Divide by the length of the window, too: its contrast must not count.
+    divided by the window alone | np.sum(a**2) * np.sum(b**2, axis=(1, 2)) -> np.sum(b**2, axis=(1, 2)) ** 2 | Divide by the length of the patch, too.
+    no root | np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> np.sum(a**2) * np.sum(b**2, axis=(1, 2)) | The length is the *root* of the sum of the squares.
+    lengths added | np.sum(a**2) * np.sum( -> np.sum(a**2) + np.sum( | The two lengths are multiplied, not added.
+    one length for all windows | np.sum(b**2, axis=(1, 2)) -> np.sum(b**2) | Each window has its own length: sum over axis=(1, 2) only.
+    mean of the products | return np.sum(a * b, axis=(1, 2)) -> return np.mean(a * b, axis=(1, 2)) | A sum above and sums below: or means above and below, but not mixed.
+    absolute value | return np.sum(a * b, axis=(1, 2)) -> return np.abs(np.sum(a * b, axis=(1, 2))) | A negative is no match: keep the sign.
+    squared | return np.sum(a * b, axis=(1, 2)) -> return np.sum(a * b, axis=(1, 2)) ** 2 | No square: the sign tells a patch from its negative.
+    distance | return np.sum(a * b, axis=(1, 2)) -> return np.sum((a - b) ** 2, axis=(1, 2)) | That is a squared difference: it grows with more light. Here the *products* are summed.
+    flat is not a number | np.where(length > 0, length, 1.0) -> length | A flat window has the length 0: 0 / 0 is not a number. There the correlation is 0.
+    """,
+)
