@@ -149,7 +149,7 @@ NONSENSE = {
 
 
 IN_TURN = 8
-"""The search for the mistake, which takes nearly all of the time, is made for one kind of nonsense in so many: the first
+"""The search for the mistake takes nearly all of the time. It is made for one kind of nonsense in so many: the first
 exercise takes kinds 0, 8, 16 ..., the second 1, 9, 17 ... So each kind meets it in every eighth exercise."""
 
 

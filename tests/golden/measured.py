@@ -16,8 +16,10 @@ SOURCES = Path(ekfslam_tutorial.__file__).parent, Path(__file__).parent
 
 @functools.cache
 def measured(folder, name, engine="plain"):
-    """Return the lines of `compare_run`. What processes share is kept in the folder EKFSLAM_TEST_CACHE, if there is one,
-    by the bytes of the recording and of all code: another filter, or another recording, is measured anew."""
+    """Return the lines of `compare_run`. Processes share them in the folder EKFSLAM_TEST_CACHE, if there is one.
+
+    They are kept by the bytes of the recording and of all code: another filter, or another recording, is measured anew.
+    """
     shared = os.environ.get("EKFSLAM_TEST_CACHE")
     kept = shared and Path(shared, f"golden-{name}-{engine}-{_bytes_of(folder, name)}.json")
     if kept and kept.exists():
