@@ -15,7 +15,7 @@ from ekfslam_tutorial.models.sensors import RangeBearing
 from ekfslam_tutorial.simulation import SimLmk, SimRob, SimSen, sim_observation, worlds
 from ekfslam_tutorial.toolbox import Recording
 
-pytestmark = pytest.mark.timeout(60)  # a pipe that is opened waits for ever
+pytestmark = pytest.mark.timeout(600)  # a pipe that is opened waits for ever; what is right takes seconds
 unix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such files")
 
 

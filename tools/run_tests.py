@@ -36,6 +36,8 @@ LONG = ("03", "04", "09", "10", "16", "18", "19")  # notebooks that take 6 s or 
 def main(arguments):
     os.chdir(ROOT)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    # Some hundred processes are started: none shall compile the whole package anew.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryFile("w+") as text:
         # one for all runs: what is compiled and what is read from logs is made once, and the user's own stays as it is
         os.environ["EKFSLAM_TEST_CACHE"] = os.environ["EKFSLAM_CACHE"] = cache

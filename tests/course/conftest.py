@@ -16,7 +16,7 @@ import pytest
 from ekfslam_tutorial import course
 from ekfslam_tutorial.course import build, fleet, logbook, registry
 
-from .running import five_runs, needed, shorter_logs
+from .running import few_runs, needed, shorter_logs
 
 
 @pytest.fixture(autouse=True)
@@ -61,7 +61,7 @@ def explored(number, folder):
             patch.setattr(module, "display", lambda *objects, **options: None)
         patch.setenv(logbook.VARIABLE, str(folder / "progress.json"))
         patch.delenv("EKFSLAM_DATA", raising=False)  # on the twins of the logs: they are shorter
-        patch.setattr(fleet, "run", five_runs(fleet.run))
+        patch.setattr(fleet, "run", few_runs(fleet.run))
         shorter_logs(patch)
         cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
         for cell in needed(cells, [k for k, cell in enumerate(cells) if "explore(" in build.source(cell)]):

@@ -148,13 +148,21 @@ NONSENSE = {
 }
 
 
+IN_TURN = 8
+"""The search for the mistake takes nearly all of the time. It is made for one kind of nonsense in so many: the first
+exercise takes kinds 0, 8, 16 ..., the second 1, 9, 17 ... So each kind meets it in every eighth exercise."""
+
+
 @every
-@pytest.mark.parametrize("what", NONSENSE)
-def test_nonsense_fails_in_a_sentence(exercise, what):
-    verdict = exercise.judge(NONSENSE[what])
-    assert verdict.status == "failed"
-    assert verdict.link and verdict.message and verdict.hint
-    assert len(verdict.message) < 1000
+def test_nonsense_fails_in_a_sentence(exercise, monkeypatch):
+    """Each kind of nonsense in each exercise; that the search for its mistake bears it is asked in turn."""
+    search, turn = Exercise._recognised, ALL.index(exercise) % IN_TURN
+    for k, (what, answer) in enumerate(NONSENSE.items()):
+        monkeypatch.setattr(Exercise, "_recognised", search if k % IN_TURN == turn else lambda *_: [])
+        verdict = exercise.judge(answer)
+        assert verdict.status == "failed", what
+        assert verdict.link and verdict.message and verdict.hint, what
+        assert len(verdict.message) < 1000, what
 
 
 # --- quizzes ---

@@ -23,7 +23,7 @@ from ekfslam_tutorial.course.project import Project
 from ekfslam_tutorial.course.quiz import Quiz
 
 from .answers import collector
-from .running import five_runs, needed, shorter_logs, tags, uses
+from .running import few_runs, few_seeds, needed, shorter_logs, tags, uses
 
 FOLDER = build.notebooks_folder()
 PATHS = sorted(FOLDER.glob("*.ipynb"))
@@ -134,16 +134,19 @@ def test_a_notebook_with_a_lost_check_is_refused():
 def test_the_notebook_goes_on_with_right_answers(path, own_progress, monkeypatch):
     """Each exercise is answered by its solution's text and then in other words: what uses the answers goes on.
 
-    Cells on which no answer has an effect are left out: they run once, as nbval runs the notebook. A fleet has five
-    runs, and a log is its twin, which is shorter: that the cells go on is asked, not what they find.
+    Cells on which no answer has an effect are left out: they run once, as nbval runs the notebook. A fleet has three
+    runs, a project is judged by two, and a log is its twin, which is shorter: that the cells go on is asked, not what
+    they find. (That a project passes with all its seeds is asked in test_projects.py and test_projects_space.py.)
     """
     monkeypatch.delenv("EKFSLAM_DATA", raising=False)
     hide = lambda *objects, **options: None
     for module in figures, widgets:
         monkeypatch.setattr(module, "display", hide)
         monkeypatch.setattr(module, "picture", lambda fig, dpi=0: figures.png(fig, 40, quick=True))
-    monkeypatch.setattr(fleet, "run", five_runs(fleet.run))
+    monkeypatch.setattr(fleet, "run", few_runs(fleet.run))
     shorter_logs(monkeypatch)
+    for project in filter(lambda e: isinstance(e, Project), registry.everything()):
+        monkeypatch.setattr(project, "seeds", project.seeds[:2])
     monkeypatch.setenv("EKFSLAM_MY_SLAM", str(own_progress.parent / "my_slam.py"))
     space, told = {"__name__": "__main__", "display": hide}, []
     for cell in touched(code_cells(read(path))):
@@ -156,6 +159,7 @@ def test_the_notebook_goes_on_with_right_answers(path, own_progress, monkeypatch
                 told.append(printed(code, space))
         else:
             printed(code, space)
+            few_seeds(space)
         plt.close("all")
     assert told and all(re.match(r"\[\d\d\.\w+\] passed\n", text) for text in told), told
 

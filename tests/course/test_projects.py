@@ -17,10 +17,10 @@ EYE = registry.get("13.project")
 SEEDS = (201, 202)  # of the quick checks: other ones than those of the package
 
 
-def quick(id):
-    """A project whose check has three runs instead of seven."""
+def quick(id, seeds=SEEDS):
+    """A project whose check has three runs instead of seven, or fewer."""
     project = copy.copy(registry.get(id))
-    project.seeds = SEEDS
+    project.seeds = seeds
     return project
 
 
@@ -35,9 +35,9 @@ def edited(project, *edits):
     return space["loop"]
 
 
-def judged(id, *edits, scenario=None):
+def judged(id, *edits, scenario=None, seeds=SEEDS):
     """The verdict on a run of an edited loop."""
-    project = quick(id)
+    project = quick(id, seeds)
     return project.judge(project.run(scenario or project.scenario, edited(project, *edits)))
 
 
@@ -87,7 +87,8 @@ def test_the_reference_knows_that_it_is_one(student, own_progress, capsys):
     assert EYE.judge(EYE.reference).status == "not attempted"
 
 
-def test_a_lecturer_reads_the_verdict(student, capsys):
+def test_a_lecturer_reads_the_verdict(student, capsys, monkeypatch):
+    monkeypatch.setattr(EYE, "seeds", SEEDS)
     run = run_cell(EYE.source().replace("< 9", "< 0"), student)
     assert check("13.project", run).status == "failed"
     ekfslam(["progress", "13"])
@@ -96,7 +97,7 @@ def test_a_lecturer_reads_the_verdict(student, capsys):
     assert check("13.project", run_cell(EYE.source(), student)).passed
     ekfslam(["progress", "13"])
     told = " ".join(capsys.readouterr().out.split())
-    assert "13.project passed" in told and "7 runs of 120 frames: mean NEES" in told
+    assert "13.project passed" in told and "3 runs of 120 frames: mean NEES" in told
     record = logbook.read()["13.project"]
     assert record["tries"] == 2 and record["passed"]
 
@@ -141,7 +142,8 @@ def test_the_answer_for_nbgrader_runs_and_its_students_version_is_the_stub(id):
     assert not run_cell(text, space).reference and space["run"].failed is None
 
 
-def test_nbgrader_gives_the_point_for_a_run_of_ones_own_only(student):
+def test_nbgrader_gives_the_point_for_a_run_of_ones_own_only(student, monkeypatch):
+    monkeypatch.setattr(EYE, "seeds", SEEDS)
     links = nbgrader.links(EYE)
     with pytest.raises(AssertionError, match="not attempted"):
         nbgrader.graded("13.project", EYE.reference, links).award()
@@ -211,11 +213,11 @@ def test_a_loop_that_is_too_slow_is_stopped(monkeypatch):
     monkeypatch.delenv("EKFSLAM_CHECK_SECONDS")
     project = quick("13.project")
     project.seconds = 1.0
-    started = time.perf_counter()
-    run = project.run(
-        project.scenario, edited(project, ("        for id, y in", "        time.sleep(0.2)\n        for id, y in"))
-    )
-    assert time.perf_counter() - started < 10
+    turns = []
+    slow = edited(project, ("        for id, y in", "        turns.append(time.sleep(0.2))\n        for id, y in"))
+    slow.__globals__["turns"] = turns
+    run = project.run(project.scenario, slow)
+    assert 0 < len(turns) < 120  # frames: it came to some of them
     assert "took more than 1 s" in project.judge(run).message
 
 
@@ -300,10 +302,13 @@ WRONG = {
 }  # fmt: skip
 
 
+FAINT = {"x corrected, P not"}  # it shows in three runs; the others show in two
+
+
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_run_is_told_what_went_wrong(name):
     number, edits, link, word = WRONG[name]
-    verdict = judged(f"{number}.project", *edits)
+    verdict = judged(f"{number}.project", *edits, seeds=SEEDS if name in FAINT else SEEDS[:1])
     assert verdict.status == "failed", verdict.note
     assert link is None or verdict.link == link, f"{verdict.link}: {verdict.message}"
     assert word in verdict.hint, verdict.hint

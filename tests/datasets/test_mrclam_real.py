@@ -22,9 +22,19 @@ def here(set):
     return source
 
 
-def run_of(userdata):
+class Places(History):
+    """A history that leaves out the errors of the robots in the gauge of the map, for NEES: they take a third of a run.
+
+    `test_set_9_robot_3` has them, as every run of a user; here only places and angles are asked for.
+    """
+
+    def _gauge_of(self, s):
+        return None
+
+
+def run_of(userdata, history=Places):
     """Summary of a whole run."""
-    history = History()
+    history = history()
     for _ in history.watch(universal_slam(*prepare(userdata))):
         pass
     return history.summary()
@@ -35,11 +45,11 @@ def figures(data_dir):
     """(set, robot) -> summary of a run of the scenario file; each is run once."""
     done = {}
 
-    def run(set, robot):
+    def run(set, robot, history=Places):
         here(set)
         if (set, robot) not in done:
             start = time.process_time()
-            summary = run_of(UserData.from_toml(SCENARIO, {"data.set": set, "data.robots": [robot]}))
+            summary = run_of(UserData.from_toml(SCENARIO, {"data.set": set, "data.robots": [robot]}), history)
             done[set, robot] = summary | {"cpu_s": time.process_time() - start}
         return done[set, robot]
 
@@ -48,7 +58,7 @@ def figures(data_dir):
 
 def test_set_9_robot_3(figures):
     """The figures asked of the scenario as it is. Measured: 0.058 m, 2.0 deg, 0.047 m."""
-    f = figures(9, 3)
+    f = figures(9, 3, History)
     assert f["ate_rmse_m"] <= 0.08
     assert f["heading_rmse_deg"] <= 2.5
     assert f["landmark_rmse_m"] <= 0.06
