@@ -126,7 +126,7 @@ def frame(scene, up):
 def opening():
     """Return what the first page opens with: a live scene, and the ways in."""
     ways = [
-        ("The course", "docs/notebooks", "22 notebooks, from a lecture on mapping to five robots in one filter."),
+        ("The course", "docs/notebooks", "25 notebooks, from a lecture on mapping to five robots in one filter."),
         ("Gallery", "docs/gallery", "Four runs to play and to walk around, each with its command."),
         ("The toolbox", "docs/scenarios", "A run is a file: robots, sensors, landmarks, noise, filter."),
         ("For lecturers", "docs/teaching", "Slides, marks, checks of your own, plans for a term."),

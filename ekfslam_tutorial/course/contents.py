@@ -42,6 +42,7 @@ TRACKS = {
     "two lectures: mapping, then SLAM": range(6),
     "one term": range(22),
     "3D only": range(10, 18),
+    "after one term: lines, an IMU, images": range(22, 25),
 }
 CELL = "00-contents"  # the cell of notebook 00 that is written here
 DOORS = "doors"  # the cell of each notebook, "05-doors", that says where it opens with nothing installed

@@ -70,7 +70,7 @@ def test_the_wheel_has_the_code_the_notebooks_and_the_scenarios(built):
 
 
 def test_the_wheel_is_small(built):
-    assert built[0].stat().st_size < 12e6  # 22 notebooks with their pictures; a data set would show
+    assert built[0].stat().st_size < 12e6  # 25 notebooks with their pictures; a data set would show
 
 
 def test_the_sdist_builds_the_same_wheel(built, tmp_path):
