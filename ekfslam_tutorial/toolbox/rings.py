@@ -575,8 +575,9 @@ class _Carried:
         self.invariant = opt.error == "invariant"
 
     def __enter__(self):
-        self.before = [(ring.states(self.map), ring.robots(self.map)[1]) for ring in self.rings]
-        self.robot = self._robot()
+        if self.rings:
+            self.before = [(ring.states(self.map), ring.robots(self.map)[1]) for ring in self.rings]
+            self.robot = self._robot()
 
     def __exit__(self, kind, *_):
         if kind is not None or not self.rings or np.array_equal(self.robot[0], self._robot()[0]):
