@@ -6,7 +6,7 @@ All of it is known without the truth, except the NEES. An honest run says nothin
 import numpy as np
 
 from ..ekf import chi_square
-from ..models.landmarks import AplLin, PlkLin
+from ..models.landmarks import PlkLin
 from ..slam.association import gate
 from ..toolbox.scenario.agreement import started_by
 from .consistency import anees_band, chi2_band
@@ -153,14 +153,14 @@ def nees(figures, data):
 
 
 def far_lines(figures, data):
-    """Plücker lines of which some are born beyond infinity, so that their direction is turned round for good."""
+    """Plücker lines without an anchor, of which some are born beyond infinity: they become too sure of a direction."""
     n, N = data.landmark.prior()
-    plucker = [k for k in (started_by(data, s) for s in data.sensors) if isinstance(k, PlkLin | AplLin)]
+    plucker = [k for k in (started_by(data, s) for s in data.sensors) if isinstance(k, PlkLin)]
     std = np.sqrt(N.diagonal().max())
     if not plucker or np.linalg.norm(n) >= BEYOND * std:
         return None
     return (
         f"lines are born with the inverse distance {np.linalg.norm(n):.3g} and a standard deviation of {std:.3g} 1/m: "
-        "Plücker lines that are guessed beyond infinity become too sure of a wrong direction; "
-        "landmark.type=idp_lin, whose prior is the inverse distance alone, holds one so wide better"
+        "Plücker lines without an anchor may become too sure with a prior so wide; landmark.type=apl_lin, which has "
+        "one, holds it"
     )

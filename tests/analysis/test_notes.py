@@ -131,10 +131,10 @@ def test_the_band_of_the_nis_knows_of_the_gate():
     assert low / 0.8 == pytest.approx(passed.mean(), rel=0.01) == high / 1.25
 
 
-@pytest.mark.parametrize("kind, std, n_notes", [("plk_lin", 0.15, 1), ("plk_lin", 0.1, 0), ("idp_lin", 0.15, 0)])
+@pytest.mark.parametrize("kind, std, n_notes", [("plk_lin", 0.15, 1), ("plk_lin", 0.1, 0), ("apl_lin", 0.15, 0)])
 def test_plucker_lines_with_a_prior_beyond_infinity(kind, std, n_notes):
-    prior = {"landmark.non_obs_std": [std, std] if kind == "plk_lin" else std}
+    prior = {"landmark.non_obs_std": [std, std]}
     data = UserData.from_toml(SCENARIO.with_name(f"house_{kind[:3]}.toml"), prior)
     found = far_lines(None, data)
     assert bool(found) == bool(n_notes)
-    assert not found or "a standard deviation of 0.15 1/m" in found and "landmark.type=idp_lin" in found
+    assert not found or "a standard deviation of 0.15 1/m" in found and "landmark.type=apl_lin" in found
