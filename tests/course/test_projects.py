@@ -374,7 +374,7 @@ def test_the_loop_gets_no_truth():
             yield world.x, world.P, {}
 
     EYE.run(EYE.scenario, loop)
-    assert set(vars(seen[0])) == {"k", "t", "dt", "u", "U", "seen", "met"}
+    assert set(vars(seen[0])) == {"k", "t", "dt", "u", "U", "seen", "met", "image"} and seen[0].image == {}
 
 
 def test_an_estimate_is_copied():

@@ -185,7 +185,7 @@ def strip_figure(film, frames, at):
         words.append(f"image {k}: {count[0]} used, {count[1]} refused, {count[2]} not found")
     handles = [axes[0].plot([], [], **look)[0] for look in LOOKS.values()]
     names = ["found and used", "found, refused", "not found"]
-    fig.legend(handles, [f"{n}, {sigma_label(3)}" for n in names], loc="outside lower center", ncols=3)
+    fig.legend(handles, [f"{n}, {sigma_label(3)}" for n in names], loc="outside lower center", ncols=len(at))
     return fig, "; ".join(words).capitalize() + "."
 
 
