@@ -173,13 +173,21 @@ def _near(A, B, rtol, atol) -> bool:
 
 def numbers(value):
     """Return the value as an array of floats (complex if need be), or None if it is something else."""
-    if value is None or isinstance(value, (str, bytes, dict, set)):
+    if value is None or isinstance(value, (str, bytes, dict, set)) or _nests(value, DEEPEST):
         return None
     try:
         a = np.asarray(value)
         return a if a.dtype.kind in "fiubc" else None
     except Exception:
         return None
+
+
+DEEPEST = 8  # levels of lists in lists: of a list that holds itself numpy would make an array until the memory is full
+
+
+def _nests(value, levels) -> bool:
+    """Return True if there are lists in lists on more levels than that."""
+    return isinstance(value, (list, tuple)) and (levels == 0 or any(_nests(v, levels - 1) for v in value))
 
 
 def _copied(value):

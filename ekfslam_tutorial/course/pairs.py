@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from . import edits, guard
+from . import deadline, edits, guard
 
 CALLS, FEWEST = 12, 5  # of the table; the fewest where there are more changes than
 MANY = 600
@@ -29,6 +29,7 @@ SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
 LIKELY = 3000  # pairs that are tried at most
 FIRST = 40  # pairs of rows of which more than one pair of changes is tried
+ENDLESS_S = 1.0  # a change that takes longer has made a loop endless
 TRIED = 4  # changes with the same results that may stand for each other: one may be in the place of its partner
 
 
@@ -209,7 +210,9 @@ class Table:
                 answer = change.mistake.answer
                 if answer is None:
                     continue
-                v = self._row(answer)
+                v = _in_time(lambda answer=answer: self._row(answer))
+                if v is None:
+                    continue
                 key = np.round(v, 7).tobytes()
                 if key not in rows:
                     values.append(v)
@@ -290,10 +293,10 @@ class Table:
         return all(shown(*each) for each in slips) or len(slips) == 1 and shown(j, i) and shown(i, j)
 
     def bits(self) -> float:
-        """How much the student's answers say: each call as much as few rows of the table have that answer to it."""
-        total, n = 0.0, max(len(self.rows), 1)
+        """What the wrong results say: each call as much as few rows of the table have that answer to it."""
+        total, n, about = 0.0, max(len(self.rows), 1), np.isin(self.parts, self.parts[self.wrong])
         for k in range(len(self.calls)):
-            total += np.log2(n / max(int(self.fits[:, self.of_call == k].all(1).sum()), 1))
+            total += np.log2(n / max(int(self.fits[:, about & (self.of_call == k)].all(1).sum()), 1))
         return total
 
     def pairs(self):
@@ -373,7 +376,7 @@ def find(table, calls, patience):
             break
         tried += 1
         for answer in composed(exercise.solution, one, other):
-            if answers(exercise, answer, table.calls) and answers(exercise, answer, calls):
+            if _in_time(lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))):
                 found.append((one, other))
                 break
         if found and not table.few:
@@ -432,6 +435,14 @@ def answers(exercise, answer, calls) -> bool:
         return all(_agree(exercise, c.result, _called(answer, c.args)) for c in calls)
 
 
+def _in_time(job):
+    """What a job returns; None if it does not end. A list that grows in the loop over it would fill the memory."""
+    try:
+        return deadline.run(job, ENDLESS_S * deadline.SLOWER)[0]
+    except deadline.TookTooLong:
+        return None
+
+
 def _called(answer, args):
     """The result, or `Raised`; as `Exercise.result`, and quicker."""
     try:
@@ -453,12 +464,29 @@ def _agree(exercise, given, result):
 
 
 def _chosen(exercise, calls, right, most):
-    """Some calls: two of three with a wrong result, spread over all of them."""
+    """Some calls: two of three with a wrong result, spread over all of them, first one of each kind.
+
+    Of one kind are the calls in which the same listed mistakes show: a seam of angles is in few of them.
+    """
     wrong = [not exercise.alike(call.result, t) for call, t in zip(calls, right, strict=True)]
-    of = lambda kind: [call for call, w in zip(calls, wrong, strict=True) if w == kind]
-    few = lambda some, n: [some[k] for k in np.unique(np.linspace(0, len(some) - 1, min(n, len(some))).astype(int))]
+    kinds = [_kind(exercise, *each) for each in zip(calls, right, strict=True)] if len(calls) > most else calls
+    of = lambda kind: [k for k, w in enumerate(wrong) if w == kind]
+    spread = lambda some, n: [some[k] for k in np.unique(np.linspace(0, len(some) - 1, min(n, len(some))).astype(int))]
+
+    def few(some, n):
+        if len(some) <= n or kinds is calls:
+            return spread(some, n)
+        first = list({kinds[k]: k for k in reversed(some)}.values())
+        return [*spread(first, n), *spread([k for k in some if k not in first], n - min(len(first), n))]
+
     bad, good = few(of(True), 2 * most // 3), of(False)
-    return [*bad, *few(good, most - len(bad))] if good else bad
+    chosen = [*bad, *few(good, most - len(bad))] if good else bad
+    return [calls[k] for k in chosen]
+
+
+def _kind(exercise, call, right):
+    """Which listed mistakes show in a call."""
+    return tuple(exercise.alike(_called(m.answer, call.args), right) for m in exercise.misconceptions)
 
 
 def _floats(value):

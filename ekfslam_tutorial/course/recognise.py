@@ -57,22 +57,28 @@ def recognise_more(exercise, calls, part, known):
     known : list of Misconception
         What `recognise` has found: none, or one.
     """
-    calls = [calls[k] for k in np.unique(np.linspace(0, len(calls) - 1, MOST).astype(int))] if calls else []
-    few = few_values(exercise, calls)
-    if not calls or known and _answers(exercise, known[0].answer, calls):
+    left = [call for call in calls if known and not _answers(exercise, known[0].answer, [call])]
+    if not calls or known and not left:
         return known
+    calls = [*_spread(calls, MOST), *_spread(left, MOST // 2)]
+    few = few_values(exercise, calls)
     if not few and not any(_has_numbers(call.result) for call in calls):  # no slip of a formula gives that
         return known
     table = pairs.Table(exercise, calls, exercise.patience, few)
     if not table.wrong.any():
         return known
-    alone = [change.mistake for change in table.single()]
-    if alone and (not few or table.bits() >= SURE_BITS + np.log2(len(table.rows))):
+    few = table.few = few or not _has_decimals(table.t[table.wrong])  # what is wrong is what tells
+    alone = [change.mistake for change in table.single() if _answers(exercise, change.mistake.answer, calls)]
+    if alone and (not few or len(set(table.s)) > 1 and table.bits() >= SURE_BITS + np.log2(len(table.rows))):
         return alone[:1]
     both = pairs.find(table, calls, exercise.patience)
     if both or known or few:
         return both or known
     return [change.mistake for change in table.of_part(part or 0)[:1]]
+
+
+def _spread(calls, most):
+    return [calls[k] for k in np.unique(np.linspace(0, len(calls) - 1, most).astype(int))] if calls else []
 
 
 def _has_numbers(result) -> bool:

@@ -377,6 +377,14 @@ def test_equal(a, b, same):
     assert guard.equal(a, b) is same
 
 
+def test_a_list_that_holds_itself_is_no_array():
+    """Numpy would make one of more and more entries, until the memory is full."""
+    ids = [1, 2]
+    ids += [ids, ids]
+    assert guard.numbers(ids) is None
+    assert guard.numbers([[[1.0]]]).shape == (1, 1, 1)
+
+
 def test_a_report_without_a_hint_has_no_empty_line():
     verdict = checks.Verdict("failed", "link", "message")
     assert "\n\n" not in checks.report(registry.get("02.3"), verdict)

@@ -215,7 +215,7 @@ SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the 
         ("(D[a] > limit).all()", "(D[a, 0] > limit if len(es) else True)"),
     ),
     ("08.2", "R twice", r"counts once", ("H @ P @ H.T + R", "H @ P @ H.T + 2 * R")),
-    ("12.1", "r for its square", r"even", ("r2 = up @ up", "r2 = np.sqrt(up @ up)")),
+    ("12.1", "r for its square", r"even|were the root of `up @ up`", ("r2 = up @ up", "r2 = np.sqrt(up @ up)")),
     (
         "12.3",
         "one of two borders",
@@ -225,7 +225,7 @@ SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the 
     (
         "12.4",
         "into the camera's frame first",
-        r"robot's frame first",
+        r"robot's frame first|the frame of the robot, then of the camera",
         ("lr, LR_r, LR_l = Rf.to_frame(l)", "lr, LR_r, LR_l = Sf.to_frame(l)"),
         ("ls, LS_s, LS_lr = Sf.to_frame(lr)", "ls, LS_s, LS_lr = Rf.to_frame(lr)"),
     ),
