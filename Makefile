@@ -29,11 +29,11 @@ env:  ## build .venv if it is missing, broken or older than the lock (PYTHON=pyt
 lab: env  ## open JupyterLab on a copy of the notebooks, my_notebooks/ (LAB_ARGS is passed on: LAB_ARGS=--no-browser)
 	@$(VENV) -m ekfslam_tutorial lab my_notebooks --lab $(LAB_ARGS)
 
-test: env  ## run every test, then every notebook, unsolved and solved (TEST_ARGS is passed to pytest on tests/)
+test: env  ## run every test, then every notebook, but for what needs a browser (TEST_ARGS is passed to pytest on tests/)
 	@$(VENV) tools/run_tests.py $(TEST_ARGS)
 
-test-browser: env  ## the tests in a real browser, three notebooks of make lite among them (EKFSLAM_BROWSER=all: every one)
-	@EKFSLAM_BROWSER="$${EKFSLAM_BROWSER:-lite}" $(VENV) -m pytest tests/browser $(TEST_ARGS)
+test-browser: env  ## the site, JupyterLab, players and slides in a real browser, and three notebooks of make lite (EKFSLAM_BROWSER=all: all)
+	@EKFSLAM_BROWSER="$${EKFSLAM_BROWSER:-lite}" $(VENV) tools/run_tests.py --browser $(TEST_ARGS)
 
 mutants: env  ## change the core in one place at a time and see whether its tests find out: 30 minutes, goes on where it was stopped
 	@$(VENV) tools/mutants.py $(MUTANTS_ARGS)

@@ -43,13 +43,19 @@ def test_a_run_of_pytest_is_counted(tmp_path, monkeypatch):
     assert (result["ok"], result["passed"], result["failed"]) == (False, 1, 1)
 
 
-def test_a_run_beside_others_prints_at_its_end(tmp_path, monkeypatch, capsys):
-    (tmp_path / "test_trial.py").write_text("def test_good(): pass\n")
-    monkeypatch.chdir(tmp_path)
-    with open(tmp_path / "text", "w+") as text, run_tests.Run("beside", "-p", "no:cacheprovider", text=text) as beside:
-        assert capsys.readouterr().out == ""
-        assert beside.end()["passed"] == 1
-    assert "== beside ==" in (said := capsys.readouterr().out) and "1 passed" in said
+@pytest.mark.parametrize(
+    "words, runs", [(["-x"], ["tests", "notebooks", "images"]), (["--browser"], ["tests in a browser"])]
+)
+def test_what_is_run(words, runs, monkeypatch):
+    """Pages are tested by `make test-browser`, all else by `make test`: between them no folder is forgotten."""
+    seen = {}
+    monkeypatch.setattr(run_tests, "run", lambda name, *arguments: seen.update({name: arguments}) or record(name=name))
+    monkeypatch.setattr(run_tests.os, "environ", dict(run_tests.os.environ))
+    assert run_tests.main(words) == 0
+    assert list(seen) == runs
+    left_out = {a.removeprefix("--ignore=") for a in seen.get("tests", ()) if a.startswith("--ignore=")}
+    assert left_out <= {*run_tests.IN_BROWSER, run_tests.IMAGES}
+    assert all((run_tests.ROOT / folder).is_dir() for folder in (*run_tests.IN_BROWSER, run_tests.IMAGES))
 
 
 def test_a_run_that_finds_no_test_is_bad(tmp_path, monkeypatch):
