@@ -12,10 +12,11 @@ from __future__ import annotations
 import copy
 import itertools
 import os.path
+import re
 import time
 import types
 import warnings
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ PAIRED = 1000  # rows of the table, so many of which are paired
 LIKELY = 3000  # pairs that are tried at most
 FIRST = 40  # pairs of rows of which more than one pair of changes is tried
 ENDLESS_S = 1.0  # a change that takes longer has made a loop endless
+LOOP = re.compile(r"\bwhile\b|\bfor\b.*\.(append|extend|insert)\(", re.DOTALL)  # one that a change can make endless
 TRIED = 4  # changes with the same results that may stand for each other: one may be in the place of its partner
 
 
@@ -46,6 +48,16 @@ class Change:
         self.old = edits.parts(mistake.solution)[1]
         self.listed = bool(mistake.edits)
         self.body = edits.applied(self.old, mistake.edits, "") if self.listed else mistake.body
+
+    @cached_property
+    def answer(self):
+        """The function; None where the change makes nonsense."""
+        return self.mistake.answer
+
+    @cached_property
+    def ends(self) -> bool:
+        """No loop of it can be endless, with whatever other change."""
+        return not (LOOP.search(self.body) or LOOP.search(self.old))
 
     @cached_property
     def hunks(self):
@@ -81,8 +93,8 @@ def composed(solution, one, other):
     """Yield the solution with both changes; twice where it matters which one is made first."""
     if isinstance(one, Outer) or isinstance(other, Outer):
         inner, outer = (other, one) if isinstance(one, Outer) else (one, other)
-        if not isinstance(inner, Outer) and inner.mistake.answer is not None:
-            yield outer.around(inner.mistake.answer)
+        if not isinstance(inner, Outer) and inner.answer is not None:
+            yield outer.around(inner.answer)
         return
     bodies = [{one.function: one.body, other.function: other.body}]
     if one.function is other.function:
@@ -129,8 +141,7 @@ class Outer:
         What becomes of the result, and the way back.
     """
 
-    listed = False
-    function = None
+    listed, ends, function = False, True, None
 
     def __init__(self, exercise, part, hint, made, undone):
         self.part, self.hint, self.made, self.undone = part, hint, made, undone
@@ -192,7 +203,7 @@ class Table:
     def __init__(self, exercise, calls, patience, few=False):
         most = 40 if few else CALLS
         end = time.process_time() + patience
-        all_changes = list(changes(exercise))
+        all_changes = changes(exercise)
         most = max(FEWEST, min(most, most * MANY // max(len(all_changes), 1)))
         self.exercise = exercise
         right = [exercise.result(exercise.solution, call.args) for call in calls]
@@ -207,10 +218,9 @@ class Table:
             for change in all_changes:
                 if time.process_time() > end:
                     break
-                answer = change.mistake.answer
-                if answer is None:
+                if change.answer is None:
                     continue
-                v = _in_time(lambda answer=answer: self._row(answer))
+                v = _in_time(lambda answer=change.answer: self._row(answer), change)
                 if v is None:
                     continue
                 key = np.round(v, 7).tobytes()
@@ -346,11 +356,11 @@ class Table:
         return far + bad.mean(1)[:, None] + bad.mean(1)
 
 
+@lru_cache(maxsize=2)  # who tries again asks for the same ones
 def changes(exercise):
-    """Yield the changes of the solution: listed mistakes first, then slips."""
-    for mistake in (*exercise.misconceptions, *exercise.slips()):
-        if hasattr(mistake, "solution"):
-            yield Change(mistake)
+    """Return the changes of the solution: listed mistakes first, then slips."""
+    mistakes = (*exercise.misconceptions, *exercise.slips())
+    return [Change(mistake) for mistake in mistakes if hasattr(mistake, "solution")]
 
 
 def find(table, calls, patience):
@@ -376,7 +386,8 @@ def find(table, calls, patience):
             break
         tried += 1
         for answer in composed(exercise.solution, one, other):
-            if _in_time(lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))):
+            fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
+            if _in_time(fits, one, other):
                 found.append((one, other))
                 break
         if found and not table.few:
@@ -435,8 +446,10 @@ def answers(exercise, answer, calls) -> bool:
         return all(_agree(exercise, c.result, _called(answer, c.args)) for c in calls)
 
 
-def _in_time(job):
+def _in_time(job, *changes):
     """What a job returns; None if it does not end. A list that grows in the loop over it would fill the memory."""
+    if all(change.ends for change in changes):
+        return job()
     try:
         return deadline.run(job, ENDLESS_S * deadline.SLOWER)[0]
     except deadline.TookTooLong:
