@@ -148,9 +148,9 @@ NONSENSE = {
 }
 
 
-IN_TURN = 8
+IN_TURN = 16
 """The search for the mistake takes nearly all of the time. It is made for one kind of nonsense in so many: the first
-exercise takes kinds 0, 8, 16 ..., the second 1, 9, 17 ... So each kind meets it in every eighth exercise."""
+exercise takes kinds 0, 16, 32, the second 1, 17, 33 ... So each kind meets it in every sixteenth exercise."""
 
 
 @every
