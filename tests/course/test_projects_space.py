@@ -13,7 +13,7 @@ from ekfslam_tutorial.course import check, registry
 from ekfslam_tutorial.course.projects import nb17, nb18, nb19
 
 MODULES = {"17": nb17, "18": nb18, "19": nb19}
-FRAMES = {"17": ("last = 60", "last = 50"), "18": ("last = 900", "last = 600"), "19": ("last = 600", "last = 400")}
+FRAMES = {"17": ("last = 60", "last = 50"), "18": ("last = 900", "last = 600"), "19": ("last = 600", "last = 300")}
 
 
 @pytest.fixture(autouse=True)
