@@ -284,7 +284,7 @@ def test_the_text_is_a_right_answer(id):
     assert registry.get(id).judge(answer(id)).passed
 
 
-def test_single_mistakes_get_a_hint_on_the_right_idea():
+def test_single_mistakes_get_a_hint_on_the_right_idea(time_to_search):
     told, off = 0, []
     for id, (_, rows) in ANSWERS.items():
         for row in rows:
@@ -296,7 +296,7 @@ def test_single_mistakes_get_a_hint_on_the_right_idea():
     assert told > 30 and len(off) <= (1 - SINGLE) * told, "\n".join(off)
 
 
-def test_pairs_are_named_both_of_them():
+def test_pairs_are_named_both_of_them(time_to_search):
     told, off = 0, []
     for id, (_, rows) in ANSWERS.items():
         for pair in itertools.combinations(rows, 2):

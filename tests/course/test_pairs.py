@@ -166,8 +166,8 @@ def test_a_filter_in_one_loop_passes_and_each_slip_in_it_is_named():
 def test_pairs_in_a_filter_in_one_loop():
     """Both slips are named, though they show at different links, and though the order of the corrections is another."""
     exercise, told = registry.get("05.5"), []
-    for pair in itertools.islice(itertools.combinations(SLIPS, 2), 0, None, 8):
+    for pair in itertools.islice(itertools.combinations(SLIPS, 2), 0, None, 3):
         if (answer := written(*pair)) is not None:
             told.append((set(pair), set(exercise.judge(answer).misconception.split(" + "))))
-    assert len(told) > 4 and all(names <= pair for pair, names in told)
+    assert len(told) > 9 and all(names <= pair for pair, names in told)
     assert np.mean([names == pair for pair, names in told]) >= WANTED

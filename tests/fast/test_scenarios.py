@@ -29,7 +29,7 @@ FEW = {"euroc_v101": 12}
 """Frames of logs that have much in each of them."""
 
 SIMULATED = sorted({path.stem for path in SCENARIOS.glob("*.toml")} - {*TWINS, *LOGS, *FEW, *ELSEWHERE})
-FRAMES = 30
+FRAMES = 20
 EXPECTED = {
     "cloister_idp": {("innovation", False), ("correction", True)},  # a gate
     "two_robots_four_cameras": {("deletion", True), ("correction", True)},
