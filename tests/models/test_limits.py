@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.models import landmarks, motion, sensors
-from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
+from ekfslam_tutorial.models.landmarks import AhmPnt, IdpPnt
 from ekfslam_tutorial.models.landmarks.idp_pnt import POLE, py2vec, vec2py
 from ekfslam_tutorial.models.landmarks.projective import ahead, linearity
 from ekfslam_tutorial.models.sensors.davison_cam import bend

@@ -13,16 +13,21 @@ INF = np.inf
 DEFAULTS = {
     NearestNeighbour: {"confidence": 0.99, "new_confidence": 1 - 1e-6},
     Jcbb: {"confidence": 0.99, "new_confidence": 1 - 1e-6, "max_nodes": 20_000},
-    Lmk: {"slot": 0, "n_search": 1, "n_match": 1, "n_inlier": 1, "x": None, "r": None, "n": None, "N": None, "par": None,
+    Lmk: {"slot": 0, "n_search": 1, "n_match": 1, "n_inlier": 1,
+        "x": None, "r": None, "n": None, "N": None, "par": None,
         "n_refused": 0, "n_missed": 0, "first": None, "appearance": None},
-    Rob: {"n_refused": 0, "name": "", "type": "", "x": None, "r": None, "u": None, "U": None, "dt": None, "first": None},
+    Rob: {"n_refused": 0, "name": "", "type": "", "x": None, "r": None, "u": None, "U": None, "dt": None,
+        "first": None},
     Sen: {"name": "", "x": None, "r": None, "lmk_type": None, "tilt": 0.0, "walk": 0.0},
-    Obs: {"visible": True, "y": None, "R": None, "z": None, "index": None, "measured": False, "matched": False, "updated": False},
+    Obs: {"visible": True, "y": None, "R": None, "z": None, "index": None, "measured": False,
+        "matched": False, "updated": False},
     Options: {
         "lmk_type": None, "n": (0.01,), "N": ((0.25,),), "n_updates": None, "md2_threshold": INF, "reopen_after": None,
-        "reopen_std": (0.3, 0.5), "retry_after": None, "reproject": True, "reparametrize": False, "lin_test": 0.1, "n_inits": None,
+        "reopen_std": (0.3, 0.5), "retry_after": None, "reproject": True, "reparametrize": False, "lin_test": 0.1,
+        "n_inits": None,
         "init_margin": 0.0, "max_lmks": None, "min_search": 10, "min_match_ratio": 0.0, "min_inlier_ratio": 0.0,
-        "ends": "extend", "lost_after": None, "keep_lost": 0, "wander": 0.0, "min_rho": 1e-3, "joint": False, "error": None, "first_estimates": False,
+        "ends": "extend", "lost_after": None, "keep_lost": 0, "wander": 0.0,
+        "min_rho": 1e-3, "joint": False, "error": None, "first_estimates": False,
     },
 }  # fmt: skip
 
