@@ -1,5 +1,7 @@
 """A robot that moves, as a sensor sees it, and controls split in time: against the exponential map, by matrices."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -63,6 +65,27 @@ def test_where_a_late_sensor_was(F, before, rng):
         got = Moving(AnyRobot(F), x).compose(kind(s))
         assert np.allclose(matrix(got[0]), matrix(F(x[: F.size])) @ back @ matrix(F(s[: F.size])), atol=1e-12)
         check_jacobians(lambda x, s: Moving(AnyRobot(F), x).compose(kind(s)), x, s)
+
+
+@both
+def test_a_frame_with_parameters_behind_it(F, rng):
+    """It is that frame: normalised and compared without them; and it is the same after a journey to a file and back."""
+    kind, n = frame_with(F, 3, F.size + 1), F.size
+    s, other = rng.normal(size=n + 3) + 2, kind(np.concatenate([random_frame(F, rng).x, rng.normal(size=3)]))
+    s[n - 1] += 5  # more than half a turn
+    S = kind(s)
+    assert kind.size == n + 3 and np.array_equal(S.a, s[n:]) and S.delay == s[n + 1] and np.array_equal(S.t, s[: F.dim])
+    N, J = S.normalized()
+    plain, P = F(s[:n]).normalized()
+    assert type(N) is kind and np.array_equal(N.x, [*plain.x, *s[n:]])
+    want = np.eye(n + 3)
+    want[:n, :n] = P
+    assert np.array_equal(J, want) and not np.array_equal(N.x, s)
+    for got, single in zip(N.minus(other), plain.minus(F(other.x[:n])), strict=True):
+        assert np.array_equal(got, single)
+    back = pickle.loads(pickle.dumps(S))
+    assert np.array_equal(back.x, s) and back.size == n + 3 and back.delay == S.delay and back.plain is F
+    assert frame_with(F, 3)(s).delay is None
 
 
 def test_the_last_of_many_controls_is_the_one_of_now(rng):
