@@ -1,5 +1,7 @@
 """An IMU that lies still: what its start says of tilt and bias, by a second author who works with what is down."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,15 @@ def test_what_is_measured_at_rest_is_gravity_and_bias(a, gravity):
     assert np.allclose(x[10:13], w) and np.allclose(x[13:], a - s)
     axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     assert abs(axis @ gravity) < 1e-5  # level; 1e-3 rad from upside down by half a turn more
+
+
+def test_half_a_turn_whatever_is_down():
+    """Along each axis and each diagonal, just upside down: some axis across it is always found."""
+    for down in product((-1.0, 0.0, 1.0), repeat=3):
+        if any(down):
+            g = 9.81 * np.array(down) / np.linalg.norm(down)
+            x, P = at_rest(np.zeros(3), 1.02 * g, g)
+            assert np.allclose(q2R(x[3:7])[0] @ g, -g, atol=1e-12) and np.isfinite(P).all()
 
 
 @pytest.mark.parametrize("gravity", [G, np.array([3.0, -7.0, 2.0])], ids=str)

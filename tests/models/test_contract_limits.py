@@ -193,6 +193,11 @@ def test_every_derivative_by_a_state_of_a_sensor_is_asked_for(method):
         assert "differs at entry" in said
 
 
+def test_a_sensor_that_sees_none_of_the_random_points_has_nothing_that_could_be_tested():
+    """It has a view of 1e-6 of a pixel."""
+    check_parameters(PinHole(K, LENS, image_size=(1e-6, 1e-6)))
+
+
 class Beside(IdpLin):
     """A line that lies beside its ends."""
 
