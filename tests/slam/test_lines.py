@@ -271,7 +271,7 @@ def test_of_a_line_that_is_well_known_the_outermost_ends_are_kept():
 
 @pytest.mark.parametrize("factor, kept", [(0.99, (1, 2)), (1.01, (1.2, 1.8))], ids=["known", "vague"])
 def test_the_ends_of_a_vague_line_are_forgotten(factor, kept):
-    """Vague is an end that is more than 5 % of the length uncertain, in all: here of 1 m, and the second is the worse."""
+    """Vague is an end that is more than 5 % of the length uncertain, in all: here of 1 m; the second is worse."""
     P = np.zeros((8, 8))
     P[4, 4], P[6, 6] = 0.6**2, 0.8**2
     p, spread = HmgLin().support(np.array([5.0, -1.0, 0.0, 1.0, 5.0, 0.0, 0.0, 1.0]))[1::2]
