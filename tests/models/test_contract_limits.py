@@ -292,3 +292,31 @@ def test_derivatives_of_a_pair_to_a_hundred_thousandth_of_the_largest(spoilt_one
         Spoilt.by = by
         said = accepted(check_pair, Spoilt(), EucPnt(2))
         assert said is True if right else "differs at entry" in said
+
+
+@pytest.mark.parametrize("method", ["project", "retro"])
+@pytest.mark.parametrize(
+    "check",
+    [
+        lambda sensor: check_states(sensor, ("bias",), EucPnt(2), np.random.default_rng(1)),
+        check_parameters,
+    ],
+    ids=["states", "parameters"],
+)
+def test_derivatives_of_states_to_a_hundred_thousandth_of_the_largest(check, method):
+    """The largest is spoilt, too: so it is its own share that counts, less the 1e-9 of the differences."""
+    for by, right in ((0.9e-5, True), (1.7e-5, False)):
+        said = accepted(check, spoilt(RangeBearing(0.1, 0.1), method, 1, by=1 + by))
+        assert said is True if right else "differs at entry" in said
+
+
+def test_a_robot_moves_with_its_velocity_to_a_millimetre_a_second():
+    class Slow(ConstantTurn):
+        by = 0.0
+
+        def velocity(self, x, u):
+            V, V_x = super().velocity(x, u)
+            return V + [0.0, self.by, 0.0], V_x
+
+    for Slow.by, right in ((0.9e-3, True), (1.2e-3, False)):
+        assert (accepted(check_motion, Slow()) is True) == right

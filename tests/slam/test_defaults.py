@@ -165,3 +165,12 @@ def test_a_new_state_with_one_number_that_is_none(bad):
         with pytest.raises(ValueError, match="a new state must be finite, got .* with the covariance"):
             augment(map, x, ((r, np.eye(2)),), P)
     assert map.P.tobytes() == before and len(map.ranges) == 3
+
+
+def test_what_is_not_shown_of_a_record():
+    """Jacobians and pictures would fill the page; who has ids is asked for."""
+    hidden = {kind: {f.name for f in fields(kind) if not f.repr} for kind in (Rob, Sen, Lmk, Obs)}
+    assert hidden == {Rob: {"first"}, Sen: set(), Lmk: {"first", "appearance"}, Obs: {"blocks"}}
+    o = Obs(1, 2, None, None, None, [(None, "by the robot"), (None, "by the sensor"), (None, "by the landmark")])
+    assert (o.E_r, o.E_s, o.E_l) == ("by the robot", "by the sensor", "by the landmark")
+    assert KnownIds.by_id is True and not hasattr(NearestNeighbour, "by_id") and not hasattr(Jcbb, "by_id")
