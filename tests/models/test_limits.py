@@ -9,6 +9,7 @@ from ekfslam_tutorial.models import landmarks, motion, sensors
 from ekfslam_tutorial.models.landmarks import AhmPnt, IdpPnt
 from ekfslam_tutorial.models.landmarks.idp_pnt import POLE, py2vec, vec2py
 from ekfslam_tutorial.models.landmarks.projective import ahead, linearity
+from ekfslam_tutorial.models.observation import check_fit
 from ekfslam_tutorial.models.sensors.davison_cam import bend
 from ekfslam_tutorial.models.sensors.lens import exact_undistort, inv_distortion
 
@@ -317,6 +318,7 @@ def test_the_last_parameter_that_makes_a_model_and_the_first_that_makes_none(mak
     [
         (sensors.PinHole, ((320.0, 240.0, 320.0, 320.0), ())),
         (sensors.PinHoleDepth, ((320.0, 240.0, 320.0, 320.0), ())),
+        (sensors.SegmentCam, ((320.0, 240.0, 320.0, 320.0), ())),
         (sensors.OmniCam, ((320.0, 240.0, 1.0, 0.0, 0.0), (300.0, -190.0))),
     ],
 )
@@ -340,6 +342,42 @@ def test_an_inverse_distance_of_zero_is_ahead():
         l = np.arange(1.0, kind.size + 1)
         assert kind.ahead(l, 0.1).tolist() == l.tolist()
         assert kind.ahead(np.append(l[:-1], -1.0), 0.1).tolist() == [*l[:-1], 0.1]
+
+
+@pytest.mark.parametrize(("kind", "of"), [(landmarks.IdpLin(), (5, 8)), (landmarks.AhmLin(), (6, 10))])
+def test_a_line_with_an_inverse_distance_of_zero_is_ahead(kind, of):
+    """If one of its two is negative, both are mended, and nothing else."""
+    l = np.arange(1.0, kind.size + 1)
+    for values in ((0.5, 0.2), (0.0, 0.0), (0.0, 1.0), (-1e-300, 0.3), (0.3, -2.0), (-1.0, -1.0)):
+        l[list(of)] = values
+        wanted = l.copy()
+        wanted[list(of)] = (0.001, 0.001) if min(values) < 0 else values
+        before = l.copy()
+        assert np.array_equal(kind.ahead(l, 0.001), wanted) and np.array_equal(l, before)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "lmk", "said"),
+    [
+        (
+            sensors.RangeBearing(0.1, 0.1),
+            landmarks.EucPnt(3),
+            "RangeBearing measures in 2 dimensions, and EucPnt is a landmark in 3",
+        ),
+        (sensors.PinHole(), AhmPnt(2), "PinHole measures in 3 dimensions, and AhmPnt is a landmark in 2"),
+        (sensors.Range(dim=3), landmarks.Beacon(2), "Range measures in 3 dimensions, and Beacon is a landmark in 2"),
+    ],
+)
+def test_a_sensor_and_a_landmark_of_different_worlds(sensor, lmk, said):
+    for needed in (None, "point", "from_point"):
+        with pytest.raises(TypeError, match=f"^{said}$"):
+            check_fit(sensor, lmk, needed)
+    check_fit(sensor, type(lmk)(sensor.dim))
+
+    class Anywhere:
+        point = ray = None  # it does not say in which world
+
+    check_fit(sensor, Anywhere())
 
 
 def test_the_linearity_is_the_published_one(rng):
