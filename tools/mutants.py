@@ -185,20 +185,21 @@ class Quick:
         (asked, ask), (hear, told) = os.pipe(), os.pipe()
         if not os.fork():
             os.setsid()
-            os.close(ask), os.close(hear)
+            for end in (ask, hear):
+                os.close(end)
             session = Session(open(asked, encoding="utf-8"), open(told, "w", encoding="utf-8"))
             _pytest([str(file.relative_to(ROOT)) for file in _files()], session, self.out / "session.txt")
             os._exit(0)
-        os.close(asked), os.close(told)
-        self.pipes = open(ask, "w", encoding="utf-8"), open(hear, encoding="utf-8")
+        for end in (asked, told):
+            os.close(end)
+        return open(ask, "w", encoding="utf-8"), open(hear, encoding="utf-8")
 
     def run(self, file, mutation, chosen, tests):
         """Run the chosen tests on one mutant of a function. Returns what became of it, or None if it has survived."""
         if not (mutation.function and chosen):
             return None
-        if self.pipes is None:
-            self._begin()
-        start, (ask, hear) = time.monotonic(), self.pipes
+        ask, hear = self.pipes = self.pipes or self._begin()
+        start = time.monotonic()
         print(json.dumps([str(file), mutation.number, chosen, _limit(chosen, tests)]), file=ask, flush=True)
         answer = hear.readline()
         if not answer:
