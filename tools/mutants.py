@@ -2,7 +2,9 @@
 
 First each file of tests is run once, and it is noted which functions each test visits. Then changes are drawn by
 chance, and for each of them the tests that visit its function are run, nearest and quickest first, until one fails.
-The files are not touched: the changed module is made when it is imported, in a process of its own.
+The files are not touched. All tests are collected once; for each change the function gets its new code in a copy of
+that process. What survives that, and what is changed outside of a function, is tried again: the changed module is made
+when it is imported, in a process of its own.
 
 A change that makes no difference is listed with its reason in tools/equivalent_mutants.toml; it is left out.
 
@@ -11,6 +13,7 @@ changed. Stop it whenever you like; the next call goes on. Survivors are listed 
 """
 
 import argparse
+import gc
 import hashlib
 import importlib.abc
 import importlib.machinery
@@ -22,14 +25,17 @@ import signal
 import sys
 import time
 import tomllib
+import types
 from pathlib import Path
 
 import mutations
+import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "ekfslam_tutorial"
 CORE = "geometry", "models", "ekf", "slam"
 TESTS = [*(f"tests/{folder}/test_*.py" for folder in ("geometry", "models", "ekf", "slam", "numerics", "toolbox"))]
+TESTS += ["tests/simulation/test_*.py", "tests/golden/test_functions.py"]
 TESTS += ["tests/fast/test_alike.py", "tests/fast/test_own_noise.py", "tests/fast/test_kinds_of_numbers.py"]
 TESTS += [
     "tests/fast/test_inputs.py",
@@ -43,6 +49,8 @@ SECONDS = 20.0
 """Of tests for one mutant, and ..."""
 LONG = 4.0
 """... a test that takes longer is left out."""
+SHORT = 0.05, 0.5
+"""Tests up to these seconds go before longer ones, wherever they are; of those alike the nearest go first."""
 PATIENCE = 20.0, 8.0
 """A mutant may take so many seconds of the processor, and so many times what the tests took: then it is found, too."""
 MEMORY = 4 * 2**30
@@ -113,6 +121,93 @@ class Chosen:
         items[:] = sorted((i for i in items if i.nodeid in self.order), key=lambda i: self.order[i.nodeid])
 
 
+class Session:
+    """Pytest plugin that collects all tests, and then runs some of them for one mutant after the other.
+
+    A mutant is a copy of this process in which functions have the code of the changed source. What they have made
+    before, when tests were collected, is not made anew.
+
+    Parameters
+    ----------
+    asked, told : file
+        Of questions and answers: a file, the number of its mutation, tests and seconds; and what became of it, as the
+        exit code of a process.
+    """
+
+    def __init__(self, asked, told):
+        self.asked, self.told, self.is_mutant = asked, told, False
+
+    def pytest_runtestloop(self, session):
+        """Run no tests but those that are asked for."""
+        items = {item.nodeid: item for item in session.items}
+        for line in self.asked:
+            path, number, ids, limit = json.loads(line)
+            chosen = [items[id] for id in ids if id in items]
+            print(_copied(lambda: self._run(Path(path), number, chosen), limit), file=self.told, flush=True)  # noqa: B023
+        return True
+
+    def _run(self, path, number, items):
+        if not swap(path, number):
+            return 0
+        self.is_mutant = True
+        for item, after in zip(items, [*items[1:], None], strict=True):
+            item.config.hook.pytest_runtest_protocol(item=item, nextitem=after)
+        return 0
+
+    def pytest_runtest_logreport(self, report):
+        """End with the first test that fails."""
+        if self.is_mutant and report.failed:
+            os._exit(1)
+
+
+def swap(path, number):
+    """Give all functions of a file that has been imported the code of its changed source. Returns how many it has."""
+    tree, codes, n = mutations.mutated(path.read_text("utf-8"), number), {}, 0
+    inside = [compile(tree, str(path), "exec", dont_inherit=True)]
+    for code in inside:
+        inside += [const for const in code.co_consts if isinstance(const, types.CodeType)]
+        codes[code.co_qualname, code.co_firstlineno] = code
+    for function in [each for each in gc.get_objects() if type(each) is types.FunctionType]:
+        old = function.__code__
+        new = codes.get((old.co_qualname, old.co_firstlineno)) if old.co_filename == str(path) else None
+        if new is not None and new.co_freevars == old.co_freevars:
+            function.__code__, n = new, n + 1
+    return n
+
+
+class Quick:
+    """A process with a `Session`, to be asked; it begins with the first question."""
+
+    def __init__(self, out):
+        self.out, self.pipes = out, None
+
+    def _begin(self):
+        (asked, ask), (hear, told) = os.pipe(), os.pipe()
+        if not os.fork():
+            os.setsid()
+            for end in (ask, hear):
+                os.close(end)
+            session = Session(open(asked, encoding="utf-8"), open(told, "w", encoding="utf-8"))
+            _pytest([str(file.relative_to(ROOT)) for file in _files()], session, self.out / "session.txt")
+            os._exit(0)
+        for end in (asked, told):
+            os.close(end)
+        return open(ask, "w", encoding="utf-8"), open(hear, encoding="utf-8")
+
+    def run(self, file, mutation, chosen, tests):
+        """Run the chosen tests on one mutant of a function. Returns what became of it, or None if it has survived."""
+        if not (mutation.function and chosen):
+            return None
+        ask, hear = self.pipes = self.pipes or self._begin()
+        start = time.monotonic()
+        print(json.dumps([str(file), mutation.number, chosen, _limit(chosen, tests)]), file=ask, flush=True)
+        answer = hear.readline()
+        if not answer:
+            raise RuntimeError(f"the tests cannot be collected: see {self.out / 'session.txt'}")
+        by = int(answer)  # 1 of a test that failed, less than 0 of one that did not end
+        return {"status": "killed", "by": by, "s": round(time.monotonic() - start, 2)} if by == 1 or by < 0 else None
+
+
 def main():
     """Run as many mutants as asked for, or as fit into the time."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
@@ -132,7 +227,7 @@ def main():
     drawn = [(f, m) for f in files if options.only in f.as_posix() for m in different(f, same)]
     random.Random(options.seed).shuffle(drawn)
     log, known = options.out / "results.jsonl", results(options.out / "results.jsonl")
-    done = []
+    done, quick = [], Quick(options.out)
     try:
         for file, mutation in drawn:
             if time.monotonic() > end or (options.sample is not None and len(done) >= options.sample):
@@ -141,7 +236,8 @@ def main():
             key = _digest(file.read_text("utf-8"), mutation, [(id, _text(id.split("::")[0])) for id in chosen])
             if key not in known:
                 where = f"{file.relative_to(ROOT).as_posix()}:{mutation.line}"
-                known[key] = {"key": key, "where": where, "what": mutation.what} | run(file, mutation, chosen, tests)
+                became = quick.run(file, mutation, chosen, tests) or run(file, mutation, chosen, tests)
+                known[key] = {"key": key, "where": where, "what": mutation.what} | became
                 with open(log, "a", encoding="utf-8") as out:
                     out.write(json.dumps(known[key]) + "\n")
             done.append(known[key])
@@ -170,8 +266,7 @@ def visited(out):
     """
     path = out / "visits.json"
     kept = json.loads(path.read_text("utf-8")) if path.exists() else {}
-    files = [file for pattern in TESTS for file in sorted(ROOT.glob(pattern))]
-    files = [file for file in files if file.relative_to(ROOT).as_posix() not in LEFT_OUT]
+    files = _files()
     for i, file in enumerate(files):
         name, text = str(file.relative_to(ROOT)), _text(file)
         if kept.get(name, {}).get("text") != text:
@@ -180,6 +275,12 @@ def visited(out):
             path.write_text(json.dumps(kept), encoding="utf-8")
     print()
     return {id: test for file in files for id, test in kept[str(file.relative_to(ROOT))]["tests"].items()}
+
+
+def _files():
+    """All files of tests that are asked."""
+    files = [file for pattern in TESTS for file in sorted(ROOT.glob(pattern))]
+    return [file for file in files if file.relative_to(ROOT).as_posix() not in LEFT_OUT]
 
 
 def _visits(name, out):
@@ -214,22 +315,38 @@ def tests_for(file, mutation, tests):
             break
         chosen.append(id)
     near = f"tests/{path.split('/')[1]}/"
-    return sorted(chosen, key=lambda id: not id.startswith(near))
+    return sorted(chosen, key=lambda id: (np.searchsorted(SHORT, tests[id]["s"]), not id.startswith(near)))
 
 
 def run(file, mutation, chosen, tests):
     """Run the chosen tests on one mutant, in a copy of this process. Returns what became of it."""
     if not chosen:
         return {"status": "survived", "by": "no test visits it", "s": 0.0}
-    limit = int(PATIENCE[0] + PATIENCE[1] * sum(tests[id]["s"] for id in chosen))
     start = time.monotonic()
+
+    def changed():
+        sys.meta_path.insert(0, Changed(file, mutation.number))
+        return _pytest(sorted({id.split("::")[0] for id in chosen}), Chosen(chosen), os.devnull)
+
+    by = _copied(changed, _limit(chosen, tests))
+    return {"status": "survived" if by == 0 else "killed", "by": by, "s": round(time.monotonic() - start, 2)}
+
+
+def _limit(chosen, tests):
+    """Seconds of the processor that a mutant may take."""
+    return int(PATIENCE[0] + PATIENCE[1] * sum(tests[id]["s"] for id in chosen))
+
+
+def _copied(do, limit):
+    """Exit code of a copy of this process that does something, which gives the code; below zero if it was stopped."""
     if not (child := os.fork()):
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))  # of this process alone, however busy the computer is
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         os.setsid()  # what it does to its group, it does to itself
-        sys.meta_path.insert(0, Changed(file, mutation.number))
-        code = _pytest(sorted({id.split("::")[0] for id in chosen}), Chosen(chosen), os.devnull)
-        os._exit(int(code))
+        try:
+            os._exit(int(do()))
+        except BaseException:
+            os._exit(70)
     done = False
     try:
         by = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
@@ -238,7 +355,7 @@ def run(file, mutation, chosen, tests):
         if not done:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
-    return {"status": "survived" if by == 0 else "killed", "by": by, "s": round(time.monotonic() - start, 2)}
+    return by
 
 
 def _pytest(paths, plugin, said):

@@ -168,7 +168,7 @@ def tilt(map, sens, dt):
             map.P[a, a] += np.square(sen.walk) * dt
         if sen.tilt and sen.r is not None:
             O = ORIGIN[sen.frame_type.dim]
-            S_v = (sen.frame(map).compose(O)[2] @ O.X_step)[:, O.dim :]
+            S_v = (type(O)(sen.state(map)[: O.size]).compose(O)[2] @ O.X_step)[:, O.dim :]
             map.P[(frame_range(sen, O),) * 2] += sen.tilt**2 * dt * S_v @ S_v.T
 
 

@@ -181,3 +181,22 @@ def test_only_a_whole_state_can_be_removed(r, said):
         map.remove(r)
     assert map.ranges == ranges and map.n_used == 5 and np.array_equal(map.x, np.ones(5))
     assert np.array_equal(map.P, np.eye(5))
+
+
+def test_only_a_whole_state_can_become_shorter():
+    """A part may be replaced by as many numbers: a frame in front of velocities. By fewer there would be a hole."""
+    map = Map()
+    map.add([1.0, 2.0, 3.0], np.diag([1.0, 2.0, 3.0]))
+    map.add([4.0, 5.0], np.eye(2))
+    x, P = map.x.copy(), map.P.copy()
+    for r in (slice(0, 2), slice(1, 3), slice(2, 5)):
+        with pytest.raises(
+            ValueError, match=f"only a whole state can become shorter, and range {r.start}:{r.stop} is none"
+        ):
+            map.put(r, [9.0], np.zeros((1, 5)), np.eye(1))
+        assert np.array_equal(map.x, x) and np.array_equal(map.P, P) and map.n_used == 5
+    assert map.put(slice(1, 3), [7.0, 8.0], 0.1 * np.ones((2, 5)), np.eye(2)) == slice(1, 3)
+    assert map.x.tolist() == [1.0, 7.0, 8.0, 4.0, 5.0] and map.ranges == [slice(0, 3), slice(3, 5)]
+    assert map.put(slice(0, 3), [6.0], np.full((1, 5), 0.2), np.eye(1)) == slice(0, 1)
+    assert map.x.tolist() == [6.0, 0.0, 0.0, 4.0, 5.0] and map.ranges == [slice(0, 1), slice(3, 5)]
+    assert map.P[0].tolist() == map.P[:, 0].tolist() == [1.0, 0.0, 0.0, 0.2, 0.2] and not map.P[1:3].any()

@@ -5,7 +5,7 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.geometry import Frame2, Frame3, check_jacobians, e2q
+from ekfslam_tutorial.geometry import ORIGIN, Frame2, Frame3, check_jacobians, e2q, numerical_jacobian, v2q
 
 HALF_TURNS = np.concatenate([np.zeros((3, 1)), np.eye(3)], 1)
 
@@ -190,3 +190,17 @@ def test_half_a_turn_is_taken_in_the_sense_of_its_quaternion():
         e, E_f = Frame3([0, 0, 0, first, 0.0, 1.0, 0.0]).minus(o)
         assert np.allclose(e, [0, 0, 0, 0, sense * np.pi, 0], atol=1e-11)
         assert np.isfinite(E_f).all() and E_f[4, 3] == pytest.approx(-2.0)
+
+
+def test_a_small_step_away_from_the_origin():
+    """Sizes; and X_step, the derivative of the frame that a shift and a turn lead to, where there are none."""
+    assert [(F.dim, F.size, F.dof) for F in (Frame2, Frame3)] == [(2, 3, 3), (3, 7, 6)]
+    assert (
+        ORIGIN[2].x.tolist() == [0, 0, 0] and ORIGIN[3].x.tolist() == [0, 0, 0, 1, 0, 0, 0] and list(ORIGIN) == [2, 3]
+    )
+    assert np.array_equal(Frame2.X_step, np.eye(3))
+    step = lambda e: np.concatenate([e[:3], v2q(e[3:])[0]])
+    assert np.allclose(Frame3.X_step, numerical_jacobian(step, np.zeros(6)), atol=1e-9)
+    for F in (Frame2, Frame3):
+        _, E_f = ORIGIN[F.dim].minus(ORIGIN[F.dim])
+        assert np.allclose(E_f @ F.X_step, np.eye(F.dof))

@@ -5,10 +5,11 @@ from dataclasses import MISSING, fields
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.models import motion, sensors
-from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
+from ekfslam_tutorial.models import landmarks, motion, sensors
+from ekfslam_tutorial.models.landmarks import AhmPnt, IdpPnt
 from ekfslam_tutorial.models.landmarks.idp_pnt import POLE, py2vec, vec2py
 from ekfslam_tutorial.models.landmarks.projective import ahead, linearity
+from ekfslam_tutorial.models.observation import check_fit
 from ekfslam_tutorial.models.sensors.davison_cam import bend
 from ekfslam_tutorial.models.sensors.lens import exact_undistort, inv_distortion
 
@@ -17,58 +18,96 @@ UP, DOWN = INF, -INF
 """Directions for `nextafter`."""
 
 IMAGE = {"k": (320.0, 240.0, 320.0, 320.0), "image_size": (640.0, 480.0), "pixel_std": 1.0, "margin": 0.0}
+LENS = IMAGE | {"d": (), "c": None}
+VIEW = {"max_range": INF, "fov": TURN}
+IMU = {"gyro_noise": 1.7e-4, "acc_noise": 2e-3, "gyro_walk": 2e-5, "acc_walk": 3e-3, "gravity": (0.0, 0.0, -9.81)}
 DEFAULTS = {
-    sensors.PinHole: IMAGE | {"d": (), "c": None},
-    sensors.PinHoleDepth: IMAGE | {"d": (), "c": None, "depth_std": 0.1},
+    sensors.PinHole: LENS,
+    sensors.PinHoleDepth: LENS | {"depth_std": 0.1},
+    sensors.SegmentCam: LENS | {"min_length": 20.0},
     sensors.StereoPinHole: IMAGE | {"baseline": 0.2, "min_disparity": 1.0},
     sensors.DavisonCam: {
         "k": (162.0, 125.0, 195.0, 195.0), "k1": 9e-6, "image_size": (320.0, 240.0), "pixel_std": 1.0, "margin": 0.0,
     },
     sensors.OmniCam: {"c": None, "image_size": (1280.0, 960.0), "pixel_std": 1.0, "margin": 0.0, "fov": np.pi},
     sensors.Range: {"range_std": 0.1, "bias": 0.0, "max_range": INF, "dim": 2},
-    sensors.PointXY: {"std": 0.1, "max_range": INF},
-    sensors.PointXYZ: {"std": 0.1, "max_range": INF},
+    sensors.RangeBearing: VIEW, sensors.BearingOnly2: VIEW, sensors.Doppler: VIEW | {"rate_std": 0.1},
+    sensors.RangeBearingElevation: VIEW
+    | {"range_std": 0.05, "bearing_std": 0.01, "elevation_std": 0.01, "fov_up": np.pi},
+    sensors.RangeRate: {"rate_std": 0.1, "max_range": INF, "dim": 2},
+    sensors.PointXY: {"std": 0.1, "max_range": INF}, sensors.PointXYZ: {"std": 0.1, "max_range": INF},
+    sensors.Gps: {"std": 1.0, "dim": 2}, sensors.Compass: {"heading_std": 0.02, "declination": 0.0, "dim": 2},
+    sensors.WheelSpeed: {"speed_std": 0.02, "scale": 1.0}, sensors.GroundFlow: {"flow_std": 0.05, "height": 1.0},
     motion.Ackermann: {"wheelbase": 2.7},
+    motion.Vehicle: {"wheelbase": 2.83, "ahead": 3.78, "left": 0.5, "track": 0.76},
     motion.DifferentialDrive: {"base": 0.4},
-    motion.Imu: {
-        "gyro_noise": 1.7e-4, "acc_noise": 2e-3, "gyro_walk": 2e-5, "acc_walk": 3e-3, "gravity": (0.0, 0.0, -9.81),
-    },
-    EucPnt: {"dim": 3}, AhmPnt: {"dim": 3}, HmgPnt: {"dim": 3},
+    motion.Imu: IMU, motion.ImuClock: IMU,
+    landmarks.EucPnt: {"dim": 3}, landmarks.AhmPnt: {"dim": 3}, landmarks.HmgPnt: {"dim": 3},
+    landmarks.Beacon: {"dim": 2, "bias_std": 1.0, "scale_std": 0.0},
 }  # fmt: skip
+EXPORTED = [getattr(module, name) for module in (motion, sensors, landmarks) for name in module.__all__]
+by_name = {"ids": lambda kind: kind.__name__}
 
 
-@pytest.mark.parametrize("kind", DEFAULTS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", EXPORTED, **by_name)
 def test_every_default_of_a_model(kind):
-    assert {f.name: f.default for f in fields(kind) if f.default is not MISSING} == DEFAULTS[kind]
+    assert {f.name: f.default for f in fields(kind) if f.default is not MISSING} == DEFAULTS.get(kind, {})
 
 
-SIZES = {  # of the state, of its frame, of the control
-    motion.Odometry2: (3, 3, 3), motion.Odometry3: (7, 7, 6), motion.ConstantVelocity: (13, 7, 6),
-    motion.Unicycle: (3, 3, 2), motion.Vehicle: (3, 3, 3), motion.Ackermann: (3, 3, 2),
-    motion.DifferentialDrive: (3, 3, 2), motion.Imu: (16, 7, 12),
+SIZES = {  # of the state, of its frame, of the control; the states beside the frame
+    motion.Odometry2: (3, 3, 3, ()), motion.Odometry3: (7, 7, 6, ()), motion.Unicycle: (3, 3, 2, ()),
+    motion.Vehicle: (3, 3, 3, ()), motion.Ackermann: (3, 3, 2, ()), motion.DifferentialDrive: (3, 3, 2, ()),
+    motion.ConstantTurn: (5, 3, 2, (1, 1)), motion.ConstantVelocity: (13, 7, 6, (3, 3)),
+    motion.Imu: (16, 7, 12, (3, 3, 3)), motion.ImuClock: (17, 7, 18, (3, 3, 3, 1)),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", SIZES, ids=lambda kind: kind.__name__)
-def test_a_motion_model_says_its_sizes(kind):
-    size, frame, control = SIZES[kind]
-    assert (kind.size, kind.frame.size, sum(kind.control_fields.values())) == (size, frame, control)
-    assert frame + sum(kind.state_fields.values()) == size
+@pytest.mark.parametrize("name", motion.__all__)
+def test_a_motion_model_says_its_sizes(name):
+    kind = getattr(motion, name)
+    sizes = kind.size, kind.frame.size, sum(kind.control_fields.values()), tuple(kind.state_fields.values())
+    assert sizes == SIZES[kind] and sizes[1] + sum(sizes[3]) == sizes[0]
 
 
 SEES = {  # dimension, bearing only, units
     sensors.RangeBearing: (2, False, "m rad"), sensors.BearingOnly2: (2, True, "rad"),
-    sensors.PointXY: (2, False, "m m"),
+    sensors.PointXY: (2, False, "m m"), sensors.Range: (2, False, "m"), sensors.RangeRate: (2, False, "m/s"),
+    sensors.Doppler: (2, False, "m rad m/s"), sensors.WheelSpeed: (2, False, "m/s"),
+    sensors.GroundFlow: (2, False, "rad/s rad/s"), sensors.Gps: (2, False, "m m"), sensors.Compass: (2, False, "rad"),
     sensors.RangeBearingElevation: (3, False, "m rad rad"), sensors.PointXYZ: (3, False, "m m m"),
     sensors.PinHole: (3, True, "px px"), sensors.DavisonCam: (3, True, "px px"), sensors.OmniCam: (3, True, "px px"),
     sensors.PinHoleDepth: (3, False, "px px m"), sensors.StereoPinHole: (3, False, "px px px"),
+    sensors.SegmentCam: (3, True, "px px px px"),
+}  # fmt: skip
+ASKS = {  # its own velocity, no landmarks, what may be a state
+    sensors.Doppler: (True, False, ()), sensors.RangeRate: (True, False, ()), sensors.Gps: (False, True, ()),
+    sensors.Compass: (False, True, ("declination",)), sensors.WheelSpeed: (True, True, ("scale",)),
+    sensors.GroundFlow: (True, True, ("height",)), sensors.OmniCam: (False, False, ("k", "d")),
+    sensors.PinHole: (False, False, ("k", "d")), sensors.PinHoleDepth: (False, False, ("k", "d")),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", SEES, ids=lambda kind: kind.__name__)
-def test_a_sensor_says_what_it_measures(kind):
-    assert (kind.dim, kind.bearing_only, " ".join(kind.units)) == SEES[kind]
-    assert (sensors.Range().bearing_only, sensors.Range.units) == (False, ("m",))
+@pytest.mark.parametrize("name", sensors.__all__)
+def test_a_sensor_says_what_it_measures_and_what_it_asks_for(name):
+    kind = getattr(sensors, name)
+    units = kind().units if name == "Gps" else kind.units
+    assert (kind.dim, kind.bearing_only, " ".join(units)) == SEES[kind]
+    asks = getattr(kind, "asks_robot", "") == "moving", getattr(kind, "without_lmks", False)
+    assert (*asks, getattr(kind, "parameters", ())) == ASKS.get(kind, (False, False, ()))
+    assert sensors.Gps(dim=3).units == ("m", "m", "m")
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "priors"),
+    [
+        (landmarks.IdpPnt, 6, None), (landmarks.HmgLin, 8, (1, 1)), (landmarks.AhmLin, 11, (1, 1)),
+        (landmarks.IdpLin, 9, (1, 1)), (landmarks.PlkLin, 6, (1, 0)), (landmarks.AplLin, 9, (1, 0)),
+    ],
+)  # fmt: skip
+def test_a_landmark_type_says_its_size_and_what_it_leaves_open(kind, size, priors):
+    assert (kind().dim, kind().size, getattr(kind, "priors", None)) == (3, size, priors)
+    assert landmarks.Beacon(2).size == 4 and landmarks.Beacon.prior == 2
+    assert landmarks.Beacon(2, 0.5, 0.1).N.tolist() == [[0.25, 0.0], [0.0, 0.1**2]]
 
 
 # --- what is seen -----------------------------------------------------------------------------------------------------
@@ -90,21 +129,27 @@ def sees(sensor, p, y=None):
         sensors.RangeBearingElevation(max_range=5.0),
         sensors.PointXYZ(max_range=5.0),
         sensors.Range(max_range=5.0, dim=3),
+        sensors.RangeRate(max_range=5.0),
+        sensors.RangeRate(max_range=5.0, dim=3),
+        sensors.Doppler(0.1, 0.1, max_range=5.0),
     ],
     ids=lambda sensor: f"{type(sensor).__name__} {sensor.dim}",
 )
 def test_the_greatest_range_is_seen_and_nothing_beyond(sensor):
     for p in ([3.0, 4.0], [4.0, -3.0], [-5.0, 0.0]):
         p = np.append(p, [0.0] * (sensor.dim - 2))
-        assert sees(sensor, p) and not sees(sensor, p * (1 + 1e-12))
+        v = [9.0] * (6 if sensor.dim == 3 else 3) * hasattr(sensor, "asks_robot")
+        assert sees(sensor, [*p, *v]) and not sees(sensor, [*p * (1 + 1e-12), *v])
 
 
 @pytest.mark.parametrize(
-    "sensor", [sensors.RangeBearing(0.1, 0.1), sensors.RangeBearingElevation(), sensors.Range()], ids=str
+    "sensor",
+    [sensors.RangeBearing(0.1, 0.1), sensors.RangeBearingElevation(), sensors.Range(), sensors.RangeRate(dim=3)],
+    ids=str,
 )
 def test_what_is_at_the_sensor_itself_is_not_seen(sensor):
-    p = np.zeros(sensor.dim)
-    assert not sees(sensor, p) and sees(sensor, p + 1e-9 * np.eye(sensor.dim)[0])
+    p = np.zeros(sensor.dim + 6 * hasattr(sensor, "asks_robot"))
+    assert not sees(sensor, p) and sees(sensor, p + 1e-9 * np.eye(len(p))[0])
 
 
 def test_a_place_is_seen_at_the_sensor_itself():
@@ -118,7 +163,7 @@ def test_the_edges_of_a_view_in_space():
         for sign in (1, -1):
             for turns in (0, 1) if j == 1 else (0,):
                 y = np.array([2.0, 0.0, 0.0])
-                y[j] = sign * half
+                y[j] = sign * (half - 1e-9 * turns) + TURN * turns
                 assert sees(sensor, np.ones(3), y)
                 y[j] = sign * (half + 1e-9) + TURN * turns
                 assert not sees(sensor, np.ones(3), y)
@@ -230,6 +275,34 @@ TINY = 1e-300
         (lambda v: sensors.OmniCam((0, 0, 1, 0, 0), v), [(1.0,)], [(), (np.nan,), 1.0]),
         (lambda v: sensors.OmniCam((0, 0, 1, 0, 0), (1.0,), c=v), [None, (1.0,)], [(np.nan,), 1.0]),
         (lambda v: sensors.OmniCam((0, 0, 1, 0, 0), (1.0,), fov=v), [TINY, TURN], [0.0, 6.3, INF, np.nan]),
+        # what is inherited is asked for as well
+        (lambda v: sensors.PinHoleDepth(pixel_std=v), [TINY], [0.0, INF]),
+        (lambda v: sensors.PinHoleDepth(margin=v), [0.0], [240.0]),
+        (lambda v: sensors.PinHoleDepth(v), [(0, 0, -1, 1)], [(0, 0, 0, 1)]),
+        (lambda v: sensors.StereoPinHole(pixel_std=v), [TINY], [0.0, INF]),
+        (lambda v: sensors.DavisonCam(pixel_std=v), [TINY], [0.0, INF]),
+        (lambda v: sensors.OmniCam((0, 0, 1, 0, 0), (1.0,), pixel_std=v), [TINY], [0.0, INF]),
+        (lambda v: sensors.Doppler(v, 0.1), [TINY], [0.0, INF]),
+        (lambda v: sensors.Doppler(0.1, v), [TINY, np.pi], [0.0, 3.2]),
+        (lambda v: sensors.Doppler(0.1, 0.1, rate_std=v), [TINY], [0.0, INF, np.nan]),
+        (lambda v: sensors.SegmentCam(v), [(0, 0, -1, 1)], [(0, 0, 0, 1)]),
+        (lambda v: sensors.SegmentCam(pixel_std=v), [TINY], [0.0, INF]),
+        (lambda v: sensors.SegmentCam(min_length=v), [TINY], [0.0, INF]),
+        (lambda v: sensors.RangeRate(v), [TINY], [0.0, INF, np.nan]),
+        (lambda v: sensors.RangeRate(max_range=v), [TINY, INF], [0.0, np.nan]),
+        (lambda v: sensors.RangeRate(dim=v), [2, 3], [1, 4]),
+        (lambda v: sensors.Gps(v), [TINY], [0.0, INF, np.nan]),
+        (lambda v: sensors.Gps(dim=v), [2, 3], [1, 4]),
+        (lambda v: sensors.Compass(v), [TINY, np.pi], [0.0, 3.2, INF, np.nan]),
+        (lambda v: sensors.Compass(declination=v), [0.0, -1.0, TURN], [6.3]),
+        (lambda v: sensors.Compass(dim=v), [2, 3], [1, 4]),
+        (lambda v: sensors.WheelSpeed(v), [TINY], [0.0, INF, np.nan]),
+        (lambda v: sensors.WheelSpeed(scale=v), [TINY], [0.0, -1.0, INF, np.nan]),
+        (lambda v: sensors.GroundFlow(v), [TINY], [0.0, INF, np.nan]),
+        (lambda v: sensors.GroundFlow(height=v), [TINY], [0.0, -1.0, INF, np.nan]),
+        (lambda v: landmarks.Beacon(v), [2, 3], [1, 4]),
+        (lambda v: landmarks.Beacon(bias_std=v), [0.0, 1e300], [-TINY, INF, np.nan]),
+        (lambda v: landmarks.Beacon(scale_std=v), [0.0, 1e300], [-TINY, INF, np.nan]),
     ],
 )  # fmt: skip
 def test_the_last_parameter_that_makes_a_model_and_the_first_that_makes_none(make, good, bad):
@@ -245,6 +318,7 @@ def test_the_last_parameter_that_makes_a_model_and_the_first_that_makes_none(mak
     [
         (sensors.PinHole, ((320.0, 240.0, 320.0, 320.0), ())),
         (sensors.PinHoleDepth, ((320.0, 240.0, 320.0, 320.0), ())),
+        (sensors.SegmentCam, ((320.0, 240.0, 320.0, 320.0), ())),
         (sensors.OmniCam, ((320.0, 240.0, 1.0, 0.0, 0.0), (300.0, -190.0))),
     ],
 )
@@ -268,6 +342,42 @@ def test_an_inverse_distance_of_zero_is_ahead():
         l = np.arange(1.0, kind.size + 1)
         assert kind.ahead(l, 0.1).tolist() == l.tolist()
         assert kind.ahead(np.append(l[:-1], -1.0), 0.1).tolist() == [*l[:-1], 0.1]
+
+
+@pytest.mark.parametrize(("kind", "of"), [(landmarks.IdpLin(), (5, 8)), (landmarks.AhmLin(), (6, 10))])
+def test_a_line_with_an_inverse_distance_of_zero_is_ahead(kind, of):
+    """If one of its two is negative, both are mended, and nothing else."""
+    l = np.arange(1.0, kind.size + 1)
+    for values in ((0.5, 0.2), (0.0, 0.0), (0.0, 1.0), (-1e-300, 0.3), (0.3, -2.0), (-1.0, -1.0)):
+        l[list(of)] = values
+        wanted = l.copy()
+        wanted[list(of)] = (0.001, 0.001) if min(values) < 0 else values
+        before = l.copy()
+        assert np.array_equal(kind.ahead(l, 0.001), wanted) and np.array_equal(l, before)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "lmk", "said"),
+    [
+        (
+            sensors.RangeBearing(0.1, 0.1),
+            landmarks.EucPnt(3),
+            "RangeBearing measures in 2 dimensions, and EucPnt is a landmark in 3",
+        ),
+        (sensors.PinHole(), AhmPnt(2), "PinHole measures in 3 dimensions, and AhmPnt is a landmark in 2"),
+        (sensors.Range(dim=3), landmarks.Beacon(2), "Range measures in 3 dimensions, and Beacon is a landmark in 2"),
+    ],
+)
+def test_a_sensor_and_a_landmark_of_different_worlds(sensor, lmk, said):
+    for needed in (None, "point", "from_point"):
+        with pytest.raises(TypeError, match=f"^{said}$"):
+            check_fit(sensor, lmk, needed)
+    check_fit(sensor, type(lmk)(sensor.dim))
+
+    class Anywhere:
+        point = ray = None  # it does not say in which world
+
+    check_fit(sensor, Anywhere())
 
 
 def test_the_linearity_is_the_published_one(rng):

@@ -133,6 +133,17 @@ def test_what_is_neither_near_nor_far_is_left_alone(association):
         assert (found.pairs, found.new) == (pairs, new)
 
 
+@BOTH
+@pytest.mark.parametrize(("hidden", "pairs"), [(0, {2: 2}), (1, {1: 0})])
+def test_what_should_be_out_of_view_is_not_matched_and_starts_nothing(association, hidden, pairs):
+    """A measurement near it is not a new landmark either; whatever its place among the others is."""
+    scene = line(3.0, 6.0)
+    obs = project_lmks(scene.map, scene.rob, scene.sen, scene.lmks.values())
+    obs[hidden].visible = False
+    found = association(scene.map, obs, at(3.01, 9.0, 6.01), scene.sen.model)
+    assert (found.pairs, found.new) == (pairs, [1])
+
+
 def test_nearest_neighbours_are_mutual():
     """Two measurements of one landmark: the nearer one is taken, the other has no right to the next landmark."""
     found = matched(line(3.0, 3.5), NearestNeighbour(), at(3.05, 3.2))

@@ -6,7 +6,8 @@ import pytest
 from ekfslam_tutorial import fast, slam
 from ekfslam_tutorial.models.landmarks import EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import Odometry2
-from ekfslam_tutorial.slam import Options, correct_known_lmks, init_new_lmks, move, place
+from ekfslam_tutorial.models.sensors import Gps
+from ekfslam_tutorial.slam import Options, Rob, correct_known_lmks, init_new_lmks, move, place
 
 from .scenes import Scene, raw
 
@@ -38,6 +39,23 @@ def test_bad_measurements(ids, y, said):
     before = snapshot(scene)
     with pytest.raises(ValueError, match=said):
         correct_known_lmks(*scene.all, scene.obs, raw(ids, y), scene.opt)
+    assert_unchanged(scene, before)
+
+
+def test_bad_measurements_of_robots_and_of_oneself():
+    """One that is right comes first: it is not used either."""
+    scene = Scene(P=P3)
+    other = Rob(2, Odometry2())
+    place(scene.map, other, np.array([3.0, 0.3, 0.0]), P3)
+    before = snapshot(scene)
+    with pytest.raises(ValueError, match="measurement 1 of landmark 2 must be finite"):
+        two = raw([2, 2], [[3.0, 0.1], [np.nan, 0.0]])
+        slam.correct_met_robots(scene.map, scene.rob, scene.sen, [scene.rob, other], two, scene.opt)
+    assert_unchanged(scene, before)
+    scene.sen.model = Gps()
+    with pytest.raises(ValueError, match="measurement 1 of landmark -1 must be finite"):
+        two = raw([-1, -1], [[0.1, 0.0], [np.inf, 0.0]])
+        slam.correct_without_lmks(scene.map, scene.rob, scene.sen, scene.obs, two, scene.opt, {})
     assert_unchanged(scene, before)
 
 

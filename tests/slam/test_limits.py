@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial import fast, slam
-from ekfslam_tutorial.models.landmarks import EucPnt
+from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.slam import (
     KnownIds,
@@ -14,13 +14,15 @@ from ekfslam_tutorial.slam import (
     correct_known_lmks,
     correct_met_robots,
     init_new_lmks,
+    let_go,
     place,
     project_lmks,
 )
 from ekfslam_tutorial.slam.association import far
 from ekfslam_tutorial.slam.projection import by_type
+from ekfslam_tutorial.slam.upkeep import tidy
 
-from .scenes import Scene, raw
+from .scenes import SMALL7, Scene, raw
 
 P3 = np.diag([0.01, 0.02, 0.001])
 
@@ -207,3 +209,28 @@ def test_who_comes_first_among_equals(engine):
         events, _ = engine.correct_known_lmks(*scene.all, scene.obs, seen, scene.opt)
         assert [event.lmk for event in events if event.kind == "search"] == wanted
         assert [id for _, id in scene.obs] == ([5, 3, 8, 1] if joint else [1, 8, 3, 5])
+
+
+@pytest.mark.parametrize("kind", [AhmPnt(), IdpPnt()], ids=str)
+def test_a_landmark_at_the_limit_itself_is_not_linear_enough(kind):
+    scene = Scene(d=3, P=SMALL7, lmk_type=kind)
+    l, camera = kind.from_point(np.array([4.0, 0.5, 0.2]))[0], np.array([0.1, 0.2, 0.3])
+    lmk = scene.add(1, l, 1e-4 * np.eye(len(l)))
+    limit = kind.linearity(l, scene.map.block(lmk.r), camera)
+    for lin_test, wanted in ((limit, kind), (np.nextafter(limit, np.inf), EucPnt(3))):
+        tidy(scene.map, lmk, camera, Options(reparametrize=True, lin_test=lin_test))
+        assert lmk.type == wanted
+
+
+@pytest.mark.parametrize("n", [0, 2, 3])
+def test_a_track_is_lost_after_just_so_many_looks(n):
+    scene = Scene(P=P3, lost_after=3)
+    scene.add(1, [3.0, 0.5], 0.01 * np.eye(2)).n_missed = n
+    done = let_go(*scene.all, [], scene.opt)
+    assert [e.kind for e in done] == (["deletion"] if n + 1 >= 3 else []) and (1 in scene.lmks) == (n + 1 < 3)
+
+
+def test_known_landmarks_are_never_lost():
+    scene = Scene(P=P3, lost_after=1)
+    scene.add(1, [3.0, 0.5])
+    assert let_go(*scene.all, [], scene.opt) == [] and scene.lmks[1].n_missed == 1

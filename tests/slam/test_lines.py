@@ -18,7 +18,8 @@ from ekfslam_tutorial.models.motion import Odometry3
 from ekfslam_tutorial.models.observation import check_fit
 from ekfslam_tutorial.models.sensors import PinHole, SegmentCam
 from ekfslam_tutorial.simulation import SimLmk, SimRob, SimSen, sim_observation, worlds
-from ekfslam_tutorial.slam import Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, new_map, place
+from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks, init_new_lmks, move, new_map, place
+from ekfslam_tutorial.slam.upkeep import tidy_line
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 from ekfslam_tutorial.toolbox.run_state import run_state
 
@@ -234,3 +235,48 @@ def test_a_run_of_lines_goes_on_where_it_stopped():
     *_, resumed = universal_slam(house(), resume=kept)
     assert (resumed.map.x == whole.map.x).all()
     assert all((resumed.lmks[id].par == lmk.par).all() for id, lmk in whole.lmks.items())
+
+
+# --- the ends that are remembered ---
+
+
+def one_line(P=None, **options):
+    """A camera at the origin that looks forward, and a line along y, 5 m ahead: its first point is at y = -1."""
+    map, kind = new_map(), HmgLin()
+    rob, sen = Rob(1, Odometry3(), x=np.eye(7)[3]), Sen(1, 1, SegmentCam(), Frame3, x=SIDE)
+    l = np.array([5.0, -1.0, 0.0, 1.0, 5.0, 0.0, 0.0, 1.0])  # support: p0 + t [0, 1, 0]
+    lmk = Lmk(1, kind, x=l) if P is None else Lmk(1, kind, r=map.add(l, P))
+    look = lambda y1, y2: tidy_line(map, rob, sen, lmk, seen(y1, y2), Options(lmk_type=kind, **options))
+    seen = lambda y1, y2: SegmentCam().segments(
+        Frame3(SIDE).to_frame(np.array([[5.0, y1, 0], [5.0, y2, 0]]))[0].reshape(6)
+    )[0]
+    return map, lmk, look
+
+
+def test_of_a_line_that_is_well_known_the_outermost_ends_are_kept():
+    """Whichever end comes first in the image; abscissas are metres from y = -1 here."""
+    _, lmk, look = one_line()
+    for (y1, y2), kept in (
+        ((0.0, 1.0), (1, 2)),
+        ((0.2, 0.8), (1, 2)),
+        ((1.5, 0.5), (1, 2.5)),
+        ((-0.5, 0.1), (0.5, 2.5)),
+    ):
+        look(y1, y2)
+        assert np.allclose(lmk.par, kept, atol=1e-9)
+    _, lmk, look = one_line(ends="keep")
+    look(0.0, 1.0), look(-1.0, 2.0)
+    assert np.allclose(lmk.par, (1, 2), atol=1e-9)
+
+
+@pytest.mark.parametrize("factor, kept", [(0.99, (1, 2)), (1.01, (1.2, 1.8))], ids=["known", "vague"])
+def test_the_ends_of_a_vague_line_are_forgotten(factor, kept):
+    """Vague is an end that is more than 5 % of the length uncertain, in all: here of 1 m; the second is worse."""
+    P = np.zeros((8, 8))
+    P[4, 4], P[6, 6] = 0.6**2, 0.8**2
+    p, spread = HmgLin().support(np.array([5.0, -1.0, 0.0, 1.0, 5.0, 0.0, 0.0, 1.0]))[1::2]
+    assert np.allclose(p, [0, 1, 0]) and spread.shape == (3, 8)
+    map, lmk, look = one_line((factor * 0.05 / 2) ** 2 * P)  # the end at t = 2 moves twice as far as the second point
+    look(0.0, 1.0)
+    look(0.2, 0.8)
+    assert np.allclose(lmk.par, kept, atol=1e-9)

@@ -9,7 +9,7 @@ import pytest
 from ekfslam_tutorial import fast, slam
 from ekfslam_tutorial.analysis import anees_band
 from ekfslam_tutorial.cli.results import parameters
-from ekfslam_tutorial.geometry import Frame2, numerical_jacobian
+from ekfslam_tutorial.geometry import ORIGIN, Frame2, Frame3, numerical_jacobian
 from ekfslam_tutorial.models import Calibrated, state_class
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantTurn, Odometry2
@@ -29,6 +29,7 @@ from ekfslam_tutorial.models.sensors import (
     WheelSpeed,
 )
 from ekfslam_tutorial.models.state_contracts import check_parameters, check_states
+from ekfslam_tutorial.models.trials import random_frame
 from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, place, tilt
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
@@ -162,7 +163,7 @@ def test_a_gate_holds_for_what_sees_no_landmark(rng):
     place(map, sen, np.zeros(3))
     two = raw([-1, -1], np.array([[5.0, 0.0], [0.1, 0.0]]))
     done = slam.correct_without_lmks(map, rob, sen, obs, two, Options(md2_threshold=9.0), {})
-    assert [e.flag for e in done] == [False, True] and obs[1, -1].updated
+    assert [e.flag for e in done] == [False, True] and obs[1, -1].updated and obs[1, -1].lmk == -1
     assert 0.02 < map.x[0] < 0.1
 
 
@@ -172,6 +173,29 @@ def test_parameters_walk():
     place(map, sen, np.array([0.0, 0.0, 0.0, 1.0]), np.zeros((4, 4)))
     tilt(map, [sen], 0.25)
     assert np.allclose(map.P, np.diag([0, 0, 0, 0.1**2 * 0.25]))
+
+
+@pytest.mark.parametrize("F", [Frame2, Frame3])
+@pytest.mark.parametrize("names", [(), ("bias",)])
+def test_a_mounting_gives_way_about_its_own_axes(F, names, rng):
+    """A random walk of its angles: by a small turn behind the frame, wherever it looks and stands in the map."""
+    sensor = RangeBearing(0.1, 0.1) if F is Frame2 else PinHole()
+    model = Calibrated(sensor, names) if names else sensor
+    map, x = slam.new_map(), np.concatenate([random_frame(F, rng).x, [0.0, 0.0] * len(names)])
+    map.add(np.zeros(2), np.eye(2))
+    sen = Sen(1, 1, model, state_class(F, model), tilt=0.2, walk=0.3 if names else 0.0)
+    place(map, sen, x, 0.01 * np.eye(len(x)))
+    P, dim = map.P.copy(), F.dim
+    tilt(map, [sen], 0.25)
+    turned = lambda a: F(x[: F.size]).compose(F(ORIGIN[dim].x + ORIGIN[dim].X_step[:, dim:] @ a))[0].x
+    J = numerical_jacobian(turned, np.zeros(F.dof - dim))
+    P[2 : 2 + F.size, 2 : 2 + F.size] += 0.2**2 * 0.25 * J @ J.T
+    P[2 + F.size :, 2 + F.size :] += 0.3**2 * 0.25 * np.eye(2 * len(names))
+    assert np.allclose(map.P, P, rtol=0, atol=1e-9)
+    known = Sen(2, 1, sensor, F, tilt=0.2)
+    place(map, known, x[: F.size])
+    tilt(map, [known], 0.25)
+    assert np.allclose(map.P, P, rtol=0, atol=1e-9)
 
 
 # --- whole runs -------------------------------------------------------------------------------------------------------

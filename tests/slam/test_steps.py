@@ -8,12 +8,14 @@ from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.models import observe
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, IdpPnt
 from ekfslam_tutorial.models.motion import ConstantVelocity
-from ekfslam_tutorial.models.sensors import RangeBearing
+from ekfslam_tutorial.models.sensors import Gps, RangeBearing
 from ekfslam_tutorial.slam import (
     Lmk,
+    Options,
     Rob,
     add_landmark,
     correct_known_lmks,
+    correct_without_lmks,
     init_new_lmks,
     move,
     normalize,
@@ -75,6 +77,31 @@ def test_the_covariance_stays_in_the_tangent_space():
         move(scene.map, scene.rob, 0.1)
         q = scene.rob.frame(scene.map).q
         assert np.isclose(np.linalg.norm(q), 1) and np.abs(scene.map.P[:, 3:7] @ q).max() < 1e-12
+
+
+STEPS = {
+    "corrections one by one": lambda s: correct_known_lmks(*s.all, {}, raw([], np.zeros((0, 2))), s.opt),
+    "a joint correction": lambda s: correct_known_lmks(*s.all, {}, raw([], np.zeros((0, 2))), Options(joint=True)),
+    "without landmarks": lambda s: correct_without_lmks(*s.all[:3], {}, raw([], np.zeros((0, 3))), s.opt, {}),
+    "motion": lambda s: move(s.map, s.rob, 0.1),
+}
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_each_step_begins_with_poses_in_their_normal_form(step):
+    """Another robot's correction has moved this one and its sensor: their quaternions are not of length one."""
+    sensor = Gps(dim=3) if step == "without landmarks" else None
+    scene = Scene(d=3, P=SMALL7, sensor=sensor, sensor_P=1e-4 * np.eye(7))
+    scene.rob.u, scene.rob.U = np.zeros(6), np.zeros((6, 6))
+    ranges = [scene.rob.r] + [scene.sen.r] * (step != "motion")
+    for r in ranges:
+        scene.map.x[r.start + 3 : r.stop] *= 1.01
+        scene.map.P[r, r] += 1e-4 * np.eye(7)
+    STEPS[step](scene)
+    for r in ranges:
+        q = scene.map.x[r.start + 3 : r.stop]
+        assert np.isclose(np.linalg.norm(q), 1, rtol=1e-12)
+        assert np.allclose(scene.map.P[:, r.start + 3 : r.stop] @ q, 0, atol=1e-15)
 
 
 def test_normalising_what_is_known_is_nothing():

@@ -104,10 +104,15 @@ def test_no_control_at_all_is_no_motion():
     [
         (np.zeros((3, 2)), np.zeros((3, 2, 2)), 0.1, "a number of seconds, one for each of 3 controls"),
         (np.zeros((3, 2)), np.zeros((2, 2)), np.ones(3), "the control covariance"),
-        (np.zeros((3, 2)), np.zeros((3, 2, 2)), -np.ones(3), "a number of seconds"),
+        (np.zeros((3, 2)), np.zeros((2, 2, 2)), np.ones(3), r"shape \(3, 2, 2\), got \(2, 2, 2\)"),
+        *((np.zeros((3, 2)), np.zeros((3, 2, 2)), np.array([1.0, bad, 1.0]), "a number of seconds")
+          for bad in (-1e-9, np.inf, np.nan)),
+        (np.zeros(2), np.zeros((2, 2)), np.ones(1), "a number of seconds, got"),
+        (np.diag([1.0, np.nan]), np.zeros((2, 2, 2)), np.ones(2), "the control must be 2 finite numbers"),
+        (np.zeros((2, 2)), np.stack([np.eye(2), -np.eye(2)]), np.ones(2), "the control covariance must be positive"),
         (np.zeros((3, 4)), np.zeros((3, 2, 2)), np.ones(3), "the control must be 2 finite numbers"),
     ],
-)
+)  # fmt: skip
 def test_bad_controls_are_refused_before_anything_has_changed(u, U, dt, message):
     map, rob = new_map(), Rob(1, Unicycle())
     place(map, rob, np.zeros(3), np.eye(3))

@@ -1,5 +1,7 @@
 """What one frame of a run leaves for the next one, and for a run that goes on from there."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,27 @@ def test_how_often_a_robot_was_refused_is_kept(engine, tmp_path):
         rest = universal_slam(lost, log(raw), resume=state)
         again = [(s.robs[0].n_refused, [e.kind for e in s.events], s.robs[0].state(s.map).tobytes()) for s in rest]
         assert again == whole[k + 1 :]
+
+
+NEXT_FRAME = {"u", "U", "dt"}  # a control comes with the frame that it belongs to
+
+
+@pytest.mark.parametrize(
+    "options, counts",
+    [({"retry_after": 9}, "n_refused"), ({"lost_after": 9}, "n_missed"), ({"first_estimates": True}, "first")],
+)
+def test_all_that_a_run_remembers_is_kept(options, counts, tmp_path):
+    """Field by field, of robots, sensors and landmarks, in the middle of what is counted."""
+    good, bad = seen(1, range(5)), seen(1, range(3), shift=1.0)
+    run, remembered = data("plain", **options), []
+    for s in universal_slam(run, log({1: [good, good, bad, bad]})):
+        value_file.save(tmp_path / "state.npz", run_state(s, run))
+        map, robs, sens, *_ = create_slam_structures(run)
+        lmks, *_ = restore(value_file.load(tmp_path / "state.npz"), run, map, robs, sens)
+        remembered += [getattr(lmk, counts) for lmk in s.lmks.values()]
+        for thing, again in zip([*s.robs, *s.sens, *s.lmks.values()], [*robs, *sens, *lmks.values()], strict=True):
+            for f in fields(thing):
+                one, other = getattr(thing, f.name), getattr(again, f.name)
+                assert f.name in NEXT_FRAME or np.array_equal(one, other), (type(thing).__name__, f.name, one, other)
+        assert np.array_equal(s.map.x, map.x) and np.array_equal(s.map.P, map.P) and s.map.ranges == map.ranges
+    assert any(np.any(value) for value in remembered)

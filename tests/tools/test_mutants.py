@@ -104,6 +104,31 @@ def test_a_changed_module_is_imported(tmp_path, monkeypatch):
         del sys.modules["thing"]
 
 
+def test_a_function_that_is_there_gets_its_new_code(tmp_path, monkeypatch):
+    """Methods, properties and what has been made inside of a function; nothing else of the file, and no other file."""
+    text = (
+        "def half(x):\n    return x / 2\n\n\nclass Thing:\n    size = 2\n\n    @property\n    def double(self):\n"
+        "        return self.size * 2\n\n\ndef adder(n):\n    def add(x):\n        return x + n\n\n    return add\n"
+    )
+    path = tmp_path / "things.py"
+    path.write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    import things
+
+    add, half = things.adder(3), things.half
+    number = {(m.function, m.what): m.number for m in mutations.mutations(text)}
+    assert (half(8), things.Thing().double, add(4)) == (4, 4, 7)
+    try:
+        assert mutants.swap(path, number["half", "x / 2 -> x * 2"]) == 4
+        assert (half(8), things.Thing().double, add(4)) == (16, 4, 7)
+        mutants.swap(path, number["Thing.double", "2 -> 3"])
+        assert (half(8), things.Thing().double, add(4)) == (4, 6, 7)
+        mutants.swap(path, number["adder.<locals>.add", "x + n -> x - n"])
+        assert (half(8), things.Thing().double, add(4), things.adder(1)(4)) == (4, 4, 1, 3)
+    finally:
+        del sys.modules["things"]
+
+
 def test_the_tests_that_visit_a_function_are_chosen_the_nearest_and_quickest_first(monkeypatch):
     path = mutants.PACKAGE / "geometry" / "angles.py"
     name = str(path.relative_to(mutants.ROOT))
@@ -125,8 +150,9 @@ def test_the_tests_that_visit_a_function_are_chosen_the_nearest_and_quickest_fir
     ]
     assert mutants.tests_for(path, mutations.Mutation(0, 1, "nobody", ""), tests) == []
     assert mutants.run(path, change, [], tests)["status"] == "survived"
-    near = {"tests/geometry/test_a.py::one": test(1.0, "wrap"), "tests/geometry/test_b.py::two": test(2.0, "wrap")}
-    assert mutants.tests_for(path, change, tests | near) == [*near, "quick", "slow"]
+    near = {"tests/geometry/test_a.py::one": test(0.2, "wrap"), "tests/geometry/test_b.py::two": test(2.0, "wrap")}
+    one, two = near
+    assert mutants.tests_for(path, change, tests | near) == [one, "quick", two, "slow"]
 
 
 def test_a_torn_line_of_the_results_is_left_out(tmp_path):

@@ -59,8 +59,9 @@ def at_rest(w, a, gravity=(0.0, 0.0, -9.81), gyro_std=1e-3, acc_std=0.05, vel_st
 def _level(up, up_w):
     """Turn R with R up = up_w, of which the axis is level: no yaw, as far as that can be said."""
     v, c = np.cross(up, up_w), up @ up_w
-    if c < -0.999999:  # upside down
+    if c < -0.999999:  # upside down: half a turn, and what is left
         x = np.cross(up, [1.0, 0.0, 0.0] if abs(up[0]) < 0.9 else [0.0, 1.0, 0.0])
         x = x / np.linalg.norm(x)
-        return 2 * np.outer(x, x) - np.eye(3)
+        half = 2 * np.outer(x, x) - np.eye(3)
+        return _level(half @ up, up_w) @ half
     return np.eye(3) + hat(v) + hat(v) @ hat(v) / (1 + c)
