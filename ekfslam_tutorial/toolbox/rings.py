@@ -209,8 +209,10 @@ class Rings:
         return []
 
     def _correct(self, map, rob, sen, lmks, ring, y, R, opt):
-        with self.carried(map, rob, opt):
-            used = correct_ring(map, rob, sen, ring, y, R, opt.md2_threshold)
+        l = ring.states(map)
+        used = correct_ring(map, rob, sen, ring, y, R, opt.md2_threshold)
+        if used and ring.m and opt.error == "invariant":
+            carry_ring(map, rob, ring, l)
         events = [Event("innovation", rob.id, sen.id, ring.id, used)]
         if used:
             at, std = rob.frame(map).compose(sen.frame(map))[0].t, np.sqrt(R[0, 0])
@@ -229,10 +231,10 @@ class Rings:
             slice(ring.r.start + h * size + a, ring.r.start + h * size + b) for a, b in ((0, ring.m), (ring.m, size))
         )
         if ring.m:
-            blocks = (
-                (rob.r, np.eye(ring.m)),
-                (x, -np.eye(ring.m)),
-            )  # both are beliefs of one state: their difference is 0
+            T = np.eye(ring.m)
+            if opt.error == "invariant":
+                T = carrying(robot_gauge(rob, map.state(x)), robot_gauge(rob, rob.state(map)), rob.motion.frame.size)
+            blocks = (rob.r, np.eye(ring.m)), (x, -T)  # both are beliefs of one state: their difference is 0
             PHt = cross(map, blocks)
             inn = innovation(
                 difference(rob, map.state(x), rob.state(map)), covariance(PHt, blocks), SURE * np.eye(ring.m)
@@ -594,20 +596,9 @@ class _Carried:
     def _back(self):
         """T^-1 of the state of the robot: what the invariant error has turned its covariance by."""
         x0, x1 = self.robot[0], self._robot()[0]
-        T, O = np.eye(len(x0)), ORIGIN[self.rob.motion.frame.dim]
-        if self.invariant:
-            B0, B1 = (self._robot_gauge(x) for x in (x0, x1))
-            T += (B0 - B1) @ np.linalg.pinv(B1[: O.size]) @ np.eye(O.size, len(x0))
-        return T
-
-    def _robot_gauge(self, x):
-        """How a robot changes if the world is moved: its rows of `slam.gauge`, shape (m, dof)."""
-        O = ORIGIN[self.rob.motion.frame.dim]
-        B = np.zeros((len(x), O.dof))
-        B[: O.size] = O.compose(self.rob.motion.frame(x[: O.size]))[1] @ O.X_step
-        if len(x) > O.size:
-            B[O.size :, O.dim :] = turning(self.rob.motion, x)
-        return B
+        if not self.invariant:
+            return np.eye(len(x0))
+        return carrying(robot_gauge(self.rob, x1), robot_gauge(self.rob, x0), self.rob.motion.frame.size)
 
     def _carry(self, ring, l0, l):
         """Let a ring follow: the g of `gauge` is read from the pose of the robot."""
@@ -616,19 +607,70 @@ class _Carried:
         map, F = self.map, self.rob.frame(self.map)
         at, O = slice(self.rob.r.start, self.rob.r.start + F.size), ORIGIN[F.dim]
         Q, U = np.linalg.qr(O.compose(F)[1] @ O.X_step)
-        D = (self._gauge(ring, l) - self._gauge(ring, l0)).reshape(l.size, -1) @ np.linalg.solve(U, Q.T)
+        D = (ring_gauge(self.rob, ring, l) - ring_gauge(self.rob, ring, l0)).reshape(l.size, -1) @ np.linalg.solve(U, Q.T)
         P_lm = map.P[ring.r] + D @ map.P[at]
         P_ll = P_lm[:, ring.r] + P_lm[:, at] @ D.T
         map.put(ring.r, l.ravel(), P_lm, P_ll)
 
-    def _gauge(self, ring, l):
-        """How hypotheses change if the world is moved: the rows of `slam.gauge`, shape (H, m + k, dof)."""
-        O, m = ORIGIN[self.rob.motion.frame.dim], ring.m
-        B = np.zeros((*l.shape, O.dof))
-        B[:, m:] = -ring.type.to_frame(O, l[:, m:])[1] @ O.X_step
-        if m:
-            B[:, :m] = [self._robot_gauge(x) for x in l[:, :m]]
-        return B
+
+def carry_ring(map, rob, ring, l0):
+    """Carry each hypothesis along after its own correction, as `slam.correct_invariant` does the map: P = T P T'.
+
+    The ranges of a hypothesis tell it as little of where the world lies as those of a landmark tell the robot. What it
+    would take for that by its linearisation, it would hand on to the robot when it is decided. Here g is read from its
+    own copy of the robot.
+
+    Parameters
+    ----------
+    map, rob, ring
+    l0 : ndarray, shape (H, m + k)
+        Its states before the correction.
+    """
+    l, n = ring.states(map), rob.motion.frame.size
+    T = carrying(ring_gauge(rob, ring, l0), ring_gauge(rob, ring, l), n)
+    P_lm = (T @ map.P[ring.r].reshape(*l.shape, -1)).reshape(l.size, -1)
+    P_ll = (T @ t(P_lm[:, ring.r]).reshape(*l.shape, -1)).reshape(l.size, -1)
+    map.put(ring.r, l.ravel(), P_lm, P_ll)
+
+
+def carrying(B0, B1, n):
+    """T with T B0 = B1, from the pose at the head of a state: I + (B1 - B0) E with E B0 = I, as in `ekf.carry`.
+
+    Parameters
+    ----------
+    B0, B1 : ndarray, shape (..., m, dof)
+        The gauge of a state before and after.
+    n : int
+        Length of the pose.
+
+    Returns
+    -------
+    ndarray, shape (..., m, m)
+    """
+    Q, U = np.linalg.qr(B0[..., :n, :])
+    T = np.zeros((*B0.shape[:-1], B0.shape[-2])) + np.eye(B0.shape[-2])
+    T[..., :n] += (B1 - B0) @ np.linalg.solve(U, t(Q))
+    return T
+
+
+def robot_gauge(rob, x):
+    """How a robot changes if the world is moved: its rows of `slam.gauge`, shape (m, dof)."""
+    O = ORIGIN[rob.motion.frame.dim]
+    B = np.zeros((len(x), O.dof))
+    B[: O.size] = O.compose(rob.motion.frame(x[: O.size]))[1] @ O.X_step
+    if len(x) > O.size:
+        B[O.size :, O.dim :] = turning(rob.motion, x)
+    return B
+
+
+def ring_gauge(rob, ring, l):
+    """How hypotheses change if the world is moved: the rows of `slam.gauge`, shape (H, m + k, dof)."""
+    O, m = ORIGIN[rob.motion.frame.dim], ring.m
+    B = np.zeros((*l.shape, O.dof))
+    B[:, m:] = -ring.type.to_frame(O, l[:, m:])[1] @ O.X_step
+    if m:
+        B[:, :m] = [robot_gauge(rob, x) for x in l[:, :m]]
+    return B
 
 
 # --- small things ----------------------------------------------------------------------------------------------------
