@@ -101,7 +101,9 @@ def main():
     for name in ("plane", "faults", "space"):
         d2 = np.array([d for kind, d, _ in found if kind == name])
         n, decided = len(d2), sum(done for kind, _, done in found if kind == name)
-        print(f"{name}: right {(d2 < RIGHT).sum()} of {n}, decided {decided}, mean d2 {d2.mean():.2f}, max {d2.max():.1f}")
+        print(
+            f"{name}: right {(d2 < RIGHT).sum()} of {n}, decided {decided}, mean d2 {d2.mean():.2f}, max {d2.max():.1f}"
+        )
     print(f"right: {sum(d < RIGHT for _, d, _ in found)} of {len(found)}")
 
 
