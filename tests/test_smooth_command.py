@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+import json
 
 import numpy as np
 import pytest
@@ -55,6 +56,11 @@ def test_a_run_is_smoothed(tmp_path, capsys):
     assert rows.shape == (16, 10)
     assert (tmp_path / "smoothed-map.csv").read_text().startswith("id,x,y,P_xx,P_xy,P_yy\n")
     assert (tmp_path / "smooth.png").stat().st_size > 20_000
+    filtered, smoothed = json.loads((tmp_path / "smoothed.json").read_text())
+    assert (filtered["of"], smoothed["of"]) == ("filter", "smoother") and "landmarks RMSE m" in said.out
+    assert 0 < smoothed["landmark_aligned_rmse_m"] < 0.2 and len(smoothed["landmark_errors_m"]) > 3
+    squares = np.square(list(filtered["landmark_errors_m"].values()))
+    assert np.sqrt(squares.mean()) == pytest.approx(filtered["landmark_aligned_rmse_m"])
     code, said = call(capsys, "smooth", "range_bearing_2d", "--set", SHORT, "--out", tmp_path, "--lag", 3)
     assert code == 0 and "a lag of 3 frames" in said.out
     late = np.loadtxt(tmp_path / "smoothed-1.csv", delimiter=",", skiprows=1)

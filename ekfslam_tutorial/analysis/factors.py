@@ -22,6 +22,7 @@ from ..models.observation import expect, retro_project
 from ..toolbox import create_slam_structures, universal_slam
 from ..toolbox.rings import rings_by
 from ..toolbox.sources import Replay
+from .partners import named, placed
 
 
 @dataclass
@@ -166,7 +167,7 @@ class Graph:
     filtered : dict
         What the filter knew after each frame: (x, P) by ("robot", id, k), and at the end by ("landmark", id).
     truth : dict
-        True poses by ("robot", id, k), where they are known.
+        True poses by ("robot", id, k), and true places by ("landmark", id), where they are known.
     """
 
     values: dict = field(default_factory=dict)
@@ -370,6 +371,8 @@ class _Maker:
     def finish(self):
         """Landmarks, and what was seen of them, in groups of one frame, sensor and type."""
         g, map = self.graph, self.last.map
+        rows = named(self.last) if self.last.named else placed(self.last)[0]
+        g.truth |= {("landmark", id): np.array(self.last.sim_lmk.points[row], float) for id, row in rows.items()}
         for id, lmk in self.last.lmks.items():
             g.types[id] = lmk.type
             if lmk.r is not None:

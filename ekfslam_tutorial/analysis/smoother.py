@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import block_array, coo_array
 from scipy.sparse.linalg import splu
 
+from .chain import Chain, is_chain
 from .factors import Birth, Graph, Motion, Prior
 
 COLUMNS = 256
@@ -106,8 +107,7 @@ def smooth(graph, iterations=50):
     steps = []
     while len(steps) < iterations and (not steps or steps[-1] > SMALL):
         steps.append(_step(graph, graph.stiff, graph.looks))
-    start, n, solve, b = _system(graph, list(graph.values), graph.stiff, graph.looks)
-    return Smoothed(graph, steps, _marginals(start, n, solve, len(b)))
+    return Smoothed(graph, steps, _System(graph, list(graph.values), graph.stiff, graph.looks).marginals())
 
 
 def smooth_lagged(graph, lag, iterations=3):
@@ -155,16 +155,16 @@ def smooth_lagged(graph, lag, iterations=3):
         for _ in range(iterations):
             moved = _step(graph, inside, seen)
         steps.append(moved)
-        start, n, solve, b = _system(graph, list(graph.values), inside, seen)
+        system = _System(graph, list(graph.values), inside, seen)
         while k - oldest >= lag:
-            gone = [key for key in start if key[0] == "robot" and key[2] == oldest]
-            P |= _marginals({key: start[key] for key in gone}, n, solve, len(b))
+            gone = [key for key in system.at if key[0] == "robot" and key[2] == oldest]
+            P |= system.marginals(gone)
             guess |= {key: graph.values[key] for key in gone}
             priors = [_marginalised(graph, gone, priors, factors, looks, oldest)]
             for key in gone:
                 del graph.values[key]
             oldest += 1
-    P |= _marginals({key: r for key, r in start.items() if key in graph.values}, n, solve, len(b))
+    P |= system.marginals([key for key in system.at if key in graph.values])
     graph.values = {key: graph.values.get(key, guess[key]) for key in guess}
     return Smoothed(graph, steps, P)
 
@@ -192,76 +192,111 @@ def _marginalised(graph, gone, priors, factors, looks, k):
     keys = {key: None for prior in priors for key in prior.keys}
     keys |= dict.fromkeys(gone) | {f.after: None for f in steps}
     keys |= {key: None for f in [*looks[k], *factors[k]] for key in _lmks(f)}
-    start, n, solve, b = _system(graph, list(keys), inside, looks[k])
-    d, stays = solve(b)[-n:], [key for key in keys if key not in gone]
-    at = np.concatenate([np.arange(start[key].start, start[key].stop) for key in stays])
-    E = np.zeros((len(b), len(at)))
-    E[len(b) - n + at, np.arange(len(at))] = 1.0
-    P = solve(E)[-n:][at]
+    system, stays = _System(graph, list(keys), inside, looks[k]), [key for key in keys if key not in gone]
+    d, at = system.step(), np.concatenate([system.at[key] for key in stays])
+    P = system.columns(at)[at]
     return Prior(stays, np.concatenate([graph.values[key] for key in stays]) + d[at], (P + P.T) / 2)
 
 
 def _step(graph, stiff, looks):
     """One step of Gauss and Newton; return the largest change of a number."""
-    start, n, solve, b = _system(graph, list(graph.values), stiff, looks)
-    found, row = solve(b), 0
-    for factor in stiff:
-        *_, G, C = factor.linear(graph)
-        factor.w, row = C @ (G.T @ found[row : row + len(G)]), row + len(G)
-    d = found[-n:]
-    graph.move({key: d[r] for key, r in start.items()})
+    system = _System(graph, list(graph.values), stiff, looks)
+    d = system.step()
+    graph.move({key: d[at] for key, at in system.at.items()})
     return float(np.abs(d).max())
 
 
-def _system(graph, keys, stiff, looks):
-    """The system at the present values: ranges of the variables, their number, a solver and the right side."""
-    ends = np.cumsum([0, *(len(graph.values[key]) for key in keys)]).tolist()
-    start = {key: slice(a, b) for key, a, b in zip(keys, ends, ends[1:], strict=False)}
-    n, A, Q, r, when = ends[-1], _Blocks(), _Blocks(), [], []
-    row = 0
-    for factor in stiff:
-        e, blocks, G, C = factor.linear(graph)
-        Q.add(row, row, G @ C @ G.T)
-        for key, block in blocks.items():
-            A.add(row, start[key].start, block)
-        r.append(-e)
-        when += [max(map(_frame, blocks))] * len(e)
-        row += len(e)
-    J, z, rows = _Blocks(), [np.zeros(0)], 0
-    for look in looks:
-        innovations, each = look.rows(graph)
-        whiten = np.swapaxes(np.linalg.cholesky(np.linalg.inv(look.R)), 1, 2)
-        for one, W, blocks in zip(innovations, whiten, each, strict=True):
-            for key, block in blocks.items():
-                J.add(rows, start[key].start, W @ block)
-            z.append(W @ one)
-            rows += len(one)
-    A, Q, J = A.matrix(row, n), Q.matrix(row, row), J.matrix(rows, n)
-    try:
-        solve = _solver(block_array([[-Q, A], [A.T, J.T @ J]], format="csc"), start, when)
-    except RuntimeError as error:
-        raise ValueError("the factors do not fix all variables: their matrix is singular") from error
-    return start, n, solve, np.concatenate([*r, J.T @ np.concatenate(z)])
+class _System:
+    """The system at the present values, factorised.
 
+    Parameters
+    ----------
+    graph : Graph
+    keys : list of tuple
+        The variables.
+    stiff, looks : list
+        The factors.
 
-def _solver(M, start, when):
-    """Factorise the system; return what solves it.
-
-    If few numbers last, rows and columns go in the order of the frames, with what lasts at the end: the factors are a
-    band and a border. If many do, the library finds an order.
+    Attributes
+    ----------
+    at : dict of tuple to ndarray
+        Which numbers of the step are those of a variable.
     """
-    when = np.array(when + [_frame(key) for key, r in start.items() for _ in range(r.start, r.stop)])
-    if (when == np.inf).sum() > LASTING:
-        return splu(M).solve
-    order = np.argsort(when, kind="stable")
-    solver = splu(M[order][:, order], permc_spec="NATURAL")
 
-    def solve(b):
-        x = np.empty_like(b)
-        x[order] = solver.solve(b[order])
-        return x
+    def __init__(self, graph, keys, stiff, looks):
+        ends = np.cumsum([0, *(len(graph.values[key]) for key in keys)]).tolist()
+        self.at = {key: np.arange(a, b) for key, a, b in zip(keys, ends, ends[1:], strict=False)}
+        start, n = dict(zip(keys, ends, strict=False)), ends[-1]
+        A, Q, r, when, self.noise = _Blocks(), _Blocks(), [], [], []
+        row = 0
+        for factor in stiff:
+            e, blocks, G, C = factor.linear(graph)
+            Q.add(row, row, G @ C @ G.T)
+            for key, block in blocks.items():
+                A.add(row, start[key], block)
+            r.append(-e)
+            when += [max(map(_frame, blocks))] * len(e)
+            self.noise.append((factor, C @ G.T, slice(row, row + len(e))))
+            row += len(e)
+        J, z, rows = _Blocks(), [np.zeros(0)], 0
+        for look in looks:
+            innovations, each = look.rows(graph)
+            whiten = np.swapaxes(np.linalg.cholesky(np.linalg.inv(look.R)), 1, 2)
+            for one, W, blocks in zip(innovations, whiten, each, strict=True):
+                for key, block in blocks.items():
+                    J.add(rows, start[key], W @ block)
+                z.append(W @ one)
+                rows += len(one)
+        A, Q, J = A.matrix(row, n), Q.matrix(row, row), J.matrix(rows, n)
+        self.b, self.n = np.concatenate([*r, J.T @ np.concatenate(z)]), n
+        when = np.array(when + [_frame(key) for key in keys for _ in self.at[key]])
+        try:
+            self.factorised = _factorised(block_array([[-Q, A], [A.T, J.T @ J]], format="csc"), when, stiff)
+        except (RuntimeError, np.linalg.LinAlgError) as error:
+            raise ValueError("the factors do not fix all variables: their matrix is singular") from error
 
-    return solve
+    def step(self):
+        """The step dx; the factors learn the noise w that makes them fit."""
+        found = self.factorised.solve(self.b)
+        for factor, CG, rows in self.noise:
+            factor.w = CG @ found[rows]
+        return found[-self.n :]
+
+    def columns(self, some):
+        """Some columns of the covariance of all variables, shape (n, k)."""
+        E = np.zeros((len(self.b), len(some)))
+        E[len(self.b) - self.n + np.asarray(some), np.arange(len(some))] = 1.0
+        return self.factorised.solve(E)[-self.n :]
+
+    def marginals(self, keys=None):
+        """Covariances of some variables, of all if not given, by key."""
+        at = self.at if keys is None else {key: self.at[key] for key in keys}
+        if isinstance(self.factorised, Chain):
+            P = self.factorised.inverse_at([len(self.b) - self.n + a for a in at.values()])
+        else:
+            P = self._blocks_by_columns(list(at.values()))
+        return {key: (Q + Q.T) / 2 for key, Q in zip(at, P, strict=True)}
+
+    def _blocks_by_columns(self, at):
+        blocks, some = [], []
+        for k, a in enumerate(at):
+            some.append(a)
+            if sum(map(len, some)) >= COLUMNS or k == len(at) - 1:
+                C = self.columns(np.concatenate(some))
+                ends = np.cumsum([0, *map(len, some)])
+                blocks += [C[a, i:j] for a, i, j in zip(some, ends, ends[1:], strict=False)]
+                some = []
+        return blocks
+
+
+def _factorised(M, when, stiff):
+    """Factorise the system: frame by frame if few numbers last, else as the library finds it best.
+
+    A prior of several variables, which marginalisation leaves, may be all that fixes a frame: then the library, too.
+    """
+    one_by_one = all(len(factor.keys) == 1 for factor in stiff if isinstance(factor, Prior))
+    few = (when == np.inf).sum() <= LASTING
+    return Chain(M, when) if few and one_by_one and is_chain(M, when) else splu(M)
 
 
 def _frame(key):
@@ -291,17 +326,3 @@ class _Blocks:
 @cache
 def _indices(shape):
     return tuple(a.ravel() for a in np.indices(shape))
-
-
-def _marginals(start, n, solve, size):
-    """Covariance of each variable of some: blocks on the diagonal of the inverse, of n variables at its end."""
-    P = {key: np.zeros((r.stop - r.start,) * 2) for key, r in start.items()}
-    owner = [(key, i) for key, r in start.items() for i in range(r.stop - r.start)]
-    for a in range(0, len(owner), COLUMNS):
-        some = owner[a : a + COLUMNS]
-        E = np.zeros((size, len(some)))
-        E[[size - n + start[key].start + i for key, i in some], np.arange(len(some))] = 1.0
-        C = solve(E)[-n:]
-        for column, (key, i) in enumerate(some):
-            P[key][:, i] = C[start[key], column]
-    return {key: (Q + Q.T) / 2 for key, Q in P.items()}

@@ -1,5 +1,6 @@
 """`ekfslam smooth RUN`: the filter, and a smoother beside it, of the same models and measurements."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,16 @@ from ..graphics.smoother_picture import smoother_picture
 from .files import file_name, save_figure, writable_folder, written
 from .run import own_models, read, source, tell_notes, told_by_name
 from .terminal import say, table
+
+COLUMNS = {
+    "position_rmse_m": "position RMSE m",
+    "position_aligned_rmse_m": "aligned m",
+    "sigma_m": "its sigma m",
+    "sigma_end_m": "sigma at the end m",
+    "landmark_rmse_m": "landmarks RMSE m",
+    "landmark_aligned_rmse_m": "aligned m",
+}
+"""What is told of filter and smoother, and its head."""
 
 ELSEWHERE = 5.0
 """So many sigma is the error larger than believed where the truth is in another frame than the map."""
@@ -29,7 +40,7 @@ def main(options):
         found = smooth(graph) if options.lag is None else smooth_lagged(graph, options.lag)
     out = writable_folder(options.out or Path("results") / f"{file_name(data.name)}-smoothed")
     names = [write(out, found, id) for id in graph.robots]
-    names += [_map(out, found), _picture(out, found, data.name)]
+    names += [_map(out, found), _scores(out, found), _picture(out, found, data.name)]
     tell(found, data.name, options.lag)
     print(f"written to {out}: {', '.join(names)}", flush=True)
     return 0 if found.converged or options.lag is not None else 1
@@ -40,18 +51,39 @@ def tell(found, name, lag):
     how = f"{len(found.steps)} steps" if lag is None else f"a lag of {lag} frames"
     end = "" if found.converged or lag is not None else f", not at its end: the last one moved {found.steps[-1]:.1g}"
     say(f"{name}: {len(found.graph.t) - 1} frames, {len(found.landmarks())} landmarks, {how}{end}", "bold")
-    rows = []
-    for id in found.graph.robots:
+    shown = lambda v: "-" if v is None else f"{v:.3f}"
+    rows = [[f"robot {s['robot']}, {s['of']}", *(shown(s[name]) for name in COLUMNS)] for s in scores(found)]
+    table(rows, ["", *COLUMNS.values()])
+
+
+def scores(found):
+    """Errors of filter and smoother, of each robot: the path, and the landmarks at the end.
+
+    Aligned is with the true path laid on the estimated one, and the true landmarks moved with it.
+
+    Returns
+    -------
+    list of dict
+        `COLUMNS` in metres, None where there is no truth; `landmark_errors_m`, aligned, by id.
+    """
+    g, rows = found.graph, []
+    true = {key[1]: p for key, p in g.truth.items() if key[0] == "landmark" and key in g.values}
+    places = {
+        "filter": {id: g.types[id].point(g.filtered["landmark", id][0])[0] for id in true},
+        "smoother": {id: p for id, (p, _) in found.landmarks().items() if id in true},
+    }
+    for id in g.robots:
         for label, (x, P) in (("filter", found.filtered(id)), ("smoother", found.track(id))):
             d = _dim(found, id)
-            truth = truth_of(found, id)[:, :d]
-            errors = rmse(x[:, :d], truth), rmse(x[:, :d], aligned(truth, x[:, :d]))
+            truth, p = truth_of(found, id)[:, :d], np.array([places[label][i] for i in true]).reshape(-1, d)
+            q, lay = np.array(list(true.values())).reshape(-1, d), laid_on(truth, x[:, :d])
             sigma = np.sqrt(np.trace(P[:, :d, :d], axis1=1, axis2=2))
-            said = [
-                f"{v:.3f}" if np.isfinite(v) else "-" for v in (*errors, np.sqrt(np.mean(sigma[1:] ** 2)), sigma[-1])
-            ]
-            rows.append([f"robot {id}, {label}", *said])
-    table(rows, ["", "position RMSE m", "aligned m", "its sigma m", "sigma at the end m"])
+            row = rmse(x[:, :d], truth), rmse(x[:, :d], lay(truth)), np.sqrt(np.mean(sigma[1:] ** 2)), sigma[-1]
+            row = [float(v) if np.isfinite(v) else None for v in (*row, rmse(p, q), rmse(p, lay(q)))]
+            each = np.linalg.norm(p - lay(q), axis=1).tolist()
+            rows.append({"robot": id, "of": label} | dict(zip(COLUMNS, row, strict=True)))
+            rows[-1]["landmark_errors_m"] = dict(zip(true, each, strict=True))
+    return rows
 
 
 def rmse(x, truth):
@@ -60,13 +92,14 @@ def rmse(x, truth):
     return np.sqrt(np.mean(e[np.isfinite(e)] ** 2)) if np.isfinite(e).any() else np.nan
 
 
-def aligned(truth, x):
-    """True positions, shifted and turned to lie on the estimated ones: for a log whose start nobody has surveyed."""
+def laid_on(truth, x):
+    """What shifts and turns true positions to lie on the estimated ones: for a log whose start nobody has surveyed."""
     known = np.isfinite(truth).all(1)
     try:
-        return align(truth[known], x[known]).from_frame(truth)[0]
+        F = align(truth[known], x[known])
     except ValueError:  # too few, or all in one place
-        return truth
+        return lambda p: p
+    return lambda p: F.from_frame(p)[0]
 
 
 def truth_of(found, id):
@@ -104,6 +137,13 @@ def _map(out, found):
     return "smoothed-map.csv"
 
 
+def _scores(out, found):
+    """Write smoothed.json: the `scores`."""
+    with written(out / "smoothed.json", text=True) as file:
+        file.write(json.dumps(scores(found), indent=2, allow_nan=False) + "\n")
+    return "smoothed.json"
+
+
 def _picture(out, found, name):
     """Write smooth.png, of the first robot."""
     id = found.graph.robots[0]
@@ -115,7 +155,7 @@ def _picture(out, found, name):
     tracks = cut(found.filtered(id)), cut(found.track(id))
     x, P = tracks[1]
     if rmse(x, truth) > ELSEWHERE * np.sqrt(np.mean(np.trace(P, axis1=1, axis2=2))):
-        truth, name = aligned(truth, x), f"{name}, the truth aligned with the smoother"
+        truth, name = laid_on(truth, x)(truth), f"{name}, the truth aligned with the smoother"
     known = truth if np.isfinite(truth).any() else None
     return save_figure(smoother_picture(found.graph.t, *tracks, known, mean, title=name), out / "smooth.png")
 

@@ -18,6 +18,7 @@ from .triangle import below, mirror, whole_range, whole_rows
 GROWTH = 2**0.5  # of the number of states: the storage of P doubles, so a map of n states is copied O(log n) times
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
 ONE_TRIANGLE_COMPILED = 40  # the same where rows of half a matrix are read by compiled code
+FEW = 4  # times as many states as are carried: then rows and columns of these are less work than the whole map
 
 
 class FastMap:
@@ -323,9 +324,15 @@ class FastMap:
         if self.compiled:
             compiled().carry(self, at, D, r, E)
             return
+        S = E.dot(self.rows(r))
+        if FEW * len(at) < self.n:  # there are rings, or gaps that they have left
+            A = D.dot(S)
+            A[:, at] += 0.5 * D.dot(S[:, r].dot(E.T)).dot(D.T)
+            self._Pn[at] += A
+            self._Pn.T[at] += A
+            return
         whole = np.zeros((self.n, len(E)))
         whole[at] = D
-        S = E.dot(self.rows(r))
         P = whole.dot(S + 0.5 * S[:, r].dot(E.T).dot(whole.T))
         self._Pn += P + P.T
 

@@ -9,8 +9,8 @@ and of where the robot is. Each new range then
 2. multiplies its weight by the likelihood that it has given to the range: Bayes' rule;
 3. takes out those whose weight has become nothing, and joins neighbours, as soon as one Gaussian does for them.
 
-When one is left, and the circle of a range is straight along it, it becomes a landmark like any other, and the robot
-believes what it believed.
+When one is left, and the circle of a range is straight along it, from nearer by, too, it becomes a landmark like any
+other, and the robot believes what it believed.
 
 All hypotheses of a beacon are one state of the map, H times [x_h, l_h]: a copy of the robot's state, which moves as the
 robot does, and the beacon. So whatever else is measured corrects them, too. **The rest of the map is not corrected as
@@ -48,6 +48,10 @@ CERTAIN = 1 - 1e-5
 
 STRAIGHT = 0.3
 """A Gaussian is straight if the circle of a range bends away from it by less than this, in sigmas of the range."""
+
+DECIDED = STRAIGHT / 3
+"""A beacon is a landmark once its Gaussian bends by less than this: it is straight from a third of the distance, too. A
+landmark is corrected to first order only, however near the sensor comes to it."""
 
 NEIGHBOURS = 16.0
 """Hypotheses are neighbours if their squared distance, in units of the covariance of one, is below this: 4 sigma. At
@@ -209,15 +213,17 @@ class Rings:
         return []
 
     def _correct(self, map, rob, sen, lmks, ring, y, R, opt):
-        with self.carried(map, rob, opt):
-            used = correct_ring(map, rob, sen, ring, y, R, opt.md2_threshold)
+        l = ring.states(map)
+        used = correct_ring(map, rob, sen, ring, y, R, opt.md2_threshold)
+        if used and ring.m and opt.error == "invariant":
+            carry_ring(map, rob, ring, l)
         events = [Event("innovation", rob.id, sen.id, ring.id, used)]
         if used:
-            at, std = rob.frame(map).compose(sen.frame(map))[0].t, np.sqrt(R[0, 0])
-            thin_out(map, ring, at, std)
+            std = np.sqrt(R[0, 0])
+            thin_out(map, rob, sen, ring, std)
             h = np.argmax(ring.w)
-            p, P = ring.points(map)
-            if ring.w[h] > CERTAIN and bend(p[h], P[h], at, std) < STRAIGHT:
+            p, P = seen(map, rob, sen, ring)
+            if ring.w[h] > CERTAIN and bend(p[h], P[h], std) < DECIDED:
                 self._decide(map, rob, lmks, ring, int(h), opt)
                 events.append(Event("initialisation", rob.id, sen.id, ring.id))
         return events
@@ -229,14 +235,12 @@ class Rings:
             slice(ring.r.start + h * size + a, ring.r.start + h * size + b) for a, b in ((0, ring.m), (ring.m, size))
         )
         if ring.m:
-            blocks = (
-                (rob.r, np.eye(ring.m)),
-                (x, -np.eye(ring.m)),
-            )  # both are beliefs of one state: their difference is 0
+            x_h, x_r, T = map.state(x), rob.state(map), np.eye(ring.m)
+            if opt.error == "invariant":  # to move the world moves both, and must not look like a difference
+                T = carrying(robot_gauge(rob, x_h), robot_gauge(rob, x_r), rob.motion.frame.size)
+            blocks = (rob.r, np.eye(ring.m)), (x, -T)  # both are beliefs of one state: their difference is 0
             PHt = cross(map, blocks)
-            inn = innovation(
-                difference(rob, map.state(x), rob.state(map)), covariance(PHt, blocks), SURE * np.eye(ring.m)
-            )
+            inn = innovation(difference(rob, x_h, x_r), covariance(PHt, blocks), SURE * np.eye(ring.m))
             with self.carried(map, rob, opt):
                 correct_invariant(map, rob, lmks, PHt, inn, opt)
         del self.live[ring.id]
@@ -460,7 +464,7 @@ def agree(w, rob, x, P, before, after, back):
     return weigh(w, md2, np.linalg.slogdet(Z)[1])
 
 
-def thin_out(map, ring, at, std):
+def thin_out(map, rob, sen, ring, std):
     """Take out hypotheses without weight, and join neighbours as soon as one Gaussian is straight along all of them.
 
     What the ranges leave of a ring is an arc, and later a spot: not one of the hypotheses, but several next to each
@@ -468,21 +472,20 @@ def thin_out(map, ring, at, std):
 
     Parameters
     ----------
-    map, ring
-    at : ndarray, shape (d,)
-        Where the sensor is, in the world.
+    map, rob, sen, ring
     std : float
-        Of its ranges, m.
+        Of the ranges, m.
     """
     w, l, P = ring.w, ring.states(map), map.block(ring.r)
     D, b = diagonal(P, len(w)), slice(ring.m, None)  # the beacons
     d = l[:, None, b] - l[:, b]
     near = (d * (d @ np.linalg.pinv(D[:, b, b], hermitian=True))).sum(-1) < NEIGHBOURS
 
+    p, C = seen(map, rob, sen, ring)
+
     def straight(which):
         """Return True if one Gaussian is straight along these hypotheses."""
-        p, C = ring.joined(map, which)
-        return bend(p, C, at, std) < STRAIGHT
+        return bend(*moments(w[which] / w[which].sum(), p[which], C[which]), std) < STRAIGHT
 
     groups = []
     for h in [h for h in np.argsort(-w).tolist() if w[h] >= NOTHING]:
@@ -506,12 +509,35 @@ def thin_out(map, ring, at, std):
     ring.r = map.put(ring.r, (A @ l).ravel(), P_lm, P_ll)
 
 
-def bend(p, P, at, std):
+def seen(map, rob, sen, ring):
+    """Where the hypotheses are, as seen from the sensor, and their covariances there, shape (H, d) and (H, d, d).
+
+    How well the whole scene is known to lie in the world does not matter to a range: each hypothesis is seen from its
+    own copy of the robot.
+    """
+    l, m, n = ring.states(map), ring.m, rob.motion.frame.size
+    Rf = rob.motion.frame(l[:, :n]) if m else rob.frame(map)
+    F, F_r, _ = Rf.compose(sen.frame(map))
+    ls, LS_f, LS_l = ring.type.to_frame(F, l[:, m:])
+    p, P_ls = ring.type.point(ls)
+    P_x, P_l = P_ls @ LS_f @ F_r, np.broadcast_to(P_ls @ LS_l, (*p.shape, ring.type.size))
+    J = np.concatenate([padded(P_x, m), P_l], -1)
+    return p, J @ diagonal(map.block(ring.r), len(l)) @ t(J)
+
+
+def bend(p, P, std):
     """How far the circle of a range bends away from a Gaussian within a sigma of its longest axis, in sigmas of ranges.
 
     Whichever way the axis lies: the sensor may see the beacon from another side later.
+
+    Parameters
+    ----------
+    p, P : ndarray, shape (d,) and (d, d)
+        In the frame of the sensor.
+    std : float
+        Of the ranges, m.
     """
-    return np.linalg.eigvalsh(P)[-1] / (np.sqrt(2) * max(np.linalg.norm(p - at), std) * std)
+    return np.linalg.eigvalsh(P)[-1] / (np.sqrt(2) * max(np.linalg.norm(p), std) * std)
 
 
 # --- moved and carried along -----------------------------------------------------------------------------------------
@@ -594,20 +620,9 @@ class _Carried:
     def _back(self):
         """T^-1 of the state of the robot: what the invariant error has turned its covariance by."""
         x0, x1 = self.robot[0], self._robot()[0]
-        T, O = np.eye(len(x0)), ORIGIN[self.rob.motion.frame.dim]
-        if self.invariant:
-            B0, B1 = (self._robot_gauge(x) for x in (x0, x1))
-            T += (B0 - B1) @ np.linalg.pinv(B1[: O.size]) @ np.eye(O.size, len(x0))
-        return T
-
-    def _robot_gauge(self, x):
-        """How a robot changes if the world is moved: its rows of `slam.gauge`, shape (m, dof)."""
-        O = ORIGIN[self.rob.motion.frame.dim]
-        B = np.zeros((len(x), O.dof))
-        B[: O.size] = O.compose(self.rob.motion.frame(x[: O.size]))[1] @ O.X_step
-        if len(x) > O.size:
-            B[O.size :, O.dim :] = turning(self.rob.motion, x)
-        return B
+        if not self.invariant:
+            return np.eye(len(x0))
+        return carrying(robot_gauge(self.rob, x1), robot_gauge(self.rob, x0), self.rob.motion.frame.size)
 
     def _carry(self, ring, l0, l):
         """Let a ring follow: the g of `gauge` is read from the pose of the robot."""
@@ -616,19 +631,71 @@ class _Carried:
         map, F = self.map, self.rob.frame(self.map)
         at, O = slice(self.rob.r.start, self.rob.r.start + F.size), ORIGIN[F.dim]
         Q, U = np.linalg.qr(O.compose(F)[1] @ O.X_step)
-        D = (self._gauge(ring, l) - self._gauge(ring, l0)).reshape(l.size, -1) @ np.linalg.solve(U, Q.T)
+        D = ring_gauge(self.rob, ring, l) - ring_gauge(self.rob, ring, l0)
+        D = D.reshape(l.size, -1) @ np.linalg.solve(U, Q.T)
         P_lm = map.P[ring.r] + D @ map.P[at]
         P_ll = P_lm[:, ring.r] + P_lm[:, at] @ D.T
         map.put(ring.r, l.ravel(), P_lm, P_ll)
 
-    def _gauge(self, ring, l):
-        """How hypotheses change if the world is moved: the rows of `slam.gauge`, shape (H, m + k, dof)."""
-        O, m = ORIGIN[self.rob.motion.frame.dim], ring.m
-        B = np.zeros((*l.shape, O.dof))
-        B[:, m:] = -ring.type.to_frame(O, l[:, m:])[1] @ O.X_step
-        if m:
-            B[:, :m] = [self._robot_gauge(x) for x in l[:, :m]]
-        return B
+
+def carry_ring(map, rob, ring, l0):
+    """Carry each hypothesis along after its own correction, as `slam.correct_invariant` does the map: P = T P T'.
+
+    The ranges of a hypothesis tell it as little of where the world lies as those of a landmark tell the robot. What it
+    would take for that by its linearisation, it would hand on to the robot when it is decided. Here g is read from its
+    own copy of the robot.
+
+    Parameters
+    ----------
+    map, rob, ring
+    l0 : ndarray, shape (H, m + k)
+        Its states before the correction.
+    """
+    l, n = ring.states(map), rob.motion.frame.size
+    T = carrying(ring_gauge(rob, ring, l0), ring_gauge(rob, ring, l), n)
+    P_lm = (T @ map.P[ring.r].reshape(*l.shape, -1)).reshape(l.size, -1)
+    P_ll = (T @ t(P_lm[:, ring.r]).reshape(*l.shape, -1)).reshape(l.size, -1)
+    map.put(ring.r, l.ravel(), P_lm, P_ll)
+
+
+def carrying(B0, B1, n):
+    """T with T B0 = B1, from the pose at the head of a state: I + (B1 - B0) E with E B0 = I, as in `ekf.carry`.
+
+    Parameters
+    ----------
+    B0, B1 : ndarray, shape (..., m, dof)
+        The gauge of a state before and after.
+    n : int
+        Length of the pose.
+
+    Returns
+    -------
+    ndarray, shape (..., m, m)
+    """
+    Q, U = np.linalg.qr(B0[..., :n, :])
+    T = np.zeros((*B0.shape[:-1], B0.shape[-2])) + np.eye(B0.shape[-2])
+    T[..., :n] += (B1 - B0) @ np.linalg.solve(U, t(Q))
+    return T
+
+
+def robot_gauge(rob, x):
+    """How a robot changes if the world is moved: its rows of `slam.gauge`, shape (m, dof)."""
+    O = ORIGIN[rob.motion.frame.dim]
+    B = np.zeros((len(x), O.dof))
+    B[: O.size] = O.compose(rob.motion.frame(x[: O.size]))[1] @ O.X_step
+    if len(x) > O.size:
+        B[O.size :, O.dim :] = turning(rob.motion, x)
+    return B
+
+
+def ring_gauge(rob, ring, l):
+    """How hypotheses change if the world is moved: the rows of `slam.gauge`, shape (H, m + k, dof)."""
+    O, m = ORIGIN[rob.motion.frame.dim], ring.m
+    B = np.zeros((*l.shape, O.dof))
+    B[:, m:] = -ring.type.to_frame(O, l[:, m:])[1] @ O.X_step
+    if m:
+        B[:, :m] = [robot_gauge(rob, x) for x in l[:, :m]]
+    return B
 
 
 # --- small things ----------------------------------------------------------------------------------------------------

@@ -178,3 +178,16 @@ def test_errors_are_those_of_correct_and_nothing_has_been_changed(kind, compiled
     for do, each in (update, map), (four_calls, twin):  # and the map is as good as before
         do(each, blocks, z, R)
     assert scene.same()
+
+
+@pytest.mark.parametrize("n", [9, 60], ids=["most of the map", "a small part of it"])
+def test_the_part_that_is_carried_leaves_the_rest_right(n):
+    """P = T P T' with T = I + D E: of a map that moves with the world, and of a large one of which little does."""
+    rng = np.random.default_rng(n)
+    map, A = FastMap(), rng.normal(size=(n, n))
+    map.add(rng.normal(size=n), A @ A.T)
+    r, at, T = slice(2, 4), np.array([0, 1, 2, 3, 7, 8]), np.eye(n)
+    D, E, P = rng.normal(size=(6, 1)), rng.normal(size=(1, 2)), map.P.copy()
+    T[np.ix_(at, [2, 3])] += D @ E
+    map.carry(at, D, r, E)
+    np.testing.assert_allclose(map.P, T @ P @ T.T, atol=1e-12 * np.abs(P).max() * n)

@@ -72,7 +72,7 @@ def test_wide_rings_and_good_ranges_need_more_hypotheses():
     few, many = rings.how_many(5.0, 0.5, 2, 64), rings.how_many(50.0, 0.1, 2, 999)
     assert 8 <= few < many and rings.how_many(50.0, 0.1, 2, 64) <= 64
     p, V = rings.sectors(50.0, 0.01, 2, many)
-    assert rings.bend(p[0], V[0], np.zeros(2), 0.1) < 1.02 * rings.STRAIGHT
+    assert rings.bend(p[0], V[0], 0.1) < 1.02 * rings.STRAIGHT
 
 
 def test_weights_are_those_of_bayes():
@@ -218,11 +218,58 @@ def test_a_ring_is_carried_along_as_landmarks_are():
     assert np.allclose(map.block(h), map.block(twin), rtol=0, atol=1e-12)
 
 
+def derivative(f, x, h=1e-6):
+    """Central differences of f at x, a column for each number of x."""
+    return np.stack([(f(x + d) - f(x - d)) / (2 * h) for d in h * np.eye(len(x))], -1)
+
+
+def test_hypotheses_as_the_sensor_sees_them():
+    """Their covariance there is that of the joint belief of robot and beacon, by differences."""
+    now, _ = one_ring(Beacon(bias_std=0.5, scale_std=0.05))
+    rob, sen, ring = now.robs[0], now.sens[0], now.rings[1]
+    p, C = rings.seen(now.map, rob, sen, ring)
+
+    def seen(l):
+        return Frame2(l[:3]).compose(sen.frame(now.map))[0].to_frame(l[3:5])[0]
+
+    for h, l in enumerate(ring.states(now.map)):
+        J, P = derivative(seen, l), rings.diagonal(now.map.block(ring.r), len(ring.w))[h]
+        np.testing.assert_allclose(p[h], seen(l), atol=1e-12)
+        np.testing.assert_allclose(C[h], J @ P @ J.T, atol=1e-6)
+
+
+def test_how_hypotheses_change_if_the_world_is_moved():
+    now, _ = one_ring(Beacon(bias_std=0.5, scale_std=0.05))
+    rob, ring = now.robs[0], now.rings[1]
+    l = ring.states(now.map)
+    B = rings.ring_gauge(rob, ring, l)
+
+    def moved(g, l):
+        F = Frame2(g)
+        return np.concatenate([F.compose(Frame2(l[:3]))[0].x, F.from_frame(l[3:5])[0], l[5:]])
+
+    for h in range(len(l)):
+        np.testing.assert_allclose(B[h], derivative(lambda g, h=h: moved(g, l[h]), np.zeros(3)), atol=1e-7)
+    T = rings.carrying(B, B[::-1], 3)
+    np.testing.assert_allclose(T @ B, B[::-1], atol=1e-10)
+
+
+@pytest.mark.parametrize("error", ["invariant", "additive"])
+def test_ranges_do_not_tell_how_the_world_is_turned(error):
+    """Rings and landmarks leave the heading as unsure as it was at the start; the additive error does not."""
+    data = scenario(scattered(0), last=35, options={"error": error})
+    robot = replace(data.robots[0], orientation_std_deg=3.0)
+    *_, now = universal_slam(replace(data, robots=[robot]))
+    std = np.degrees(np.sqrt(now.map.block(now.robs[0].r)[2, 2]))
+    assert len(now.lmks) == 3
+    assert std > 3.0 - 1e-6 if error == "invariant" else std < 2.9
+
+
 @pytest.mark.parametrize("options", [{}, {"joint": True}, {"joint": True, "compressed": True}], ids=str)
 def test_fast_is_plain(options):
     """Whatever the engine: rings, decisions and landmarks."""
     points, plain = scattered(5), {name: value for name, value in options.items() if name != "compressed"}
-    kind = Beacon(bias_std=0.5, scale_std=0.05)
+    kind = Beacon(bias_std=0.1, scale_std=0.01)
     one, other = (
         universal_slam(scenario(points, last=40, kind=kind, options={"engine": engine, **more}))
         for engine, more in (("plain", plain), ("fast", options))
