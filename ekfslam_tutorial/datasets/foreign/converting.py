@@ -79,7 +79,7 @@ def convert(path, plan=None, name=None):
 def seen(table):
     """Lines on a table: its columns, and what was noted when it was read."""
     kind = f" ({table.kind})" if table.kind else ""
-    yield f"{table.name}{kind}: {len(table):,} rows of {', '.join(table.columns) or 'nothing'}"
+    yield f"{table.name}{kind}: {len(table):,} row{'s' * (len(table) != 1)} of {', '.join(table.columns) or 'nothing'}"
     for note in table.notes:
         yield f"  {note}"
 
