@@ -191,7 +191,9 @@ def test_kinds_of_lines_of_the_same_length_and_a_large_map(tmp_path):
             "scan": {"from": "grid.log/CONE", "t": 1, "x": 2, "y": 3, "id": 4},
         },
     )
-    assert done.scenario["options"]["compressed"] and "more than 100 landmarks" in "\n".join(done.said)
+    options = done.scenario["options"]
+    assert options["joint"] and "more than 100 landmarks: joint" in "\n".join(done.said)
+    assert "compressed" not in options  # where a sensor has no max_range, all that is known counts as looked at
 
 
 @pytest.mark.parametrize("timed", [False, True])

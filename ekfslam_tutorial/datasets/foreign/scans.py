@@ -95,8 +95,8 @@ class Scan:
         """Table of the filter's options."""
         table = {"association": "known_ids" if self.known else "nearest_neighbour"}
         if self.known and len(np.unique(self.part["id"])) > MANY:
-            table |= {"joint": True, "compressed": True}
-            self.log.said.append(f"more than {MANY} landmarks: joint and compressed, which is much faster then")
+            table |= {"joint": True}
+            self.log.said.append(f"more than {MANY} landmarks: joint correction, which is much faster then")
         return table | {"md2_threshold": GATES[len(self.fields)]}
 
     def _mounting(self):
