@@ -71,7 +71,8 @@ def convert(path, plan=None, name=None):
     drive, scan = (InSpace if space else InPlane)(log), Scan(log)
     scenario = scenario_of(log, drive, scan, name or "log")
     recording = recording_from(log, drive, scan, UserData.from_dict(scenario))
-    recording.notes += [note for table in tables for note in table.notes]
+    used = {entry["from"] for entry in plan.values()}
+    recording.notes += [note for table in tables if table.name in used for note in table.notes]
     scenario |= {"convert": plan | ({"space": True} if space else {})}
     return Converted(recording, scenario, said + log.said + after(recording))
 

@@ -72,7 +72,7 @@ NAMES = {
     "theta": "theta th yaw heading phi orientation orientation.yaw pose.orientation.yaw pose.pose.orientation.yaw "
     "rotation.yaw",
     "id": "id landmark landmark_id lm lm_id beacon beacon_id tag tag_id marker marker_id barcode subject object_id "
-    "track track_id anchor anchor_id ids node signature fiducial_id marker_ids",
+    "track track_id anchor anchor_id ids node signature fiducial_id marker_ids name label",
     "range": "range r dist distance rho ranges rng range_val",
     "bearing": "bearing brg phi angle azimuth alpha beta bearings theta b heading",
     "elevation": "elevation elev inclination vertical_angle el pitch_angle",
@@ -189,7 +189,7 @@ def guess_role(table):
         return "map"
     if TRUE.search(table.name) and placed:
         return "truth" if has & {"theta", "qw"} and {"x", "y"} <= has else "gps"
-    if placed and (GPS.search(table.name) or (on_earth and not has & {"v", "range"})):
+    if placed and (GPS.search(table.name) or (on_earth and "t" in has and not has & {"v", "range"})):
         return "gps"
     if pixels(table, has) and ("id" in has or LOOK.search(table.name)):
         return "scan"
