@@ -199,7 +199,7 @@ def test_kinds_of_lines_of_the_same_length_and_a_large_map(tmp_path):
 @pytest.mark.parametrize("timed", [False, True])
 def test_the_order_of_lines_stands_for_times(drive, tmp_path, timed):
     """As logs of steps have it: what was seen follows the step, and has no time of its own."""
-    lines, k = ["# STEP <t> <dx> <dy> <dphi>", "SAW 9 9 99 before the first step"], 0
+    lines, k = ["# STEP <t> <dx> <dy> <dphi>", "SAW 9 9 99 too many", "ELSE 1", "ELSE 1", "ELSE 1 2"], 0
     for t, v, w in drive.odo:
         lines.append(f"STEP picture{k:04d}.ppm {t:.3f} {0.1 * v:.6f} 0.0 {0.1 * w:.6f}")
         lines += [f"SAW {i:.0f} {r:.4f} {b:.4f}" for a, i, r, b in drive.seen if abs(a - t) < 1e-6]
@@ -211,7 +211,9 @@ def test_the_order_of_lines_stands_for_times(drive, tmp_path, timed):
     }
     done = convert(tmp_path / "steps.log", plan)
     said, raw = "\n".join(done.said), done.recording.raw[1]
-    assert ("a step of 1 s each" in said) is not timed and "1 of " in said  # of the line with too many words
+    assert ("a step of 1 s each" in said) is not timed and "1 of 3 rows have not 1 cells" in said
+    (note,) = done.recording.notes  # of SAW: nobody uses the others
+    assert note.startswith("1 of ") and "row 1 first" in note
     assert done.scenario["convert"]["scan"]["t"] == "line" and len(raw.ids) == len(drive.seen)
     rows = np.searchsorted(drive.odo[:, 0], np.unique(drive.seen[:, 0]) - 1e-6)
     seen_at = done.recording.t[np.diff(raw.offsets) > 0]
@@ -239,7 +241,8 @@ def test_a_car_with_an_angle_of_steering_and_a_receiver_in_degrees(drive, tmp_pa
     write(
         tmp_path / "car.csv", "time velocity steering_deg", np.column_stack([t, v, np.rad2deg(np.arctan(2.5 * w / v))])
     )
-    write(tmp_path / "laser.csv", "t id range bearing", drive.seen)
+    write(tmp_path / "laser.csv", "t id range bearing", drive.seen, "|")
+    (tmp_path / "beacons.csv").write_text(f"name,lat,lon\nwest,{lat[0]:.9f},{lon[0] - 1e-3:.9f}\neast,50.0,8.001\n")
     rows = [f"{a:.3f},{1e7 * b:.0f},{1e7 * c:.0f}" for a, b, c in zip(drive.true[:, 0], lat, lon, strict=True)]
     (tmp_path / "receiver.csv").write_text("stamp,lat,lng\n" + "\n".join(rows))
     with pytest.raises(ValueError, match="an angle of steering needs wheelbase, from the rear axle to the front one"):
@@ -250,6 +253,9 @@ def test_a_car_with_an_angle_of_steering_and_a_receiver_in_degrees(drive, tmp_pa
     np.testing.assert_allclose(
         done.recording.fixes[1][:, 1:], drive.true[:, 1:3] - drive.true[0, 1:3], atol=0.03
     )  # 1e-7 deg are 1.1 cm
+    west, first = done.recording.landmarks.points[1], done.recording.fixes[1][0, 1:]
+    np.testing.assert_allclose(west - first, [-71.696, 0], atol=0.03)
+    assert len(done.recording.raw[1].ids) == len(drive.seen)
 
 
 def test_degrees_on_the_earth_are_metres():

@@ -126,7 +126,8 @@ class Log:
             why = "they are in different time bases" if other else "they do not meet"
             raise ValueError(
                 f"odometry lasts from {spans[0]}, {role} from {spans[1]}: {why}; --set {role}.t_unit=ms, or "
-                f"--set {role}.t_offset={begin['odometry'] - begin[role]:.6f} (s), puts them together"
+                f"--set {role}.t_offset={begin['odometry'] - begin[role]:.6f} (s), puts them together "
+                "if both began at once"
             )
 
     def mount(self):

@@ -155,8 +155,8 @@ def _text(path):
     if not lines:
         raise ValueError(f"{path} holds nothing but remarks")
     middle = lines[len(lines) // 2]
-    mark = next((c for c in ";\t," if c in middle), None)
-    comma = mark in (";", "\t") and re.search(r"\d,\d", middle) is not None  # a decimal comma
+    mark = next((c for c in ";\t|," if c in middle), None)
+    comma = mark in (";", "\t", "|") and re.search(r"\d,\d", middle) is not None  # a decimal comma
     split = lambda line: [cell.strip().strip("\"'") for cell in line.split(mark)]
     rows = [split(line.replace(",", ".") if comma else line) for line in lines]
     head = None
