@@ -69,7 +69,7 @@ def test_a_file_of_models_is_small(path):
     assert len(code_lines(path)) <= MODEL_LINES
 
 
-@pytest.mark.parametrize("folder", ["geometry", "models", "ekf", "slam"])
+@pytest.mark.parametrize("folder", ["geometry", "models", "ekf", "slam", "toolbox", "datasets"])
 def test_functions_fit_on_a_screen(folder):
     found = {path.relative_to(PACKAGE).as_posix(): long_functions(path) for path in sources(folder)}
     assert {path: functions for path, functions in found.items() if functions} == {}

@@ -77,8 +77,11 @@ def test_an_mcap_holds_poses_paths_and_landmarks(tmp_path, run):
     path = exported(tmp_path, "mcap") / "run.mcap"
     with AnyReader([path]) as bag:
         found = {}
-        for connection, _, data in bag.messages():
+        for connection, logged, data in bag.messages():
             found.setdefault(connection.topic, []).append(bag.deserialize(data, connection.msgtype))
+            if connection.topic == "/robot_1/pose":
+                stamp = found[connection.topic][-1].header.stamp
+                assert stamp.sec * 10**9 + stamp.nanosec == logged
     assert set(found) == {"/robot_1/pose", "/robot_1/path", "/truth_1/path", "/map"}
     pose, (path,) = found["/robot_1/pose"][-1].pose, found["/robot_1/path"]
     assert len(path.poses) == len(found["/robot_1/pose"]) == 8

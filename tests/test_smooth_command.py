@@ -102,6 +102,8 @@ def test_the_command_writes_both(tmp_path, capsys):
         )
         assert code == 0 and said.out.startswith("16 poses, "), said.err
     assert len(read_g2o(tmp_path / "new" / "run.g2o").t) == 16
+    kinds = [line.split()[0] for line in (tmp_path / "new" / "run.g2o").read_text().splitlines()]
+    assert kinds.index("FIX") > max(k for k, kind in enumerate(kinds) if kind != "FIX")  # GTSAM stops reading there
     tree = ast.parse((tmp_path / "new" / "run.py").read_text())
     tables = {n.targets[0].id: ast.literal_eval(n.value) for n in tree.body[3:8] if isinstance(n, ast.Assign)}
     assert len(tables["POSES"]) == 16 and len(tables["STEPS"]) == 15 and tables["FIXED"] == [0]

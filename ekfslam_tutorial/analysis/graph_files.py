@@ -156,11 +156,11 @@ def g2o_text(graph):
     lines = [] if flat else ["PARAMS_SE3OFFSET 0 0 0 0 0 0 0 1"]
     lines += [f"{pose} {i} {_row(x[order])}" for i, x in sorted(parts.poses.items())]
     lines += [f"{point} {i} {_row(p)}" for i, p in sorted(parts.points.items())]
-    lines += [f"FIX {i}" for i in parts.fixed]
     for a, b, z, P in parts.steps:
         lines.append(f"{step} {a} {b} {_row(z[order])} {_upper(half[:, None] * np.linalg.inv(P) * half)}")
     extra = "" if flat else "0 "
     lines += [f"{look} {a} {b} {extra}{_row(p)} {_upper(np.linalg.inv(P))}" for a, b, p, P in parts.looks]
+    lines += [f"FIX {i}" for i in parts.fixed]  # the last lines: GTSAM reads no farther than the first of them
     return "\n".join(lines) + "\n"
 
 

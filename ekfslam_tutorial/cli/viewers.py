@@ -106,7 +106,7 @@ def _messages(history, T):
     make = lambda kind, *values: T[kind](*values)
 
     def header(t):
-        return make("std_msgs/msg/Header", make("builtin_interfaces/msg/Time", int(t), int(t % 1 * 1e9)), "map")
+        return make("std_msgs/msg/Header", make("builtin_interfaces/msg/Time", *divmod(round(1e9 * t), 10**9)), "map")
 
     def pose(x):
         point = make("geometry_msgs/msg/Point", *map(float, x[:3]))

@@ -206,15 +206,17 @@ class Replay:
     ----------
     title : str
     frames : int
-        Of the run. The page plays at most `MOST_FRAMES` of them, so that it stays small.
+        Of the run. The page plays at most `MOST_FRAMES` of them, so that it stays small, and of a camera's images it
+        shows at most `MOST_IMAGES`: 2 MB.
     k : float
         Ellipses are drawn at k sigma.
     """
 
-    MOST_FRAMES = 300
+    MOST_FRAMES, MOST_IMAGES = 300, 150
 
     def __init__(self, title, frames, k):
-        self.log = StateLog(title, k, period=max(1, -(-frames // self.MOST_FRAMES)))
+        period = max(1, -(-frames // self.MOST_FRAMES))
+        self.log = StateLog(title, k, period=period, images=-(-frames // (period * self.MOST_IMAGES)))
 
     def add(self, snapshot):
         """Take a snapshot."""

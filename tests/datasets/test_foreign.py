@@ -11,6 +11,7 @@ from ekfslam_tutorial.analysis import History
 from ekfslam_tutorial.cli import main
 from ekfslam_tutorial.datasets.foreign import convert
 from ekfslam_tutorial.datasets.foreign.converting import at_times
+from ekfslam_tutorial.datasets.foreign.earth import east_north_up, to_metres
 from ekfslam_tutorial.datasets.foreign.looks import heading_unit, time_unit
 from ekfslam_tutorial.datasets.foreign.scans import scatter
 from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
@@ -190,7 +191,80 @@ def test_kinds_of_lines_of_the_same_length_and_a_large_map(tmp_path):
             "scan": {"from": "grid.log/CONE", "t": 1, "x": 2, "y": 3, "id": 4},
         },
     )
-    assert done.scenario["options"]["compressed"] and "more than 100 landmarks" in "\n".join(done.said)
+    options = done.scenario["options"]
+    assert options["joint"] and "more than 100 landmarks: joint" in "\n".join(done.said)
+    assert "compressed" not in options  # where a sensor has no max_range, all that is known counts as looked at
+
+
+@pytest.mark.parametrize("timed", [False, True])
+def test_the_order_of_lines_stands_for_times(drive, tmp_path, timed):
+    """As logs of steps have it: what was seen follows the step, and has no time of its own."""
+    lines, k = ["# STEP <t> <dx> <dy> <dphi>", "SAW 9 9 99 too many", "ELSE 1", "ELSE 1", "ELSE 1 2"], 0
+    for t, v, w in drive.odo:
+        lines.append(f"STEP picture{k:04d}.ppm {t:.3f} {0.1 * v:.6f} 0.0 {0.1 * w:.6f}")
+        lines += [f"SAW {i:.0f} {r:.4f} {b:.4f}" for a, i, r, b in drive.seen if abs(a - t) < 1e-6]
+        k += 1
+    (tmp_path / "steps.log").write_text("\n".join(lines))
+    plan = {
+        "odometry": {"from": "steps.log/STEP", "dx": 3, "dy": 4, "dtheta": 5} | ({"t": 2} if timed else {}),
+        "scan": {"from": "steps.log/SAW", "id": 1, "range": 2, "bearing": 3},
+    }
+    done = convert(tmp_path / "steps.log", plan)
+    said, raw = "\n".join(done.said), done.recording.raw[1]
+    assert ("a step of 1 s each" in said) is not timed and "1 of 3 rows have not 1 cells" in said
+    (note,) = done.recording.notes  # of SAW: nobody uses the others
+    assert note.startswith("1 of ") and "row 1 first" in note
+    assert done.scenario["convert"]["scan"]["t"] == "line" and len(raw.ids) == len(drive.seen)
+    rows = np.searchsorted(drive.odo[:, 0], np.unique(drive.seen[:, 0]) - 1e-6)
+    seen_at = done.recording.t[np.diff(raw.offsets) > 0]
+    times = drive.odo[rows, 0] if timed else rows + 1.0
+    np.testing.assert_allclose(np.diff(seen_at), np.diff(times), atol=1e-6)
+    np.testing.assert_allclose(
+        done.recording.robots[1].u.sum(0)[2], 0.1 * drive.odo[: rows[-1] + 1, 2].sum(), atol=1e-3
+    )
+    assert convert(tmp_path / "steps.log", done.scenario["convert"]).scenario == done.scenario
+    f = played(done)
+    assert f["n_refused"] < 0.02 * f["n_innovations"]
+
+
+def test_lines_without_times_and_without_an_odometry_among_them(drive, tmp_path):
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    (tmp_path / "seen.log").write_text("SAW 1 2.0 0.1\nSAW 2 3.0 0.1\n")
+    with pytest.raises(ValueError, match=r"scan: the lines of seen.log have no times, and no odometry among them"):
+        convert(tmp_path, {"scan": {"from": "seen.log/SAW", "id": 1, "range": 2, "bearing": 3}})
+
+
+def test_a_car_with_an_angle_of_steering_and_a_receiver_in_degrees(drive, tmp_path):
+    """Speed and steering of a car 2.5 m long; latitude and longitude beside them, in whole numbers of 1e-7 deg."""
+    t, v, w = drive.odo.T
+    lat, lon = 50.0 + drive.true[:, 2] / 111_229.0, 8.0 + drive.true[:, 1] / 71_696.0
+    write(
+        tmp_path / "car.csv", "time velocity steering_deg", np.column_stack([t, v, np.rad2deg(np.arctan(2.5 * w / v))])
+    )
+    write(tmp_path / "laser.csv", "t id range bearing", drive.seen, "|")
+    (tmp_path / "beacons.csv").write_text(f"name,lat,lon\nwest,{lat[0]:.9f},{lon[0] - 1e-3:.9f}\neast,50.0,8.001\n")
+    rows = [f"{a:.3f},{1e7 * b:.0f},{1e7 * c:.0f}" for a, b, c in zip(drive.true[:, 0], lat, lon, strict=True)]
+    (tmp_path / "receiver.csv").write_text("stamp,lat,lng\n" + "\n".join(rows))
+    with pytest.raises(ValueError, match="an angle of steering needs wheelbase, from the rear axle to the front one"):
+        convert(tmp_path)
+    done = convert(tmp_path, {"odometry": {"wheelbase": 2.5}})
+    np.testing.assert_allclose(done.recording.robots[1].u[10], [v[10], w[10]], rtol=1e-5)
+    assert "lat, lon: degrees on the ellipsoid WGS 84; x is metres to the east of 50.00" in "\n".join(done.said)
+    np.testing.assert_allclose(
+        done.recording.fixes[1][:, 1:], drive.true[:, 1:3] - drive.true[0, 1:3], atol=0.03
+    )  # 1e-7 deg are 1.1 cm
+    west, first = done.recording.landmarks.points[1], done.recording.fixes[1][0, 1:]
+    np.testing.assert_allclose(west - first, [-71.696, 0], atol=0.03)
+    assert len(done.recording.raw[1].ids) == len(drive.seen)
+
+
+def test_degrees_on_the_earth_are_metres():
+    """A degree of latitude and of longitude as tables of the ellipsoid have it, m; right to 1 mm over 100 m."""
+    for lat, north, east in (0, 110_574.3, 111_319.5), (45, 111_131.8, 78_846.8), (60, 111_412.2, 55_800.1):
+        p = east_north_up(np.array([lat, lat + 1e-3]), np.array([10 + 1e-3, 10.0]), lat, 10.0)
+        np.testing.assert_allclose(p[:2], 1e-3 * np.array([[east, 0], [0, north]]), atol=2e-3)
+    with pytest.raises(ValueError, match="degrees from -90 to 90 are needed, got 95"):
+        to_metres({"lat": np.array([50.0, 95.0]), "lon": np.zeros(2)})
 
 
 def test_fixes_far_from_zero_count_from_the_first_one(drive, tmp_path):

@@ -1,6 +1,8 @@
 """State logs: what is read back is what happened, hostile numbers do no harm, and a log stays small."""
 
+import base64
 import json
+from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,9 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from PIL import Image
 
 from ekfslam_tutorial.graphics.player import StateLog
 from ekfslam_tutorial.graphics.player.coding import lower_factor, pack_factor, unpack_factor
+from ekfslam_tutorial.graphics.player.images import image_of
 from ekfslam_tutorial.graphics.player.recorder import FINE, GROWN, MOVED
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 
@@ -33,6 +37,42 @@ def logged(run, **options):
             )
         )
     return log, truth
+
+
+# --- images of a camera ---
+
+
+def test_every_so_many_frames_have_an_image_with_what_was_measured_in_it(run):
+    """Wide images become small ones; the middle of a square and of a cross is where it was measured."""
+    log = StateLog("a run", period=2, images=3)
+    square = SimpleNamespace(y=np.array([100.0, 60.0]), matched=True, updated=True)
+    cross = SimpleNamespace(y=np.array([400.0, 200.0]), matched=True, updated=False)
+    sen = SimpleNamespace(id=7)
+    for s in run(True):
+        log.add(s)
+    assert "images" not in log.head and not any("img" in record for record in log.records)
+    seen = SimpleNamespace(sens=[sen], raw={7: SimpleNamespace(image=np.full((480, 640), 90, np.uint8))},
+                           obs={(7, 1): square, (7, 2): cross})  # fmt: skip
+    address = image_of(seen)
+    picture = Image.open(BytesIO(base64.b64decode(address.removeprefix("data:image/jpeg;base64,"))))
+    assert picture.size == (320, 240) and len(address) < 10_000
+    a = np.asarray(picture, float)
+    coloured = np.ptp(a, axis=2) > 40
+    v, u = np.nonzero(coloured)
+    for x, y in (50, 30), (200, 100):
+        near = (np.abs(u - x) < 9) & (np.abs(v - y) < 9)
+        assert near.any() and abs(u[near].mean() - x) < 1.5 and abs(v[near].mean() - y) < 1.5
+    assert image_of(SimpleNamespace(sens=[sen], raw={}, obs={})) is None
+
+
+def test_a_log_with_images_is_read_back(run):
+    log = StateLog("a run", period=2, images=3)
+    for s in run(True):
+        s.raw[s.sens[0].id] = SimpleNamespace(image=np.zeros((24, 32), np.uint8))
+        log.add(s)
+    with_image = [i for i, record in enumerate(log.records) if "img" in record]
+    assert with_image == list(range(0, len(log), 3)) and log.head["images"] == 6
+    assert StateLog.from_json(log.to_json()).to_dict() == log.to_dict()
 
 
 # --- reading back ---

@@ -224,8 +224,13 @@ def test_folders_videos_and_pieces(twin, tmp_path):
     log = datasets.load_recording(Data(name="monoslam_desk", params={"path": str(tmp_path / "a.avi")}))
     assert len(log) == 5 and "a guess" in log.notes[0]
     assert np.abs(log.frames[3].astype(float) - twin.frames[3]).mean() < 8
-    with pytest.raises(ValueError, match="there is no camera 97 here"):
-        datasets.load_recording(Data(name="monoslam_desk", params={"camera": 97}))
+
+
+@needs_opencv
+def test_without_a_camera_there_is_one_sentence_and_nothing_else(tmp_path, capfd):
+    assert main(["run", "monoslam", "--camera", "97", "--out", str(tmp_path / "out")]) == 2
+    (line,) = capfd.readouterr().err.splitlines()  # the drivers' own words are not among it
+    assert "there is no camera 97 here" in line and line.endswith("--camera FILE")
 
 
 @needs_opencv
@@ -238,3 +243,6 @@ def test_the_command_runs_the_twin_and_says_so(tmp_path, monkeypatch, capsys):
     assert figures["frames"] == 15 and all(figures[name] is not None for name in wanted)
     assert figures["ate_aligned_m"] < 0.01 and figures["landmark_rmse_aligned_m"] < 0.05
     assert {"map.png", "sensor-1.png", "view.html", "trajectory-1.tum"} <= {p.name for p in tmp_path.iterdir()}
+    page = (tmp_path / "view.html").read_text()
+    assert page.count("data:image/jpeg;base64,") == 15 and '"images":1' in page  # one of each frame
+    assert len(page) < 5e5

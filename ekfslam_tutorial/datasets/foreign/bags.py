@@ -6,7 +6,7 @@ does one with arrays of the same length. `t` is the stamp of the header, or else
 of things in a list, their names, are numbered by the alphabet. A `CameraInfo` gives one row: intrinsic parameters.
 """
 
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
@@ -45,36 +45,55 @@ def read_bag(path):
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise ValueError(f"{path}: {EXTRA}") from error
-    path, topics, frames, mounts = Path(path), {}, {}, {}
+    path = Path(path)
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as bag:
-            wanted = []
-            for connection in bag.connections:
-                kind = connection.msgtype
-                rows, notes = topics.setdefault(connection.topic, ([], [], kind))[:2]
-                if kind.rpartition("/")[2] not in RAW or connection.topic.endswith("tf_static"):
-                    wanted.append(connection)
-                elif not notes:
-                    notes.append(f"{kind}: raw data, no landmarks in it; a detector must find them first")
-            for connection, stamp, data in bag.messages(wanted) if wanted else ():
-                message, topic = bag.deserialize(data, connection.msgtype), connection.topic
-                frames.setdefault(topic, frame_of(message))
-                if hasattr(message, "transforms") and topic.endswith("tf_static"):
-                    mounts.setdefault(topic, {}).update(mounted(message))
-                elif not hasattr(message, "distortion_model"):
-                    topics[topic][0].extend(rows_of(message, stamp * 1e-9))
-                elif not topics[topic][0]:
-                    topics[topic][0].append(camera_row(message, topics[topic][1]))
+            topics = topics_of(bag)
     except Exception as error:  # of many kinds, by what is broken
         said = " ".join(str(error).split())[:200] or type(error).__name__
         raise ValueError(f"{path} is no bag that can be read: {said}") from error
-    if not any(rows for rows, _, _ in topics.values()):
-        there = ", ".join(f"{topic} ({kind})" for topic, (_, _, kind) in topics.items()) or "none"
+    if not any(topic.rows for topic in topics.values()):
+        there = ", ".join(f"{name} ({topic.kind})" for name, topic in topics.items()) or "none"
         raise ValueError(f"{path} holds no messages that could be of use; topics there: {there}")
     return [
-        (topic, columns(rows, notes), tuple(notes), kind, frames.get(topic, ""), mounts.get(topic, {}))
-        for topic, (rows, notes, kind) in topics.items()
+        (name, columns(topic.rows, topic.notes), tuple(topic.notes), topic.kind, topic.frame, topic.mounts)
+        for name, topic in topics.items()
     ]
+
+
+@dataclass
+class Topic:
+    """What the messages of a topic hold: rows, notes, their type, their frame, what is mounted where."""
+
+    kind: str
+    rows: list = field(default_factory=list)
+    notes: list = field(default_factory=list)
+    frame: str = ""
+    mounts: dict = field(default_factory=dict)
+
+    def add(self, message, stamp):
+        """Take a message, s."""
+        self.frame = self.frame or frame_of(message)
+        if hasattr(message, "transforms"):
+            self.mounts |= mounted(message)
+        elif not hasattr(message, "distortion_model"):
+            self.rows += rows_of(message, stamp)
+        elif not self.rows:
+            self.rows.append(camera_row(message, self.notes))
+
+
+def topics_of(bag):
+    """All topics of an open bag, {name: Topic}; of raw data no message is read."""
+    topics, wanted = {}, []
+    for connection in bag.connections:
+        topic = topics.setdefault(connection.topic, Topic(connection.msgtype))
+        if topic.kind.rpartition("/")[2] not in RAW or connection.topic.endswith("tf_static"):
+            wanted.append(connection)
+        elif not topic.notes:
+            topic.notes.append(f"{topic.kind}: raw data, no landmarks in it; a detector must find them first")
+    for connection, stamp, data in bag.messages(wanted) if wanted else ():
+        topics[connection.topic].add(bag.deserialize(data, connection.msgtype), stamp * 1e-9)
+    return topics
 
 
 def columns(rows, notes):
@@ -163,8 +182,8 @@ def _stamp(row, before):
 def _fields(message, before, row):
     """Put the numbers of a message into a row; return its lists of messages, and its arrays of numbers."""
     lists, arrays = {}, {}
-    for field in (field.name for field in fields(message) if not field.name.startswith("__")):
-        value, name = getattr(message, field), before + field
+    for key in (f.name for f in fields(message) if not f.name.startswith("__")):
+        value, name = getattr(message, key), before + key
         if isinstance(value, bool | int | float | np.number):
             row[name] = float(value)
         elif isinstance(value, str):
@@ -180,7 +199,7 @@ def _fields(message, before, row):
             lists[name] = value
         elif isinstance(value, np.ndarray | list | tuple):
             a = np.asarray(value)
-            is_covariance = "covariance" in field and a.size in COVARIANCES
+            is_covariance = "covariance" in key and a.size in COVARIANCES
             if a.ndim == 1 and a.dtype.kind in "iuf" and not is_covariance:
                 arrays[name] = a
     return lists, arrays

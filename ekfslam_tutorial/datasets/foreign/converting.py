@@ -11,7 +11,7 @@ from ...toolbox.messages import recording_of
 from ...toolbox.recordings import Recording
 from .driving import InPlane, InSpace, poses
 from .log import Log
-from .meaning import OUT_OF_THE_PLANE, PLANE, SPACE, checked, find, guess
+from .meaning import LINE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, find, guess
 from .scans import Scan
 from .tables import read_tables
 
@@ -67,11 +67,12 @@ def convert(path, plan=None, name=None):
     tables = read_tables(path)
     said = [line for table in tables for line in seen(table)]
     plan, space = completed(plan or {}, tables)
-    log = Log(plan, {table.name: table for table in tables}, space)
+    log = Log(*in_order(plan, {table.name: table for table in tables}), space)
     drive, scan = (InSpace if space else InPlane)(log), Scan(log)
     scenario = scenario_of(log, drive, scan, name or "log")
     recording = recording_from(log, drive, scan, UserData.from_dict(scenario))
-    recording.notes += [note for table in tables for note in table.notes]
+    used = {entry["from"] for entry in plan.values()}
+    recording.notes += [note for table in tables if table.name in used for note in table.notes]
     scenario |= {"convert": plan | ({"space": True} if space else {})}
     return Converted(recording, scenario, said + log.said + after(recording))
 
@@ -79,7 +80,7 @@ def convert(path, plan=None, name=None):
 def seen(table):
     """Lines on a table: its columns, and what was noted when it was read."""
     kind = f" ({table.kind})" if table.kind else ""
-    yield f"{table.name}{kind}: {len(table):,} rows of {', '.join(table.columns) or 'nothing'}"
+    yield f"{table.name}{kind}: {len(table):,} row{'s' * (len(table) != 1)} of {', '.join(table.columns) or 'nothing'}"
     for note in table.notes:
         yield f"  {note}"
 
@@ -124,6 +125,35 @@ def _with_time(entry, tables):
     if column is None:
         raise ValueError(f"{table.name}: which column is the time? t = one of {', '.join(table.columns)}")
     return entry | {"t": column}
+
+
+def in_order(plan, tables):
+    """The plan and the tables, with times where the order of lines stands for them.
+
+    A line of the odometry is a step of one second, if it has no time. What follows it has its time.
+
+    Raises
+    ------
+    ValueError
+        The odometry is in another file, or there is none.
+    """
+    odo = plan.get("odometry", {})
+    steps = tables[odo["from"]].columns if odo else {}
+    if odo.get("t") == LINE:
+        first, times = 0.0, np.arange(1.0, len(steps[LINE]) + 1)
+    elif odo:
+        first, times = steps[odo["t"]][0], steps[odo["t"]]
+    plan, timed = dict(plan), dict(tables)
+    for role, entry in plan.items():
+        if entry.get("t") != LINE:
+            continue
+        table, file = tables[entry["from"]], entry["from"].partition("/")[0]
+        if LINE not in steps or odo["from"].partition("/")[0] != file:
+            raise ValueError(f"{role}: the lines of {file} have no times, and no odometry among them that could tell")
+        t = np.append(first, times)[np.searchsorted(steps[LINE], table.columns[LINE], side="right")]
+        timed[table.name] = replace(table, columns=table.columns | {LINE: t})
+        plan[role] = entry | {key: odo[key] for key in ("t_unit", "t_offset") if key in odo}
+    return plan, timed
 
 
 def scenario_of(log, drive, scan, name):

@@ -38,7 +38,7 @@ def way_of(log):
             return way
     raise ValueError(
         f"odometry: {', '.join(sorted(odo - {'t'})) or 'the time'} alone does not say how the robot moves; v and w, "
-        "dx and dtheta, x, y and theta, or left and right (with base, m) are needed"
+        "v and steer (with wheelbase, m), dx and dtheta, x, y and theta, or left and right (with base, m) are needed"
         + "; in space twists, steps, poses or an IMU will do, too"
         * log.space
     )
@@ -47,12 +47,23 @@ def way_of(log):
 def speeds(log):
     """Speed forward and turn rate of a robot in the plane, m/s and rad/s."""
     odo = log.parts["odometry"]
-    if "v" in odo:
+    if "w" in odo:
         return odo["v"], odo["w"]
-    base = log.plan["odometry"].get("base")
-    if not isinstance(base, int | float) or base <= 0:
-        raise ValueError(f"odometry: speeds of wheels need base, how far they are apart in m, got {base!r}")
+    if "steer" in odo:  # of the middle of the rear axle
+        length = _told(
+            log, "wheelbase", "an angle of steering needs wheelbase, from the rear axle to the front one in m"
+        )
+        return odo["v"], odo["v"] * np.tan(odo["steer"]) / length
+    base = _told(log, "base", "speeds of wheels need base, how far they are apart in m")
     return (odo["left"] + odo["right"]) / 2, (odo["right"] - odo["left"]) / base
+
+
+def _told(log, key, words):
+    """A length of the robot that the user says."""
+    value = log.plan["odometry"].get(key)
+    if not isinstance(value, int | float) or not 0 < value < np.inf:
+        raise ValueError(f"odometry: {words}: --set odometry.{key}=..., got {value!r}")
+    return value
 
 
 def speed_noise(a, kind):

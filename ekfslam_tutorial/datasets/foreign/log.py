@@ -4,6 +4,7 @@ import numpy as np
 
 from ...geometry import Frame3
 from . import looks
+from .earth import to_metres
 from .meaning import NAMES, ROLES
 
 APART = 1e5
@@ -11,6 +12,7 @@ APART = 1e5
 IN_G = 0.5, 2.0
 """Accelerations whose usual size is in between are multiples of the earth's."""
 G = 9.80665
+CLOCKWISE = "bearing", "theta", "w", "steer", "dtheta", "wz", "daz"
 
 
 class Log:
@@ -26,7 +28,7 @@ class Log:
     """
 
     def __init__(self, plan, tables, space):
-        self.plan, self.space, self.said, self.parts = plan, space, [], {}
+        self.plan, self.space, self.said, self.parts, self.origin = plan, space, [], {}, None
         self.frames = {role: tables[entry["from"]].frame for role, entry in plan.items()}
         self.mounts = {child: where for table in tables.values() for child, where in table.mounts.items()}
         degrees, of_time = False, None
@@ -61,7 +63,7 @@ class Log:
             part["t"] = np.round(t, 6)  # what is measured at one time has one time, whatever was added
         part |= {m: part[m] * factor for m, (factor, _) in units.items() if m != "t"}
         if entry.get("clockwise"):
-            part |= {m: -part[m] for m in ("bearing", "theta", "w", "dtheta", "wz", "daz") if m in part}
+            part |= {m: -part[m] for m in CLOCKWISE if m in part}
         needed = [m for m in part if m != "id" or role == "map"]
         whole = np.all([np.isfinite(part[m]) for m in needed], axis=0)
         part = {m: a[whole] for m, a in part.items()}
@@ -86,6 +88,12 @@ class Log:
             twice = len(part["t"]) - len(np.unique(part["t"]))
             if twice and role == "odometry":
                 words.append(f"  {twice:,} rows have the time of another one and are left out; were times rounded?")
+        if "lat" in part:
+            part, self.origin = to_metres(part, self.origin)
+            place = f"{self.origin[0]:.7f}, {self.origin[1]:.7f}"
+            words.append(
+                f"  lat, lon: degrees on the ellipsoid WGS 84; x is metres to the east of {place}, y to the north"
+            )
         if {"x", "y"} <= set(part) and role in ("odometry", "truth", "gps"):
             jump = looks.jumps(np.column_stack([part[m] for m in ("x", "y", "z") if m in part]))
             words += [f"  {jump}"] if jump else []
@@ -118,7 +126,8 @@ class Log:
             why = "they are in different time bases" if other else "they do not meet"
             raise ValueError(
                 f"odometry lasts from {spans[0]}, {role} from {spans[1]}: {why}; --set {role}.t_unit=ms, or "
-                f"--set {role}.t_offset={begin['odometry'] - begin[role]:.6f} (s), puts them together"
+                f"--set {role}.t_offset={begin['odometry'] - begin[role]:.6f} (s), puts them together "
+                "if both began at once"
             )
 
     def mount(self):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .meaning import ANGLES, ENDINGS, KIND, ROLES, STEP, TWIST, UNITS, plain
+from .meaning import ANGLES, ENDINGS, KIND, LINE, ROLES, STEP, TWIST, UNITS, plain
 
 RATES = 0.25, 2000.0
 """Times are in the unit, of s, ms, us, ns, that makes the rate one of a sensor, Hz."""
@@ -16,6 +16,8 @@ FASTEST = 50.0
 """No robot here is faster, m/s: then these are millimetres."""
 FARTHEST = 500.0
 """Half of the ranges beyond this: then these are millimetres."""
+STEEPEST = 1.3
+"""No wheel is turned farther to steer, rad: then these are degrees."""
 TOGETHER = TWIST[:3], TWIST[3:], STEP[3:], ANGLES
 """Columns of one unit: one of them alone may be too small to tell it."""
 SPEEDS = "v", "left", "right", *TWIST[:3]
@@ -63,6 +65,9 @@ def units(entry, table, of_time=None, degrees=False):
         said, ending = entry.get(f"{kind}_unit"), plain(entry[meaning])[1]
         if said:
             found[meaning] = UNITS[kind][said], f"{said}, as told"
+        elif entry[meaning] == LINE:
+            unit, words = of_time or "s", "" if of_time else ": a step of 1 s each, for the log has no times"
+            found[meaning] = UNITS["t"][unit], f"{unit}, by the order of the lines{words}"
         elif ending in ENDINGS[kind]:
             found[meaning] = ENDINGS[kind][ending], f"{ending}, by its name"
         elif meaning == "theta" and {"x", "y"} <= set(entry):
@@ -93,7 +98,9 @@ def _guessed(kind, meaning, a, of_time, degrees):
         return UNITS["t"][unit], f"{unit}, by its rate"
     large = float(np.quantile(np.abs(a), 0.95)) if len(a) else 0.0
     if kind == "angle":
-        in_degrees = large > TURN or (degrees and meaning in ("dtheta", *RATES_OF_TURN) and large > 1.0)
+        in_degrees = large > (STEEPEST if meaning == "steer" else TURN) or (
+            degrees and meaning in ("dtheta", *RATES_OF_TURN) and large > 1.0
+        )
         unit = "deg" if in_degrees else "rad"
         return UNITS["angle"][unit], f"{unit}{PER[meaning in RATES_OF_TURN]}: up to {large:.3g}"
     middle = float(np.median(np.abs(a))) if len(a) else 0.0

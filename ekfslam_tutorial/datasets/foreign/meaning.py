@@ -14,49 +14,54 @@ POSE = ("x", "y", "z", *QUATERNION)
 ROLES = {
     "odometry": tuple(
         dict.fromkeys(
-            ("t", "v", "w", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right")
+            ("t", "v", "w", "steer", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right")
             + (*POSE, *ANGLES, *TWIST, *STEP, *IMU)
         )
     ),
     "scan": ("t", "id", "range", "bearing", "elevation", "x", "y", "z", "px", "py", "depth", "disparity"),
-    "truth": ("t", "x", "y", "z", "theta", "roll", "pitch", *QUATERNION),
-    "gps": ("t", "x", "y", "z"),
-    "map": ("id", "x", "y", "z"),
+    "truth": ("t", "x", "y", "z", "theta", "roll", "pitch", *QUATERNION, "lat", "lon"),
+    "gps": ("t", "x", "y", "z", "lat", "lon"),
+    "map": ("id", "x", "y", "z", "lat", "lon"),
     "camera": ("fx", "fy", "cx", "cy", "width", "height", "d1", "d2", "d3", "d4", "d5"),
 }
 """What a log can hold, and the columns of each."""
 PLANE = {
-    "odometry": ({"v", "w"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}),
+    "odometry": ({"v", "w"}, {"v", "steer"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}),
     "scan": ({"range", "bearing"}, {"x", "y"}),
-    "truth": ({"x", "y", "theta"}, {"x", "y"}),
+    "truth": ({"x", "y", "theta"}, {"x", "y"}, {"lat", "lon"}),
+    "gps": ({"x", "y"}, {"lat", "lon"}),
 }
 """Columns that say all that is needed, the better ones first."""
 SPACE = {
     "odometry": (
         *(set(TWIST), set(STEP), set(POSE), {"x", "y", "z", *ANGLES}),
-        *({"v", "w"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}, set(IMU)),
+        *({"v", "w"}, {"v", "steer"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}, set(IMU)),
     ),
     "scan": (
         *({"range", "bearing", "elevation"}, {"px", "py", "depth"}, {"px", "py", "disparity"}),
         *({"x", "y", "z"}, {"px", "py"}),
     ),
-    "truth": (set(POSE), {"x", "y", "z", *ANGLES}, {"x", "y", "z"}),
-    "gps": ({"x", "y", "z"},),
-    "map": ({"id", "x", "y", "z"},),
+    "truth": (set(POSE), {"x", "y", "z", *ANGLES}, {"x", "y", "z"}, {"lat", "lon", "z"}),
+    "gps": ({"x", "y", "z"}, {"lat", "lon", "z"}),
+    "map": ({"id", "x", "y", "z"}, {"id", "lat", "lon", "z"}),
 }
 """The same in space."""
-PLANAR = ("t", "id", "v", "w", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right")
+PLANAR = ("t", "id", "v", "w", "steer", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right", "lat", "lon")
+LINE = "line"
+"""A column of the order of lines in a file, where these begin with a word: what follows a step was seen at its end."""
 OUT_OF_THE_PLANE = {"elevation", "z", "px", "py", "roll", "pitch", *QUATERNION, "vz", "dz", "dax", "ax", "az"}
 """Who names one of these columns means space."""
-SETTINGS = ("from", "t_unit", "t_offset", "angle_unit", "length_unit", "base", "clockwise")
+SETTINGS = ("from", "t_unit", "t_offset", "angle_unit", "length_unit", "base", "wheelbase", "clockwise")
 SETTINGS += ("position", "orientation_deg", "k", "d", "image_size", "baseline", "rectified", "gravity")
 """What can be said beside columns."""
 NAMES = {
-    "t": "t time stamp timestamp sec secs seconds elapsed clock ms ns us msec usec nsec time_stamp unix epoch millis",
+    "t": "t time stamp timestamp sec secs seconds elapsed clock ms ns us msec usec nsec time_stamp unix epoch millis "
+    f"{LINE}",
     "v": "v speed velocity vel linear lin_vel v_lin vx forward forward_speed twist.twist.linear.x twist.linear.x "
     "linear.x linear_velocity linear_velocity_x",
     "w": "w omega om yaw_rate yawrate angular turn_rate gyro_z ang_vel wz yaw_speed gyro rotation_rate "
     "twist.twist.angular.z twist.angular.z angular.z angular_velocity.z angular_velocity angular_velocity_z",
+    "steer": "steer steering steering_angle steer_angle front_wheel_angle",
     "left": "left left_speed v_left vl wheel_left left_wheel",
     "right": "right right_speed v_right vr wheel_right right_wheel",
     "dx": "dx ds delta_s delta_x step distance_travelled",
@@ -67,7 +72,7 @@ NAMES = {
     "theta": "theta th yaw heading phi orientation orientation.yaw pose.orientation.yaw pose.pose.orientation.yaw "
     "rotation.yaw",
     "id": "id landmark landmark_id lm lm_id beacon beacon_id tag tag_id marker marker_id barcode subject object_id "
-    "track track_id anchor anchor_id ids node signature fiducial_id marker_ids",
+    "track track_id anchor anchor_id ids node signature fiducial_id marker_ids name label",
     "range": "range r dist distance rho ranges rng range_val",
     "bearing": "bearing brg phi angle azimuth alpha beta bearings theta b heading",
     "elevation": "elevation elev inclination vertical_angle el pitch_angle",
@@ -83,6 +88,8 @@ NAMES = {
 NAMES |= {
     "z": "z pz pos_z z_pos position_z up alt altitude point.z position.z pose.position.z pose.pose.position.z "
     "translation.z p_rs_r_z tz",
+    "lat": "lat latitude",
+    "lon": "lon lng long longitude",
     "fx": "fx fu focal_x",
     "fy": "fy fv focal_y",
     "cx": "cx u0",
@@ -119,7 +126,10 @@ UNITS = {
     "length": {"m": 1.0, "cm": 0.01, "mm": 1e-3, "ft": 0.3048},
 }
 KIND: dict[str, Any] = {"t": "t", "id": None} | dict.fromkeys((*QUATERNION, "px", "py", "disparity", "ax", "ay", "az"))
-KIND |= dict.fromkeys(("w", "dtheta", "bearing", "elevation", "wx", "wy", "wz", "dax", "day", "daz", *ANGLES), "angle")
+KIND |= dict.fromkeys(("lat", "lon"))
+KIND |= dict.fromkeys(
+    ("w", "steer", "dtheta", "bearing", "elevation", "wx", "wy", "wz", "dax", "day", "daz", *ANGLES), "angle"
+)
 """Of the columns; lengths if not here."""
 FLAT = 1e-3
 """Heights that differ by less are of one plane, m."""
@@ -173,11 +183,13 @@ def guess_role(table):
     has = {meaning for meaning in NAMES if find(table, meaning)}
     if {"fx", "fy", "cx", "cy"} <= has:
         return "camera"
-    if "t" not in has and {"id", "x", "y"} <= has:
+    on_earth = {"lat", "lon"} <= has
+    placed = on_earth or {"x", "y"} <= has
+    if "t" not in has and "id" in has and placed:
         return "map"
-    if TRUE.search(table.name) and {"x", "y"} <= has:
-        return "truth" if has & {"theta", "qw"} else "gps"
-    if GPS.search(table.name) and {"x", "y"} <= has:
+    if TRUE.search(table.name) and placed:
+        return "truth" if has & {"theta", "qw"} and {"x", "y"} <= has else "gps"
+    if placed and (GPS.search(table.name) or (on_earth and "t" in has and not has & {"v", "range"})):
         return "gps"
     if pixels(table, has) and ("id" in has or LOOK.search(table.name)):
         return "scan"
@@ -217,6 +229,9 @@ def guess(tables, space=None):
     if "truth" not in candidates:
         marked = [table for table in tables if len(table) and true_columns(table) and find(table, "t")]
         candidates |= {"truth": marked} if marked else {}
+    if "gps" not in candidates:  # a receiver's columns beside others
+        on_earth = [table for table in tables if len(table) and all(find(table, m) for m in ("t", "lat", "lon"))]
+        candidates |= {"gps": on_earth} if on_earth else {}
     if space is None:
         space = any(
             out_of_the_plane(table, columns_of(table, "scan", True)) for table in candidates.get("scan", ())[:1]
@@ -255,6 +270,8 @@ def alive(table, way):
 def columns_of(table, role, space=False):
     """Columns by meaning, as far as names tell: the first way to say it that is whole."""
     found = {m: c for m in ROLES[role] if (c := find(table, m))}
+    if {"x", "y"} <= set(found):
+        found = {m: c for m, c in found.items() if m not in ("lat", "lon")}
     ways = [way for way in (SPACE if space else PLANE).get(role, ()) if way <= set(found)]
     if role == "scan" and not pixels(table, set(found)):
         ways = [way for way in ways if "px" not in way]

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...geometry import q2e, wrap
 from ...toolbox.messages import Measurement
+from .plumb_bob import without_tangential
 
 RANGE, BEARING, ELEVATION = ("range", "range_std"), ("bearing", "bearing_std_deg"), ("elevation", "elevation_std_deg")
 PIXEL = ("px", "pixel_std"), ("py", "pixel_std")
@@ -94,8 +95,8 @@ class Scan:
         """Table of the filter's options."""
         table = {"association": "known_ids" if self.known else "nearest_neighbour"}
         if self.known and len(np.unique(self.part["id"])) > MANY:
-            table |= {"joint": True, "compressed": True}
-            self.log.said.append(f"more than {MANY} landmarks: joint and compressed, which is much faster then")
+            table |= {"joint": True}
+            self.log.said.append(f"more than {MANY} landmarks: joint correction, which is much faster then")
         return table | {"md2_threshold": GATES[len(self.fields)]}
 
     def _mounting(self):
@@ -157,14 +158,18 @@ class Scan:
         return table
 
     def _distortion(self, d, k):
-        """Radial distortion; what is tangential is left out, and words say how much that is."""
+        """Radial distortion; pixels are moved to where a lens without the tangential part would show them."""
         if self.entry.get("rectified") or not any(d) or self.kind == "stereo_pin_hole":
             return {}
         words = "  pixels are taken to be distorted as the CameraInfo says; scan.rectified=true if they are not"
         if d[2] or d[3]:
-            r = (k[0] / k[2]) ** 2 + (k[1] / k[3]) ** 2
-            off = 2 * r * max(k[2:]) * max(abs(d[2]), abs(d[3]))
-            words += f"; its tangential part is left out, up to {off:.2g} pixels in a corner"
+            seen = np.column_stack([self.part["px"], self.part["py"]])
+            shown = without_tangential(seen, k, d)
+            there = np.isfinite(shown).all(1)
+            self.part |= {m: a[there] for m, a in (self.part | dict(zip(("px", "py"), shown.T, strict=True))).items()}
+            off = np.linalg.norm(shown - seen, axis=1)[there].max(initial=0.0)
+            words += f"; the tangential part is taken off, up to {off:.2g} pixels"
+            words += f"; {(~there).sum():,} pixels that this lens does not have are left out" * bool((~there).any())
         self.log.said.append(words)
         return {"d": [d[0], d[1], *([d[4]] if d[4] else [])]}
 

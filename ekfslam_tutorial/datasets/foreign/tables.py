@@ -10,7 +10,7 @@ from ...toolbox.files.archives import check_regular, read_npz
 from ...toolbox.user_input import errors_at
 from ..matlab import read_mat
 from .bags import is_bag, read_bag
-from .meaning import find
+from .meaning import LINE, find
 
 TEXT = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
 KNOWN = "text in columns (.csv, .tsv, .txt, .dat, .log), .mat, .npz, ROS bags (.bag, .mcap, .db3, or a folder)"
@@ -155,8 +155,8 @@ def _text(path):
     if not lines:
         raise ValueError(f"{path} holds nothing but remarks")
     middle = lines[len(lines) // 2]
-    mark = next((c for c in ";\t," if c in middle), None)
-    comma = mark in (";", "\t") and re.search(r"\d,\d", middle) is not None  # a decimal comma
+    mark = next((c for c in ";\t|," if c in middle), None)
+    comma = mark in (";", "\t", "|") and re.search(r"\d,\d", middle) is not None  # a decimal comma
     split = lambda line: [cell.strip().strip("\"'") for cell in line.split(mark)]
     rows = [split(line.replace(",", ".") if comma else line) for line in lines]
     head = None
@@ -169,12 +169,19 @@ def _text(path):
     tags = [row[0] for row in rows]
     kinds = dict.fromkeys(tags)
     if head is None and not any(map(_is_number, tags)) and len(kinds) <= MOST_KINDS:
-        return [_table(path, f"{path.name}/{tag}", None, [r[1:] for r in rows if r[0] == tag]) for tag in kinds]
+        of_kind = {tag: ([], []) for tag in kinds}
+        for n, (tag, *row) in enumerate(rows, 1):
+            of_kind[tag][0].append(row)
+            of_kind[tag][1].append(n)
+        return [_table(path, f"{path.name}/{tag}", None, *part) for tag, part in of_kind.items()]
     return [_table(path, path.name, head, rows)]
 
 
-def _table(path, name, head, rows):
-    """A table of rows of words: those of another length than most are left out, and noted."""
+def _table(path, name, head, rows, numbers=None):
+    """A table of rows of words: those of another length than most are left out, and noted.
+
+    `numbers` are those of their lines, a column more.
+    """
     lengths = [len(row) for row in rows]
     usual = len(head) if head else max(set(lengths), key=lengths.count)
     kept = [row for row in rows if len(row) == usual]
@@ -186,7 +193,7 @@ def _table(path, name, head, rows):
         notes.append(
             f"{len(rows) - len(kept)} of {len(rows):,} rows have not {usual} cells and are left out, row {first} first"
         )
-    names = head or [str(k) for k in range(1, usual + 1)]
+    names = head or [*map(str, range(1, usual + 1))]
     if len(set(names)) < len(names):
         twice = next(n for n in names if names.count(n) > 1)
         raise ValueError(f"{path} has two columns of the name {twice!r}")
@@ -200,7 +207,10 @@ def _table(path, name, head, rows):
             a[:, k] = [number.get(row[k], np.nan) for row in kept]
             if len(number) < len(kept):
                 notes.append(f"column {column} holds words: {len(number)} different, numbered by the alphabet")
-    return Table(name, dict(zip(names, a.T, strict=True)), tuple(notes))
+    table = dict(zip(names, a.T, strict=True))
+    if numbers:
+        table[LINE] = np.array([n for n, length in zip(numbers, lengths, strict=True) if length == usual], float)
+    return Table(name, table, tuple(notes))
 
 
 def _is_number(cell):

@@ -27,6 +27,7 @@ KEYS = {
     "missed",
     "world",
     "note",
+    "img",
     "whole",
 }
 

@@ -45,6 +45,7 @@ export class Log {
       fresh: rows('new'),
       lost,
       notes: rows('note'),
+      image: record.img ? { src: record.img, k: record.k } : before.image,
     })
   }
 

@@ -51,7 +51,8 @@ export class Player {
     this.canvas = element('canvas', { tabIndex: 0 })
     this.canvas.setAttribute('role', 'application')
     this.canvas.setAttribute('aria-label', `Map${head.title ? ` of ${head.title}` : ''}. Up and down arrows read landmarks.`)
-    this.stage = element('div', { className: 'stage' }, this.canvas)
+    this.image = element('figure', { hidden: true }, element('img', { alt: '' }), element('figcaption'))
+    this.stage = element('div', { className: 'stage' }, this.canvas, this.image)
     this.button = element('button', { className: 'play', type: 'button' })
     this.slider = element('input', { type: 'range', min: 0, step: 1, value: 0, ariaLabel: 'Frame' })
     this.events = element('canvas', { ariaHidden: 'true' })
@@ -168,6 +169,18 @@ export class Player {
     this.say()
     this.drawEvents()
     this.read()
+    this.see(this.log.frames[this.at]?.image)
+  }
+
+  // What the camera saw, in a corner: there is an image for every so many frames of the run.
+  see(image) {
+    if (this.seen === image) return
+    this.seen = image
+    this.image.hidden = !image
+    if (!image) return
+    const [picture, caption] = this.image.children, n = this.log.head.images
+    Object.assign(picture, { src: image.src, alt: `Image of frame ${image.k}` })
+    caption.textContent = `image of frame ${image.k}${n > 1 ? `; one for every ${n} frames` : ''}`
   }
 
   say() {

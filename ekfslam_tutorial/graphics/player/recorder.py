@@ -96,7 +96,7 @@ def _robot(map, rob, frame) -> list[int]:
     d, x = frame.dim, pack(frame.x, frame.dim)
     if rob.r is None or not x:
         return [int(rob.id), *x]
-    P = map.P[rob.r, rob.r]
+    P = map.P[rob.r, rob.r]  # of a compressed map all is settled at once, for all landmarks are asked for next
     factor = pack_factor(lower_factor(P[:d, :d]))
     if d == 2 and factor:
         turn = np.sqrt(max(P[2, 2], 0.0))

@@ -15,6 +15,7 @@ import numpy as np
 from ..states import TruthInMap
 from .coding import METRE, RADIAN
 from .frames import Decoder, LogFrame
+from .images import image_of
 from .recorder import Memory, frame_record, header
 
 Array = np.ndarray
@@ -35,6 +36,9 @@ class StateLog:
         Take every `period`-th snapshot. Landmarks that are started or deleted in between are not forgotten.
     align : bool, optional
         Show the truth in the frame of the map; see `MapFig`.
+    images : int
+        Every so many frames of the log have the image of the camera, if there is one; 0 is none. An image of 320 x 240
+        pixels takes about 12 kB.
 
     Notes
     -----
@@ -63,6 +67,8 @@ class StateLog:
     missed     ``{sensor id: [landmark id, ...]}``: looked for, and not found
     world      ``[id, x]`` of the true landmarks, in the frame in which they become known
     note       ``[what, landmark id]``: other events, for example ["refused", 7] because the map was full
+    img        address of a JPEG that is in it: what the first camera sees. ``images`` beside ``frames`` says how many
+               frames of the run there are for one
     whole      1 in a frame that begins anew: nothing before it counts
     =========  =======================================================================================================
 
@@ -78,12 +84,13 @@ class StateLog:
     >>> log.save("two_rounds.json")              # or replay(log), in a notebook
     """
 
-    def __init__(self, title: str = "", k: float = 3, period: int = 1, align: bool | None = None):
+    def __init__(self, title: str = "", k: float = 3, period: int = 1, align: bool | None = None, images: int = 0):
         if int(period) != period or period < 1:
             raise ValueError(f"period must be 1, 2, 3 ..., got {period}")
         if not (np.isfinite(k) and k > 0):
             raise ValueError(f"ellipses are drawn at a positive number of sigmas, got k = {k}")
         self.title, self.k, self.period, self.align = str(title), float(k), int(period), align
+        self.images = int(images)
         self.head: dict[str, Any] | None = None
         self.records: list[dict[str, Any]] = []
         self._seen = 0
@@ -105,6 +112,9 @@ class StateLog:
             self._truth = TruthInMap(not snapshot.sim_robs if self.align is None else self.align)
         record = frame_record(snapshot, self._between, self._truth, self._memory)
         self._between = []
+        if self.images and len(self.records) % self.images == 0 and (image := image_of(snapshot)):
+            record["img"] = image
+            self.head["images"] = self.images * self.period
         self.records.append(record)
         return record
 
@@ -161,7 +171,7 @@ class StateLog:
         if data["units"] != {"m": METRE, "rad": RADIAN}:
             raise ValueError(f"the units of a state log are {METRE} m and {RADIAN} rad, got {data['units']}")
         log = cls(data["title"], data["k"])
-        log.head = {key: data[key] for key in ("dim", "robots", "sensors")}
+        log.head = {key: data[key] for key in ("dim", "robots", "sensors", "images") if key in data}
         log.records = data["frames"]
         log.frames()  # reads every record, and complains about the first that it cannot read
         return log

@@ -116,6 +116,17 @@ class Video:
         return grey(image)
 
 
+def _opened(cv2, number):
+    """The camera, open or not; what its drivers have to say is not printed."""
+    words = cv2.utils.logging
+    level = words.getLogLevel()
+    words.setLogLevel(words.LOG_LEVEL_SILENT)
+    try:
+        return cv2.VideoCapture(number)
+    finally:
+        words.setLogLevel(level)
+
+
 class Webcam:
     """A camera of this computer: each image is the newest one, and its time is that of the clock.
 
@@ -138,11 +149,10 @@ class Webcam:
 
     def __init__(self, number, last=None, size=(320, 240), fps=30.0):
         cv2 = opencv()
-        self._film, self._size, self._begun = cv2.VideoCapture(int(number)), tuple(map(int, size)), None
+        self._film, self._size, self._begun = _opened(cv2, int(number)), tuple(map(int, size)), None
         if not self._film.isOpened():
             raise ValueError(
-                f"there is no camera {number} here, or another program has it; a video file does as well: "
-                "--set data.path=FILE"
+                f"there is no camera {number} here, or another program has it; a video file does as well: --camera FILE"
             )
         wanted = {cv2.CAP_PROP_FRAME_WIDTH: self._size[0], cv2.CAP_PROP_FRAME_HEIGHT: self._size[1]}
         for key, value in (wanted | {cv2.CAP_PROP_FPS: fps, cv2.CAP_PROP_BUFFERSIZE: 1}).items():
