@@ -1,4 +1,4 @@
-"""The part of a straight edge that a camera sees: between planes, and behind a lens that bends it, by looking for it."""
+"""The part of a straight edge that a camera sees: between planes, and behind a lens that bends it, by a search."""
 
 import numpy as np
 

@@ -11,6 +11,7 @@ from .imager import Imager
 from .parameters import check_positive
 from .pin_hole import PinHole, pixellise, project
 
+
 @dataclass(frozen=True)
 class SegmentCam(Imager):
     """Pin-hole camera for lines: measures the end points y = [u1, v1, u2, v2] of a segment of its image, pixels.
