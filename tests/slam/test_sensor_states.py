@@ -228,7 +228,13 @@ def test_the_run_tells_what_was_found():
     *_, now = universal_slam(scenario("gps_compass", **{"time.last": 3}))
     found = parameters(SimpleNamespace(last=now))
     (sen,) = (sen for sen in now.sens if isinstance(sen.model, Calibrated))
-    assert set(found) == {"3"} and set(found["3"]) == {"declination"}
+    assert {sen: set(names) for sen, names in found.items()} == {"2": {"position"}, "3": {"declination"}}
+    gps = now.sens[1]
+    assert found["2"]["position"] == {
+        "value": gps.state(now.map)[:2].tolist(),
+        "std": np.sqrt(np.diag(now.map.block(gps.r))[:2]).tolist(),
+        "true": now.sim_sens[1].frame.t.tolist(),
+    }
     told = found["3"]["declination"]
     assert told["value"] == [now.map.x[sen.r.stop - 1]] and told["true"] == now.sim_sens[2].frame.a.tolist()
     assert np.isclose(told["std"][0] ** 2, now.map.P[sen.r.stop - 1, sen.r.stop - 1])
