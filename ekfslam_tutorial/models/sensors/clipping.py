@@ -41,6 +41,10 @@ def walls(camera):
     Returns
     -------
     ndarray, shape (5, 3)
+
+    See Also
+    --------
+    stretch : The part of an edge between them.
     """
     w, h = np.subtract(camera.image_size, camera.margin)
     m, n = camera.margin, np.linspace(0, 1, 33)[:, None]
