@@ -217,9 +217,9 @@ def errors(data, seeds):
 def test_what_is_found_is_honest(name, dof, frames, prior, factor):
     """6 runs: NEES of the pose, and of the parameter, within the 99.9 % band; it is known better than before."""
     nees, z, std = errors(scenario(name, **{"time.last": frames}), range(1, 7))
-    low, high = anees_band(6, dof, 0.999)
+    low, high = anees_band(dof, 6, 0.999)
     assert low < nees.mean() < high, nees
-    low, high = anees_band(z.size, 1, 0.999)
+    low, high = anees_band(1, z.size, 0.999)
     assert low < np.mean(z**2) < high, z
     assert (factor * std < prior).all(), std
 
@@ -259,7 +259,7 @@ def test_a_lever_arm_of_bearings_is_found():
         e = sen.state(now.map)[:2] - true.frame.t
         z.append(e @ np.linalg.solve(P, e))
         assert np.sqrt(np.trace(P)) < 0.03
-    low, high = anees_band(5, 2, 0.999)
+    low, high = anees_band(2, 5, 0.999)
     assert low < np.mean(z) < high, z
 
 
