@@ -24,6 +24,8 @@ from ekfslam_tutorial.slam import Options, Rob, Sen, correct_known_lmks, init_ne
 
 PACKAGE = Path(ekfslam_tutorial.__file__).parent
 CORE_LINES, MODEL_LINES, FUNCTION_LINES = 1500, 130, 40
+ONE_MODEL, LONGER = 80, {"pin_hole.py", "omni_cam.py"}
+"""Lines of a sensor, a landmark or a motion; but for two cameras, whose files hold the manual's functions as well."""
 VISIT = {"files": 12, "functions": 75, "code lines": 190, "changes of file": 65}
 LAYOUT = {
     tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
@@ -66,7 +68,8 @@ def test_geometry_ekf_and_slam_are_small():
 
 @pytest.mark.parametrize("path", sources("models"), ids=lambda p: p.relative_to(PACKAGE).as_posix())
 def test_a_file_of_models_is_small(path):
-    assert len(code_lines(path)) <= MODEL_LINES
+    one = path.parent.name in ("sensors", "landmarks", "motion") and path.name not in LONGER
+    assert len(code_lines(path)) <= (ONE_MODEL if one else MODEL_LINES)
 
 
 @pytest.mark.parametrize("folder", ["geometry", "models", "ekf", "slam", "toolbox", "datasets"])

@@ -294,7 +294,8 @@ class History:
         dict
             frames, n_landmarks, gauge ('fixed' or 'free'), alignment (what map and truth were aligned by, if the
             gauge is free), ate_rmse_m, heading_rmse_deg, rotation_rmse_deg (after one constant rotation of each robot
-            has been taken away), landmark_rmse_m, dead_reckoning_ate_m; nees_mean, nis_mean with the degrees of
+            has been taken away), landmark_rmse_m, and landmark_median_m, below which half of them are: one that is
+            far, and known to be, makes the first large; dead_reckoning_ate_m; nees_mean, nis_mean with the degrees of
             freedom nees_dof and nis_dof they should be near to, nees_per_dof, and nees_of, what it is the NEES of: the
             pose, of a robot with an IMU position and velocity, of a known robot the landmarks; ate_aligned_m and
             landmark_rmse_aligned_m, after alignment in any case; correction_ratio (see `analysis.corrections`: 1 is
@@ -356,6 +357,7 @@ class History:
             "heading_rmse_deg": _known(np.rad2deg(rmse(e[:, d:]))),
             "rotation_rmse_deg": _known(np.rad2deg(np.sqrt(np.mean(turned)))) if turned else None,
             "landmark_rmse_m": _known(rmse(lmk_aligned if free else lmk)),
+            "landmark_median_m": _known(_median(np.linalg.norm(lmk_aligned if free else lmk, axis=1))),
             "landmark_rmse_aligned_m": _known(rmse(lmk_aligned)),
             "dead_reckoning_ate_m": _known(rmse(np.concatenate([_dead(t, free) for t in plain])[:, :d])),
             "nees_mean": _known(_mean(n)),
@@ -473,6 +475,10 @@ def _dead(track, free):
 def _mean(a):
     a = a[np.isfinite(a)]
     return float(a.mean()) if a.size else float("nan")
+
+
+def _median(a):
+    return float(np.median(a)) if a.size else float("nan")
 
 
 def _known(value):

@@ -18,11 +18,15 @@ from scipy.linalg import block_diag
 
 from ..geometry import ORIGIN, Frame2, Frame3, wrap
 from ..models.landmarks import EucPnt
-from ..models.observation import expect, retro_project
+from ..models.moving import Moving
+from ..models.observation import ItsRobot, expect, retro_project
 from ..toolbox import create_slam_structures, universal_slam
 from ..toolbox.rings import rings_by
 from ..toolbox.sources import Replay
 from .partners import named, placed
+
+ITS_ROBOT = -1
+"""In the place of a landmark's id, where a sensor has measured its own robot; as events have it."""
 
 
 @dataclass
@@ -122,9 +126,29 @@ class Guess:
         return l[-m:] - self.n, {self.lmk: np.eye(len(l))[-m:]}, np.eye(m), self.N
 
 
+@dataclass(frozen=True)
+class OnTheMove:
+    """What stands in the place of a robot's frame, for a sensor that asks for its velocity, too."""
+
+    motion: Any
+    u: np.ndarray
+
+    @property
+    def size(self):
+        """Length of the robot's state."""
+        return self.motion.size
+
+    def __call__(self, x):
+        """The robot at the state x, as the sensor sees it."""
+        return Moving(self.motion, x, self.u)
+
+
 @dataclass
 class Look:
-    """What a sensor measured of landmarks of one type in frame k: y - h(x), each with its own R."""
+    """What a sensor measured of landmarks of one type in frame k: y - h(x), each with its own R.
+
+    A sensor that sees no landmark, as GPS, has measured its own robot, `ItsRobot`: a landmark without a state.
+    """
 
     k: int
     pose: Any
@@ -154,7 +178,7 @@ class Graph:
     ----------
     values : dict of tuple to ndarray
         The estimate, by key: ("robot", id, k) after frame k, with k = 0 the start; ("sensor", id) where the filter
-        estimates its mounting; ("landmark", id).
+        estimates its mounting or parameters; ("landmark", id).
     frames : dict
         Frame2 or Frame3 of a robot or of a sensor, by ("robot", id) and ("sensor", id).
     stiff : list of Prior, Motion, Birth
@@ -165,7 +189,8 @@ class Graph:
     types : dict
         Landmark type by id.
     filtered : dict
-        What the filter knew after each frame: (x, P) by ("robot", id, k), and at the end by ("landmark", id).
+        What the filter knew after each frame: (x, P) by ("robot", id, k), and at the end by ("landmark", id) and
+        ("sensor", id).
     truth : dict
         True poses by ("robot", id, k), and true places by ("landmark", id), where they are known.
     """
@@ -184,7 +209,7 @@ class Graph:
         return self.values[where] if isinstance(where, tuple) else where
 
     def both(self, factor):
-        """Frames of the robot and of the sensor of a factor."""
+        """Frames of the robot, or what the sensor asks for instead, and of the sensor of a factor."""
         places = zip(factor.frames, (factor.pose, factor.mount), strict=True)
         return (frame(self.get(x)[: frame.size]) for frame, x in places)
 
@@ -200,6 +225,7 @@ class Graph:
     def difference(self, key, x, y):
         """x - y, a heading wrapped; of quaternions what is across y, as their length says nothing."""
         d, frame = x - y, self.frames.get(key[:2])
+        frame = getattr(frame, "plain", frame)  # parameters may stand behind it
         if frame is Frame2:
             d[2] = wrap(d[2])
         if frame is Frame3:
@@ -243,9 +269,8 @@ def graph_of(data, recording=None, seed=None):
     for sensor in data.sensors:
         if hasattr(sensor.model, "innovation"):
             raise ValueError(f"sensor {sensor.id} measures lines; the smoother knows points only")
-        if hasattr(sensor.seen_as, "asks_robot") or hasattr(sensor.model, "without_lmks") or sensor.params_in_map:
-            what = "parameters, or asks for more than the place of a landmark"
-            raise ValueError(f"sensor {sensor.id} has {what}; the smoother knows points and mountings only")
+        if any(np.any(walk) for walk in sensor.params_walk.values()):
+            raise ValueError(f"sensor {sensor.id} has parameters that walk; the smoother knows constant ones only")
     maker = None
     for now in universal_slam(data, recording, seed):
         if maker is None:
@@ -271,7 +296,7 @@ class _Maker:
                     key = (kind, thing.id, 0) if kind == "robot" else (kind, thing.id)
                     self._note(key, thing.state(map), map.block(thing.r))
                     self.graph.stiff.append(Prior([key], thing.state(map), map.block(thing.r)))
-        self.loosened, self.heard = {}, {}
+        self.loosened, self.heard, self.steps = {}, {}, {}
 
     def _note(self, key, x, P):
         self.graph.values[key], self.graph.filtered[key] = x.copy(), (x, P)
@@ -293,12 +318,17 @@ class _Maker:
                 step = Motion(rob.motion, before, key, np.array(rob.u, float), np.array(rob.U, float), now.dt)
                 step.loosened = self.loosened.pop(rob.id, None)
                 self.graph.stiff.append(step)
+                self.steps[rob.id, self.k] = step
         self.place = {rob.id: rob for rob in now.robs}
         self.mount = {sen.id: sen for sen in now.sens}
         for sen in now.sens:
             for (id, lmk), o in now.obs.items():
-                if id == sen.id and o.updated:
+                if id == sen.id and o.updated and lmk != ITS_ROBOT:
                     self._saw(sen, lmk, o.y, o.R)
+            if hasattr(sen.model, "without_lmks") and sen.id in raw_of:
+                passed = [e.flag for e in now.events if e.kind == "innovation" and e.sen == sen.id]
+                for i in np.flatnonzero(passed):
+                    self._saw(sen, ITS_ROBOT, raw_of[sen.id].y[i], _noise(sen, raw_of[sen.id], i))
         for event in now.events:
             sen = self.mount[event.sen]
             if event.kind == "initialisation" and rings_by(sen.model):
@@ -314,9 +344,8 @@ class _Maker:
                 self._loosen(now.map, event.rob)
             elif event.kind == "meeting" and event.flag:
                 for i in np.flatnonzero(np.asarray(now.met[sen.id].ids) == event.lmk):
-                    met = now.met[sen.id]
-                    R = sen.model.R if met.R is None else met.R[i]
-                    self.sightings.append((self.k, sen.robot, sen.id, event.lmk, True, np.array(met.y[i]), np.array(R)))
+                    y, R = now.met[sen.id].y[i], _noise(sen, now.met[sen.id], i)
+                    self.sightings.append((self.k, sen.robot, sen.id, event.lmk, True, np.array(y), np.array(R)))
         self.heard = {id: self.heard.get(id) or self._first_range(ring, raw_of) for id, ring in now.rings.items()}
         self.last = now
 
@@ -329,8 +358,7 @@ class _Maker:
         """A range to a beacon that is no landmark yet: as `_saw` notes it."""
         raw = raw_of[sen.id]
         i = list(raw.ids).index(id)
-        R = sen.model.R if raw.R is None else raw.R[i]
-        return self.k, sen.robot, sen.id, id, False, np.array(raw.y[i], float), np.array(R, float)
+        return self.k, sen.robot, sen.id, id, False, np.array(raw.y[i], float), np.array(_noise(sen, raw, i), float)
 
     def _decided(self, lmk):
         """A ring has become a landmark: all ranges that it has used are its own, and its faults were guessed once."""
@@ -353,7 +381,7 @@ class _Maker:
         Rf, Sf, n = self.place[sen.robot].frame(now.map), sen.frame(now.map), lmk.n
         ends = [retro_project(Rf, Sf, sen.model, lmk.type, np.asarray(raw.y[i], float), n)[0] for i in rows]
         i = rows[int(np.argmin([np.linalg.norm(l - lmk.state(now.map)) for l in ends]))]
-        R = sen.model.R if raw.R is None else raw.R[i]
+        R = _noise(sen, raw, i)
         if sen.model.bearing_only:
             self.births[id] = self.k, sen.robot, sen.id, lmk.type, np.array(raw.y[i]), np.array(R), lmk.n, lmk.N
         else:
@@ -377,26 +405,34 @@ class _Maker:
             g.types[id] = lmk.type
             if lmk.r is not None:
                 self._note(("landmark", id), lmk.state(map), map.block(lmk.r))
+        for id, sen in self.mount.items():
+            if sen.r is not None:
+                self._note(("sensor", id), sen.state(map), map.block(sen.r))
         for id, (k, robot, sensor, kind, y, R, n, N) in self.births.items():
             where = self._where(k, robot, sensor)
             if id in g.types and g.types[id] == kind:
-                g.stiff.append(Birth(k, *where, kind, ("landmark", id), y, R, n, N, self._frames(robot, sensor)))
+                g.stiff.append(Birth(k, *where, kind, ("landmark", id), y, R, n, N, self._frames(k, robot, sensor)))
             elif id in g.types:  # it has become a Euclidean point; what was guessed of its distance is forgotten
                 self.sightings.append((k, robot, sensor, id, False, y, R))
         groups = {}
         for k, robot, sensor, id, met, y, R in self.sightings:
-            if met or id in g.types:
-                kind = EucPnt(self.place[id].motion.frame.dim) if met else g.types[id]
+            if met or id in g.types or id == ITS_ROBOT:
+                kind = EucPnt(self.place[id].motion.frame.dim) if met else g.types.get(id, ItsRobot())
                 groups.setdefault((k, robot, sensor, met), []).append((kind, self._lmk(k, id, met), y, R))
         for (k, robot, sensor, _), rows in groups.items():
             for kind in {row[0] for row in rows}:
                 lmks, y, R = zip(*[row[1:] for row in rows if row[0] == kind], strict=True)
                 where = self._where(k, robot, sensor)
-                g.looks.append(Look(k, *where, kind, list(lmks), np.array(y), np.array(R), self._frames(robot, sensor)))
+                frames = self._frames(k, robot, sensor)
+                g.looks.append(Look(k, *where, kind, list(lmks), np.array(y), np.array(R), frames))
         return g
 
-    def _frames(self, robot, sensor):
-        return self.graph.frames["robot", robot], self.graph.frames["sensor", sensor]
+    def _frames(self, k, robot, sensor):
+        frame, mount = self.graph.frames["robot", robot], self.graph.frames["sensor", sensor]
+        if hasattr(self.mount[sensor].model, "asks_robot"):
+            step = self.steps[robot, k]
+            frame = OnTheMove(step.motion, step.u)
+        return frame, mount
 
     def _where(self, k, robot, sensor):
         """Pose and mounting, as keys or as what is known; and the model of the sensor."""
@@ -405,6 +441,13 @@ class _Maker:
         return pose, sen.x if sen.r is None else ("sensor", sensor), sen.model
 
     def _lmk(self, k, id, met):
+        if id == ITS_ROBOT:
+            return np.zeros(0)
         if met:
             return self.graph.truth["robot", id, k] if self.place[id].r is None else ("robot", id, k)
         return self.last.lmks[id].x if self.last.lmks[id].r is None else ("landmark", id)
+
+
+def _noise(sen, raw, i):
+    """Noise covariance of raw measurement i."""
+    return sen.model.R if raw.R is None else raw.R[i]

@@ -100,8 +100,8 @@ def _look(graph, look, parts, n):
     """Edges of what one sensor saw in one frame."""
     sensor, Sf = look.sensor, list(graph.both(look))[1]
     if sensor.bearing_only or not hasattr(sensor, "retro"):
-        what = "directions" if sensor.bearing_only else "no place"
-        raise ValueError(f"{type(sensor).__name__} measures {what} only: there is no edge for it")
+        what = "directions only" if sensor.bearing_only else "no places"
+        raise ValueError(f"{type(sensor).__name__} measures {what}: there is no edge for it")
     pose = _number(look.pose) if isinstance(look.pose, tuple) else 900 * APART + n
     if not isinstance(look.pose, tuple):
         parts.poses[pose] = look.pose
@@ -109,9 +109,9 @@ def _look(graph, look, parts, n):
     for lmk, y, R in zip(look.lmks, look.y, look.R, strict=True):
         if isinstance(lmk, tuple) and lmk[0] == "robot":
             raise ValueError("robots that see each other: a graph of poses and points has no edge for it")
-        v, V_y = sensor.retro(y)
+        v, V_y = sensor.retro(np.concatenate([y, getattr(Sf, "a", ())]))  # with parameters, as estimated
         p, _, P_v = Sf.from_frame(v)
-        J = P_v @ V_y
+        J = P_v @ V_y[:, : len(y)]
         point = _number(lmk) if isinstance(lmk, tuple) else _known(lmk, parts)
         parts.looks.append((pose, point, p, J @ R @ J.T + LEAST * np.eye(len(p))))
 

@@ -17,7 +17,7 @@ from .trajectories import write_tum
 TOLD = [
     ("position error (ATE)", "ate_rmse_m", "{:.3g} m", "dead reckoning: {dead_reckoning_ate_m:.3g} m"),
     ("heading error", "heading_rmse_deg", "{:.3g} deg", ""),
-    ("landmark error", "landmark_rmse_m", "{:.3g} m", ""),
+    ("landmark error", "landmark_rmse_m", "{:.3g} m", "half of them below: {landmark_median_m:.3g} m"),
     ("RMSE to the best 95 % of GPS", "gps_rmse_best95_m", "{:.3g} m", ""),
     ("NEES of the {nees_of}", "nees_mean", "{:.3g}", "expected: {nees_dof:.3g}"),
     ("NIS", "nis_mean", "{:.3g}", "expected: {nis_dof:.3g}"),
@@ -91,7 +91,9 @@ def _few(numbers):
 
 
 def parameters(history):
-    """Parameters of sensors that were estimated: value, standard deviation, and the true value where it is known.
+    """What was estimated of sensors: value, standard deviation, and the true value where it is known.
+
+    Parameters of their models by name, and of their mounting the `position`, m, where it was not known.
 
     Returns
     -------
@@ -99,15 +101,16 @@ def parameters(history):
         By sensor id, as a text, and name.
     """
     s, found = history.last, {}
-    truth = {sen.id: sen.frame for sen in s.sim_sens}
-    for sen in s.sens:
+    truth = {sen.id: sen.frame.x for sen in s.sim_sens}
+    for sen in (sen for sen in s.sens if sen.r is not None):
+        x, std = sen.state(s.map), np.sqrt(np.diag(s.map.block(sen.r)).clip(0))
+        values = {"value": x, "std": std} | ({"true": truth[sen.id]} if sen.id in truth else {})
+        at = {"position": slice(0, sen.frame_type.dim)} if std[: sen.frame_type.dim].any() else {}
         if isinstance(sen.model, Calibrated):
-            k = sen.r.stop - sen.frame(s.map).a.size
-            std = np.sqrt(np.diag(s.map.block(slice(k, sen.r.stop))))
-            values = {"value": sen.frame(s.map).a, "std": std}
-            values |= {"true": truth[sen.id].a} if sen.id in truth else {}
-            slices = sen.model.slices().items()
-            found[str(sen.id)] = {n: {key: v[at].tolist() for key, v in values.items()} for n, at in slices}
+            first = len(x) - len(sen.model.start)
+            at |= {n: slice(first + r.start, first + r.stop) for n, r in sen.model.slices().items()}
+        if at:
+            found[str(sen.id)] = {n: {key: v[r].tolist() for key, v in values.items()} for n, r in at.items()}
     return found
 
 

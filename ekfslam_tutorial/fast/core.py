@@ -18,7 +18,7 @@ from .symbols import Symbol, Tape
 def as_written(sensor):
     """Return True for a sensor that is left to the steps as they are written in `slam`.
 
-    Those of lines, of velocities, and those with parameters that are states: what costs time there is not in the steps.
+    Those of lines, of velocities, and those with parameters that are states. They take as long as by the plain engine.
     """
     return hasattr(sensor, "innovation") or hasattr(sensor, "asks_robot") or isinstance(sensor, Calibrated)
 

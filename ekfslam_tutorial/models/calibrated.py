@@ -37,7 +37,8 @@ class Calibrated:
 
     See Also
     --------
-    frame_with : The class of its state.
+    state_class : The class of its state.
+    seen_with, begun_with : How its parameters come into the observation chain.
     check_parameters : Tests the derivatives of a model by its parameters.
     """
 
@@ -82,12 +83,22 @@ class Calibrated:
         return 0.0 if name == "delay" else getattr(self.model, name)
 
     def slices(self):
-        """Where each parameter is among all, by name."""
+        """Where each parameter is among all, by name.
+
+        See Also
+        --------
+        at : The model with them.
+        """
         ends = np.cumsum([np.size(self._value(name)) for name in self.names]).tolist()
         return {n: slice(a, b) for n, a, b in zip(self.names, [0, *ends], ends, strict=False)}
 
     def at(self, a):
-        """The model with these parameters, and the bias."""
+        """The model with these parameters, and the bias.
+
+        See Also
+        --------
+        start : The parameters that the model has by itself.
+        """
         at, tied = self.slices(), getattr(self.model, "tied", ())
         values = {n: a[at[n]] for n in self.names if n not in (*UNIVERSAL, *tied)}
         for of, K, start, value in ((*self.model.tie(n), a[at[n]]) for n in self.names if n in tied):
@@ -160,6 +171,11 @@ def seen_with(Rf, Sf, sensor, v, V_r, V_s, V_l):
     -------
     v : ndarray, shape (..., d + dof + k)
     V_r, V_s, V_l : ndarray, shape (..., d + dof + k, size)
+
+    See Also
+    --------
+    Moving.velocity : The velocity.
+    Calibrated.project : What becomes of it.
     """
     parts = [(v, V_r, V_s, V_l)]
     if getattr(sensor.model if isinstance(sensor, Calibrated) else sensor, "asks_robot", "") == "moving":
@@ -191,6 +207,10 @@ def begun_with(Sf, L_s, L_y, m):
     Returns
     -------
     L_s, L_y : ndarray, shape (..., n, Sf.size) and (..., n, m)
+
+    See Also
+    --------
+    seen_with : The same of the direct model.
     """
     whole = np.zeros((*L_y.shape[:-1], Sf.size))
     whole[..., : L_s.shape[-1]] = L_s
@@ -199,7 +219,12 @@ def begun_with(Sf, L_s, L_y, m):
 
 
 def state_class(frame, sensor) -> Any:
-    """Class of the state of a sensor on its robot: `frame` itself, or with the parameters that are states behind it."""
+    """Class of the state of a sensor on its robot: `frame` itself, or with the parameters that are states behind it.
+
+    See Also
+    --------
+    frame_with : Makes it.
+    """
     if not isinstance(sensor, Calibrated):
         return frame
     delay = sensor.slices().get("delay")

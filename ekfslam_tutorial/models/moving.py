@@ -74,6 +74,10 @@ class Moving:
             [v_s; w_s], m/s and rad/s: 3 numbers in the plane, 6 in space.
         V_r, V_s : ndarray, shape (dof, size)
             With respect to the whole state of the robot and the frame of the sensor.
+
+        See Also
+        --------
+        ConstantTurn.velocity : That of the robot itself.
         """
         d, (v, w) = S.dim, np.split(self.V, [S.dim])
         cross = np.array([[0.0, -w[0]], [w[0], 0.0]]) if d == 2 else hat(w)

@@ -55,6 +55,8 @@ class Measurement:
         Noise covariance of each, where it is not the sensor's.
     of_robots : bool
         The ids are those of other robots.
+    d : array_like, shape (k, n), optional
+        What each looks like, by n numbers: its descriptor, for the association `descriptors`.
     """
 
     t: float
@@ -63,6 +65,7 @@ class Measurement:
     sensor: int = 1
     R: Any = None
     of_robots: bool = False
+    d: Any = None
 
 
 class Reader:
@@ -82,6 +85,7 @@ class Reader:
         self.data = data
         self._robots = {robot.id: robot for robot in data.robots}
         self._sensors = {sensor.id: sensor for sensor in data.sensors}
+        self._length = None  # of descriptors
         for robot in data.robots:
             if not robot.in_map:
                 raise ValueError(
@@ -132,7 +136,18 @@ class Reader:
         R = None if m.R is None else np.array(m.R, float)
         if sensor.noise_factor != 1:
             R = sensor.noise_factor * (np.tile(model.R, (len(ids), 1, 1)) if R is None else R)
-        return Measurement(t, ids, y.astype(float) - sensor.biases(), sensor.id, R, bool(m.of_robots))
+        d = None if m.d is None else self._descriptors(f"{what}: descriptors d", m.d, len(ids))
+        return Measurement(t, ids, y.astype(float) - sensor.biases(), sensor.id, R, bool(m.of_robots), d)
+
+    def _descriptors(self, what, d, n):
+        """A row of finite numbers for each of n measurements, as long as all that came before: they are compared."""
+        d = finite_array(what, d, 2)
+        if len(d) != n:
+            raise ValueError(f"{what}: {len(d)} rows for {n} measurements")
+        self._length = self._length or d.shape[1]
+        if d.shape[1] != self._length:
+            raise ValueError(f"{what} must have {self._length} numbers, as those before, got {d.shape[1]}")
+        return d
 
 
 def _known(kind, id, there):
@@ -291,21 +306,28 @@ def merged(measurements):
     """All that one sensor measured at one time, in an order that does not depend on which message came first."""
     if len(measurements) == 1:
         (m,) = measurements
-        return SimObs(m.sensor, m.ids, m.y, m.R)
+        return SimObs(m.sensor, m.ids, m.y, m.R, m.d)
     measurements = sorted(measurements, key=content)
     ids, y = (np.concatenate([getattr(m, name) for m in measurements]) for name in ("ids", "y"))
-    with_R = [m.R is not None for m in measurements]
-    if any(with_R) and not all(with_R):
-        m = measurements[0]
-        raise ValueError(f"sensor {m.sensor} at {m.t:g} s: some messages have a covariance R and some do not")
-    return SimObs(measurements[0].sensor, ids, y, np.concatenate([m.R for m in measurements]) if all(with_R) else None)
+    R, d = (_all_or_none(measurements, *what) for what in (("R", "a covariance R"), ("d", "descriptors d")))
+    return SimObs(measurements[0].sensor, ids, y, R, d)
+
+
+def _all_or_none(measurements, name, what):
+    """What measurements of one sensor and one time may have or not, one after the other; None if none has it."""
+    values, m = [getattr(m, name) for m in measurements], measurements[0]
+    there = [value is not None for value in values]
+    if any(there) and not all(there):
+        raise ValueError(f"sensor {m.sensor} at {m.t:g} s: some messages have {what} and some do not")
+    return np.concatenate(values) if all(there) else None
 
 
 def content(m):
     """What is in a message, to be compared: two with the same content are one that was sent twice."""
     if isinstance(m, Control):
         return m.t, m.robot, m.u.tobytes(), m.U.tobytes()
-    return m.t, m.sensor, m.of_robots, m.ids.tolist(), m.y.tobytes(), b"" if m.R is None else m.R.tobytes()
+    rest = (b"" if a is None else a.tobytes() for a in (m.R, m.d))
+    return m.t, m.sensor, m.of_robots, m.ids.tolist(), m.y.tobytes(), *rest
 
 
 def recording_of(messages, data, name, t0=0.0):

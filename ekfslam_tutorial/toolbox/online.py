@@ -427,5 +427,5 @@ def as_stream(data, recording, horizon=1.0):
         for seen, of_robots in ((now.raw, False), (now.met, True)):
             for id, o in seen.items():
                 if id not in now.idle if not of_robots else len(o):
-                    messages.append(Measurement(now.t, o.ids, o.y, id, o.R, of_robots))
+                    messages.append(Measurement(now.t, o.ids, o.y, id, o.R, of_robots, o.d))
     return OnlineSlam(plain(data), horizon, 0.0, source.sim_lmk, source.starts), messages

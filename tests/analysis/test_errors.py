@@ -77,6 +77,7 @@ def test_slam_from_a_known_start():
     places = dict(zip(s.sim_lmk.ids.tolist(), s.sim_lmk.points, strict=True))
     errors = [lmk.point(s.map)[0] - places[i] for i, lmk in s.lmks.items()]
     assert f["landmark_rmse_m"] == pytest.approx(np.sqrt((np.array(errors) ** 2).sum(1).mean()))
+    assert f["landmark_median_m"] == pytest.approx(np.median(np.linalg.norm(errors, axis=1)))
     assert f["landmark_rmse_aligned_m"] <= f["landmark_rmse_m"]
     assert f["nees_dof"] == 3 and f["nis_dof"] == 2
     assert 0 < f["ate_rmse_m"] < f["dead_reckoning_ate_m"]

@@ -1,17 +1,21 @@
 """The smoother: the filter where models are linear, GTSAM where that is installed, nearer to the truth elsewhere."""
 
 import importlib.util
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis.factors import Guess, Motion, Prior, graph_of
+from ekfslam_tutorial.analysis.graph_files import parts_of
 from ekfslam_tutorial.analysis.smoother import smooth, smooth_lagged
-from ekfslam_tutorial.geometry import Frame2, wrap
+from ekfslam_tutorial.cli.files import scenarios
+from ekfslam_tutorial.geometry import Frame2, numerical_jacobian, wrap
 from ekfslam_tutorial.models import observe
 from ekfslam_tutorial.models.landmarks import Beacon, EucPnt
 from ekfslam_tutorial.models.motion import Odometry2
-from ekfslam_tutorial.models.sensors import PointXY, Range
+from ekfslam_tutorial.models.observation import ItsRobot
+from ekfslam_tutorial.models.sensors import Gps, PointXY, Range
 from ekfslam_tutorial.toolbox import Landmark, Options, Robot, Sensor, Time, UserData, World, universal_slam
 
 from ..toolbox.scenarios import FLAT, SPACE
@@ -191,6 +195,80 @@ def test_beacons_that_were_born_as_rings(kind):
     for id, (p, P) in found.landmarks().items():
         d = p - points[id - 1]
         assert d @ np.linalg.solve(P, d) < 13.8  # 99.9 % of honest ones
+
+
+# --- sensors that see no landmark, measure velocities, or have parameters that are states ---
+
+
+def with_gps():
+    """The linear run, with a GPS that is always off by the same, and tells a position in most frames."""
+    data = linear()
+    gps = Sensor(id=2, model=Gps(0.3), params_in_map=["bias"], params_std={"bias": [0.5, 0.5]}, p_detect=0.7)
+    return replace(data, sensors=[*data.sensors, gps])
+
+
+@pytest.mark.parametrize("how", [smooth, lambda graph: smooth_lagged(graph, 4)], ids=["all at once", "lag"])
+def test_gps_and_its_bias_where_all_is_linear(how):
+    found = how(graph_of(with_gps()))
+    graph = found.graph
+    assert sum(isinstance(look.type, ItsRobot) for look in graph.looks) > 5
+    for key in ("robot", 1, len(graph.t) - 1), ("sensor", 2):
+        np.testing.assert_allclose(graph.values[key], graph.filtered[key][0], atol=1e-10)
+        np.testing.assert_allclose(found.P[key], graph.filtered[key][1], atol=1e-10)
+
+
+def scenario(name, last, **overrides):
+    return UserData.from_toml(scenarios()[name], {"time.last": last} | overrides)
+
+
+DELAY = {"sensor.1.params_in_map": ["delay", "bias"], "sensor.1.delay_std": 0.05, "sensor.1.bias_std": 0.05}
+
+
+@pytest.mark.parametrize(
+    "data",
+    [scenario("doppler", 4, **DELAY), scenario("ground_flow", 4), scenario("gps_compass", 4)],
+    ids=["doppler, late", "flow and range rates", "gps and compass"],
+)
+def test_the_derivatives_of_what_such_sensors_say(data):
+    graph = graph_of(data)
+    for look in graph.looks:
+        z, each = look.rows(graph)
+        for key in {key for blocks in each for key in blocks}:
+            x = graph.values[key].copy()
+
+            def moved(v, look=look, key=key):
+                graph.values[key] = v
+                return look.rows(graph)[0].ravel()
+
+            J = numerical_jacobian(moved, x)
+            graph.values[key] = x
+            want = np.concatenate([blocks.get(key, np.zeros((z.shape[1], len(x)))) for blocks in each])
+            np.testing.assert_allclose(want, -J, atol=1e-5)  # of y - h, by differences of 1e-6 or so
+
+
+@pytest.mark.parametrize("name, last", [("doppler", 15), ("lever_arm", 20), ("focal_length", 10)])
+def test_what_is_estimated_of_a_sensor_is_that_of_the_filter_at_its_end(name, last):
+    """Both have seen the same; they differ by where they linearise: by less than 1.5 of their standard deviations."""
+    found = smooth(graph_of(scenario(name, last)))
+    assert found.converged
+    for key, x in found.graph.values.items():
+        if key[0] == "sensor":
+            std = np.sqrt(np.diag(found.P[key]).clip(1e-12))
+            assert (np.abs(x - found.graph.filtered[key][0]) < 1.5 * std).all()
+            assert std.max() > 1e-3
+
+
+def test_an_edge_for_other_programs_has_the_bias_taken_off():
+    sensor = Sensor(model=PointXY(0.1), params_in_map=["bias"], params_std={"bias": [0.2, 0.2]})
+    graph = graph_of(replace(linear(3), sensors=[sensor]))
+    graph.values["sensor", 1][3:] = bias = np.array([0.1, -0.2])  # nothing shows it in this run: as if it were found
+    measured = np.concatenate([look.y for look in graph.looks])
+    np.testing.assert_allclose([edge[2] for edge in parts_of(graph).looks], measured - bias, atol=1e-12)
+
+
+def test_parameters_that_walk_are_refused():
+    with pytest.raises(ValueError, match="sensor 2 has parameters that walk; the smoother knows constant ones only"):
+        graph_of(scenario("doppler", 3, **{"sensor.2.scale_walk": 0.01}))
 
 
 # --- GTSAM, where it is installed ---

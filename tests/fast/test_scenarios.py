@@ -19,17 +19,18 @@ TWINS = {"victoria_park": "victoria_park_twin"}
 TWINS |= {f"mrclam_{name}": "mrclam_twin" for name in ("joint", "localisation", "single", "twin")}
 LOGS = "lost_in_the_woods", "starry_night"
 LINES = "house_ahm"
-OF_STATES = "descriptors", "doppler", "focal_length", "gps_compass"
+OF_STATES = "descriptors", "doppler", "focal_length", "gps_compass", "ground_flow", "lever_arm", "lidar_in_space"
 ELSEWHERE = *OF_STATES, "plaza", "monoslam_desk", *(f"house_{kind}" for kind in ("plk", "apl", "idp", "hmg", "ahm"))
 """The beacons of `plaza` take a hundred frames to become landmarks: `tests/toolbox/test_rings.py` holds rings to the
 law. Images need the extra `images`: `tests/images` does it. Lines are computed as they are written in `slam`: one
 scenario, of points and lines, and few frames are enough; so are sensors with velocities or parameters among their
-states, `tests/slam/test_sensor_states.py`."""
+states, and other sensors in space, `tests/slam/test_sensor_states.py`."""
 FEW = {"euroc_v101": 12}
 """Frames of logs that have much in each of them."""
 
 SIMULATED = sorted({path.stem for path in SCENARIOS.glob("*.toml")} - {*TWINS, *LOGS, *FEW, *ELSEWHERE})
-FRAMES = 20
+FRAMES, SHORT = 20, {"steered_car": 8}
+"""So many frames; of a scenario that has other models only, fewer."""
 EXPECTED = {
     "cloister_idp": {("innovation", False), ("correction", True)},  # a gate
     "two_robots_four_cameras": {("deletion", True), ("correction", True)},
@@ -50,7 +51,7 @@ def scenario(name, frames=FRAMES, **options):
 @pytest.mark.parametrize("name", SIMULATED)
 def test_simulated_scenarios(name, joint):
     """Their options: a gate, deletions, reparametrisation, a limit of updates, self-calibration, several robots."""
-    seen = assert_same_runs(scenario(name, joint=joint))[1]
+    seen = assert_same_runs(scenario(name, SHORT.get(name, FRAMES), joint=joint))[1]
     assert seen >= EXPECTED.get(name, {("correction", True)})
 
 

@@ -37,7 +37,7 @@ from ..fast.law import ALL, assert_same_runs
 from .scenes import raw
 
 SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
-NEW = "doppler", "focal_length", "gps_compass"
+NEW = "doppler", "focal_length", "gps_compass", "ground_flow", "lever_arm", "lidar_in_space"
 
 
 # --- the chain --------------------------------------------------------------------------------------------------------
@@ -231,14 +231,19 @@ def errors(data, seeds):
 
 @pytest.mark.parametrize(
     "name, dof, frames, prior, factor",
-    [("doppler", 3, 40, 0.05, 5), ("focal_length", 6, 25, 10.0, 1.9), ("gps_compass", 3, 50, np.radians(5), 2)],
+    [
+        ("doppler", 3, 40, 0.05, 5),
+        ("focal_length", 6, 25, 10.0, 1.9),
+        ("gps_compass", 3, 50, np.radians(5), 2),
+        ("ground_flow", 3, 30, 0.1, 4),
+    ],
 )
 def test_what_is_found_is_honest(name, dof, frames, prior, factor):
     """6 runs: NEES of the pose, and of the parameter, within the 99.9 % band; it is known better than before."""
     nees, z, std = errors(scenario(name, **{"time.last": frames}), range(1, 7))
-    low, high = anees_band(6, dof, 0.999)
+    low, high = anees_band(dof, 6, 0.999)
     assert low < nees.mean() < high, nees
-    low, high = anees_band(z.size, 1, 0.999)
+    low, high = anees_band(1, z.size, 0.999)
     assert low < np.mean(z**2) < high, z
     assert (factor * std < prior).all(), std
 
@@ -247,7 +252,13 @@ def test_the_run_tells_what_was_found():
     *_, now = universal_slam(scenario("gps_compass", **{"time.last": 3}))
     found = parameters(SimpleNamespace(last=now))
     (sen,) = (sen for sen in now.sens if isinstance(sen.model, Calibrated))
-    assert set(found) == {"3"} and set(found["3"]) == {"declination"}
+    assert {sen: set(names) for sen, names in found.items()} == {"2": {"position"}, "3": {"declination"}}
+    gps = now.sens[1]
+    assert found["2"]["position"] == {
+        "value": gps.state(now.map)[:2].tolist(),
+        "std": np.sqrt(np.diag(now.map.block(gps.r))[:2]).tolist(),
+        "true": now.sim_sens[1].frame.t.tolist(),
+    }
     told = found["3"]["declination"]
     assert told["value"] == [now.map.x[sen.r.stop - 1]] and told["true"] == now.sim_sens[2].frame.a.tolist()
     assert np.isclose(told["std"][0] ** 2, now.map.P[sen.r.stop - 1, sen.r.stop - 1])
@@ -261,42 +272,19 @@ def test_a_delay_is_found():
 
 
 def test_a_lever_arm_of_bearings_is_found():
-    """Bearings alone, from a place on the robot that is known to 30 cm: `frame_in_map`, and no landmark is known."""
-    text = """
-        [time]
-        dt = 0.2
-        last = 80
-        [world]
-        type = "ring"
-        n = 12
-        radius = 6.0
-        [[robot]]
-        motion = "odometry2"
-        position = [0, -4]
-        dx = [0.16, 0]
-        da_deg = 2.3
-        dx_std = 0.005
-        da_std_deg = 0.1
-        [[sensor]]
-        type = "bearing_only2"
-        bearing_std_deg = 0.5
-        position_std = 0.3
-        frame_in_map = true
-        [landmark]
-        type = "ahm_pnt"
-        non_obs_mean = 0.2
-        non_obs_std = 0.2
-    """
+    """Bearings alone, from a place on the robot that is known to 20 cm: `frame_in_map`, and no landmark is known.
+
+    5 runs, straight on and round a corner: in the 99.9 % band, and known to 3 cm."""
     z = []
     for seed in range(1, 6):
-        *_, now = universal_slam(UserData.from_text(text), seed=seed)
+        *_, now = universal_slam(scenario("lever_arm", **{"time.last": 25}), seed=seed)
         (sen,), (true,) = now.sens, now.sim_sens
         P = now.map.block(sen.r)[:2, :2]
         e = sen.state(now.map)[:2] - true.frame.t
         z.append(e @ np.linalg.solve(P, e))
-        assert np.sqrt(np.trace(P)) < 0.15
-    low, high = anees_band(5, 2, 0.999)
-    assert low < np.mean(z) < high
+        assert np.sqrt(np.trace(P)) < 0.03
+    low, high = anees_band(2, 5, 0.999)
+    assert low < np.mean(z) < high, z
 
 
 # --- sentences --------------------------------------------------------------------------------------------------------

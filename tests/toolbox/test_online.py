@@ -43,6 +43,12 @@ WAYS = {
     "space": SPACE,
     "space, fast": SPACE | {"options": SPACE["options"] | {"engine": "fast", "joint": True}},
     "two robots": FLEET,
+    "known by their looks": SPACE
+    | {
+        "sensor": [SPACE["sensor"][0] | {"descriptor_size": 4}],
+        "options": SPACE["options"] | {"association": "descriptors"},
+        "time": {"last": 8},
+    },
 }
 LATE = 0.5
 
@@ -409,6 +415,8 @@ def test_what_is_dropped_is_said_and_counted():
         (Measurement(1.0, [1], [[1.0, np.nan]]), "sensor 1: measurement 0 of landmark 1 must be finite"),
         (Measurement(1.0, [1.5], [[1.0, 0.0]]), "sensor 1: ids must be integers"),
         (Measurement(1.0, [1], [[1.0, 90.0]]), "y2 = 90.0 is beyond 2 pi; are these degrees"),
+        (Measurement(1.0, [1], [[1.0, 0.0]], d=np.zeros((2, 3))), "descriptors d: 2 rows for 1 measurements"),
+        (Measurement(1.0, [1], [[1.0, 0.0]], d=[[np.nan]]), "descriptors d must be finite"),
         (Measurement(1.0, [-1], [[1.0, 0.0]]), "all ids are -1, and the association known_ids needs them"),
         ("left", "a message is a Control or a Measurement, got 'left'"),
     ],
@@ -430,6 +438,10 @@ def test_half_of_the_covariances_is_refused_before_anything_changes():
     with pytest.raises(ValueError, match="some messages have a covariance R and some do not"):
         slam.add(Measurement(1.0, [2], [[2.0, 0.0]], R=[0.01 * np.eye(2)]))
     assert set(slam.landmarks()) == {1}
+    with pytest.raises(ValueError, match="some messages have descriptors d and some do not"):
+        slam.add(Measurement(1.0, [2], [[2.0, 0.0]], d=np.zeros((1, 3))))
+    with pytest.raises(ValueError, match="descriptors d must have 3 numbers, as those before, got 2"):
+        slam.add(Measurement(2.0, [2], [[2.0, 0.0]], d=np.zeros((1, 2))))
 
 
 def test_known_poses_are_refused():

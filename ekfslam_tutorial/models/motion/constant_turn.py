@@ -42,6 +42,10 @@ class ConstantTurn:
         x2 : ndarray, shape (..., 5)
         X_x : ndarray, shape (..., 5, 5)
         X_u : ndarray, shape (..., 5, 2)
+
+        See Also
+        --------
+        arc : The step of the pose.
         """
         x, u = np.asanyarray(x), np.asanyarray(u)
         step, S_v = arc(x[..., 3:], dt)
@@ -54,11 +58,21 @@ class ConstantTurn:
         return x2, X_x, X_u
 
     def turning(self, x):
-        """How v and w change if the world turns: not at all, they are the robot's own. Zeros, shape (..., 2, 1)."""
+        """How v and w change if the world turns: not at all, they are the robot's own. Zeros, shape (..., 2, 1).
+
+        See Also
+        --------
+        gauge : What it is for.
+        """
         return np.zeros((*np.shape(x)[:-1], 2, 1))
 
     def velocity(self, x, u):
-        """Velocity [v, 0, w] in the robot's own frame, m/s and rad/s. Returns V, V_x (3, 5)."""
+        """Velocity [v, 0, w] in the robot's own frame, m/s and rad/s. Returns V, V_x (3, 5).
+
+        See Also
+        --------
+        Moving : The robot, for a sensor that asks for it.
+        """
         V_x = np.zeros((3, 5))
         V_x[0, 3] = V_x[2, 4] = 1.0
         return V_x @ x, V_x

@@ -6,12 +6,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from .clipping import stretch, walls
 from .imager import Imager
 from .parameters import check_positive
 from .pin_hole import PinHole, pixellise, project
-
-SAMPLES = 65
-"""Points of an edge at which a lens with distortion is asked whether it sees them."""
 
 
 @dataclass(frozen=True)
@@ -94,32 +92,27 @@ class SegmentCam(Imager):
         --------
         project : The inverse.
         """
-        v1, V_1 = self.camera.retro(y[..., :2])
-        v2, V_2 = self.camera.retro(y[..., 2:])
-        v = np.concatenate([v1, v2], -1)
-        V_y = np.zeros_like(v, shape=(*v.shape, 4))
-        V_y[..., :3, :2], V_y[..., 3:, 2:] = V_1, V_2
-        return v, V_y
+        v, V = self.camera.retro(_ends(y))
+        V_y = np.zeros_like(y, shape=(*y.shape[:-1], 6, 4))
+        V_y[..., :3, :2], V_y[..., 3:, 2:] = V[..., 0, :, :], V[..., 1, :, :]
+        return v.reshape(*y.shape[:-1], 6), V_y
 
     def innovation(self, y, e):
         """Distances of both end points from an expected line, pixels of the ideal image. Returns z, Z_y, Z_e.
 
         The innovation has the covariance Z_e E Z_e' + Z_y R Z_y'.
         """
-        ends, zero = self.retro(y), np.zeros_like(e, shape=(*e.shape[:-1], 1, 2))
+        v, V_y = self.camera.retro(_ends(y))
+        q, Q_v, _ = pixellise(v[..., :2], self.k)  # the ends in the ideal image
+        q1 = np.concatenate([q, np.ones_like(q[..., :1])], -1)
         length = np.hypot(e[..., :1], e[..., 1:2])
         u = e / length
-        A = np.concatenate([u[..., :2], 0 * length], -1)  # d |[a, b]| / de
-        z, Z_y, Z_e = [], [], []
-        for i in (0, 1):
-            v, V_y = ends[0][..., 3 * i : 3 * i + 3], ends[1][..., 3 * i : 3 * i + 2, 2 * i : 2 * i + 2]
-            q, Q_v, _ = pixellise(v[..., :2], self.k)
-            z.append((q * u[..., :2]).sum(-1) + u[..., 2])
-            Z_q = u[..., None, :2] @ Q_v @ V_y
-            Z_y.append(np.concatenate([Z_q, zero] if i == 0 else [zero, Z_q], -1))
-            q1 = np.concatenate([q, np.ones_like(q[..., :1])], -1)
-            Z_e.append((q1 - z[-1][..., None] * A) / length)
-        return np.stack(z, -1), np.concatenate(Z_y, -2), np.stack(Z_e, -2)
+        z = (q1 @ u[..., None])[..., 0]
+        Z_q = u[..., None, None, :2] @ Q_v @ V_y[..., :2, :]
+        Z_y = np.zeros_like(z, shape=(*z.shape, 4))
+        Z_y[..., 0, :2], Z_y[..., 1, 2:] = Z_q[..., 0, 0, :], Z_q[..., 1, 0, :]
+        U_e = np.concatenate([u[..., :2], 0 * length], -1)  # d |[a, b]| / de
+        return z, Z_y, (q1 - z[..., None] * U_e[..., None, :]) / length[..., None]
 
     def residual(self, y, e):
         """Innovation: the two distances."""
@@ -129,52 +122,22 @@ class SegmentCam(Imager):
         """Return True for each line of which enough is in the image: p are its ends [p1; p2] in the camera's frame."""
         return self.segments(p)[1]
 
+    @cached_property
+    def walls(self):
+        """Planes between which is all that it sees."""
+        return walls(self.camera)
+
     def segments(self, p):
         """Images of the parts that are seen of edges [p1; p2]. Returns y (..., 4), and which are long enough."""
-        a, b = p[..., :3], p[..., 3:]
-        s = self._stretch(a, b - a)
+        a, way = p[..., :3], p[..., 3:] - p[..., :3]
+        first, last = stretch(self.camera, self.walls, a, way)
         with np.errstate(all="ignore"):
-            q = a[..., None, :] + s[..., None] * (b - a)[..., None, :]
+            q = a[..., None, :] + np.stack([first, last], -1)[..., None] * way[..., None, :]
             y, ideal = self.camera.project(q)[0], project(q)[0] * np.asarray(self.k[2:])
             length = np.linalg.norm(ideal[..., 1, :] - ideal[..., 0, :], axis=-1)
-        return y.reshape(*y.shape[:-2], 4), (s[..., 0] < s[..., 1]) & (length >= self.min_length)
+        return y.reshape(*y.shape[:-2], 4), (first < last) & (length >= self.min_length)
 
-    def _stretch(self, a, way):
-        """First and last s of the points a + s way that the camera sees, 0 <= s <= 1; the last is less if none are."""
-        with np.errstate(all="ignore"):
-            at, slope = a @ self._walls.T, way @ self._walls.T  # inside where at + s slope >= 0
-            cut = -at / slope
-            first = np.where(slope > 0, cut, np.where((slope == 0) & (at < 0), np.inf, 0)).max(-1, initial=0.0)
-            last = np.where(slope < 0, cut, 1.0).min(-1, initial=1.0)
-            if len(self.d):
-                first, last = self._through_lens(a, way, first, last)
-        return np.stack([first, last], -1)
 
-    def _through_lens(self, a, way, first, last):
-        """The stretch between s = first and last that is in the image of a lens: sampled, its ends then halved down."""
-        sees = lambda s: self.camera.visible(self.camera.project(q := a + s[..., None] * way)[0], q)
-        s = first + np.linspace(0, 1, SAMPLES).reshape(-1, *[1] * first.ndim) * (last - first)
-        seen, ends = sees(s), []
-        for k, step in ((seen.argmax(0), -1), (SAMPLES - 1 - seen[::-1].argmax(0), 1)):
-            good, bad = (np.take_along_axis(s, np.clip(m, 0, SAMPLES - 1)[None], 0)[0] for m in (k, k + step))
-            for _ in range(40 if (good != bad).any() else 0):
-                middle = (good + bad) / 2
-                ok = sees(middle)
-                good, bad = np.where(ok, middle, good), np.where(ok, bad, middle)
-            ends.append(good)
-        return ends[0], np.where(seen.any(0), ends[1], -np.inf)
-
-    @cached_property
-    def _walls(self):
-        """Normals, pointing inwards, of the planes that bound what can be in the image."""
-        w, h = np.subtract(self.image_size, self.margin)
-        m, n = self.margin, np.linspace(0, 1, 33)[:, None]
-        corners = np.array([[m, m], [w, m], [w, h], [m, h], [m, m]])
-        border = np.concatenate([p + n * (q - p) for p, q in zip(corners[:-1], corners[1:], strict=True)])
-        rays = self.camera.retro(border)[0][:, :2]
-        if np.isfinite(rays).all():
-            (x0, y0), (x1, y1) = rays.min(0), rays.max(0)
-        else:
-            x1 = y1 = self.camera.fold
-            x0 = y0 = -x1
-        return np.array([[1, 0, -x0], [-1, 0, x1], [0, 1, -y0], [0, -1, y1], [0, 0, 1]], float)
+def _ends(y):
+    """A segment as two pixels, one in each row."""
+    return y.reshape(*y.shape[:-1], 2, 2)
