@@ -6,7 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.models import check_landmark, check_motion, check_pair, check_sensor
+from ekfslam_tutorial.models import (
+    check_landmark,
+    check_motion,
+    check_pair,
+    check_sensor,
+    contracts,
+    line_contracts,
+    state_contracts,
+)
 from ekfslam_tutorial.models.landmarks import AhmPnt, AplLin, EucPnt, IdpLin, PlkLin
 from ekfslam_tutorial.models.motion import ConstantTurn, ConstantVelocity, Imu, ImuClock, Odometry2
 from ekfslam_tutorial.models.sensors import (
@@ -320,3 +328,28 @@ def test_a_robot_moves_with_its_velocity_to_a_millimetre_a_second():
 
     for Slow.by, right in ((0.9e-3, True), (1.2e-3, False)):
         assert (accepted(check_motion, Slow()) is True) == right
+
+
+CHAINS = [
+    (contracts, "observe", lambda: check_pair(RangeBearing(0.1, 0.1), EucPnt(2)), (1, 2, 3)),
+    (contracts, "retro_project", lambda: check_pair(RangeBearing(0.1, 0.1), EucPnt(2)), (1, 2, 3)),
+    (state_contracts, "observe", lambda: check_pair(Doppler(0.1, 0.1), EucPnt(2)), (1, 2, 3)),
+    (state_contracts, "retro_project", lambda: check_pair(Doppler(0.1, 0.1), EucPnt(2)), (1, 2, 3)),
+    (state_contracts, "observe", lambda: check_sensor(Gps()), (1, 2)),
+    (state_contracts, "observe", lambda: check_sensor(WheelSpeed()), (1, 2)),
+    (line_contracts, "observe", lambda: check_pair(SegmentCam(K), PlkLin()), (1, 2, 3)),
+    (line_contracts, "retro_project", lambda: check_pair(SegmentCam(K), PlkLin()), (1, 2, 3)),
+]
+
+
+@pytest.mark.parametrize(("module", "name", "check", "numbers"), CHAINS)
+def test_every_derivative_of_the_whole_chain_is_asked_for(module, name, check, numbers, monkeypatch):
+    """By robot, by sensor, by landmark or measurement; to a hundred-thousandth of the largest."""
+    right = getattr(module, name)
+    for number in numbers:
+        small = name == "retro_project" and number == 3 and module is line_contracts  # a line by a pixel
+        for by, well in ((0.9e-5, True), (1e-2 if small else 1.7e-5, False)):
+            spoil = lambda out, k=number, by=by: tuple((1 + by) * J if i == k else J for i, J in enumerate(out))
+            monkeypatch.setattr(module, name, lambda *args, spoil=spoil: spoil(right(*args)))
+            said = accepted(lambda _: check(), None)
+            assert said is True if well else "differs at entry" in str(said)

@@ -7,6 +7,7 @@ import pytest
 
 from ekfslam_tutorial import slam
 from ekfslam_tutorial.ekf import Map, MapFull, augment
+from ekfslam_tutorial.models.landmarks import EucPnt
 from ekfslam_tutorial.slam import Jcbb, KnownIds, Lmk, NearestNeighbour, Obs, Options, Rob, Sen
 
 INF = np.inf
@@ -171,6 +172,8 @@ def test_what_is_not_shown_of_a_record():
     """Jacobians and pictures would fill the page; who has ids is asked for."""
     hidden = {kind: {f.name for f in fields(kind) if not f.repr} for kind in (Rob, Sen, Lmk, Obs)}
     assert hidden == {Rob: {"first"}, Sen: set(), Lmk: {"first", "appearance"}, Obs: {"blocks"}}
+    shown = Lmk(7, EucPnt(2), x=np.zeros(2))._repr_html_()
+    assert "n_missed" in shown and "appearance" not in shown and "first" not in shown
     o = Obs(1, 2, None, None, None, [(None, "by the robot"), (None, "by the sensor"), (None, "by the landmark")])
     assert (o.E_r, o.E_s, o.E_l) == ("by the robot", "by the sensor", "by the landmark")
     assert KnownIds.by_id is True and not hasattr(NearestNeighbour, "by_id") and not hasattr(Jcbb, "by_id")
