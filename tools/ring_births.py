@@ -94,7 +94,7 @@ def distance(now, id, p):
 
 def main():
     """Run as many rounds as asked for and say how many births were right."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description="Births from one range: is the right hypothesis kept?")
     parser.add_argument("--rounds", type=int, default=40, help="rounds of 25 births")
     found = []
     for round in range(parser.parse_args().rounds):
