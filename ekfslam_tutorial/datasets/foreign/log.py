@@ -79,15 +79,7 @@ class Log:
         if lost:
             words.append(f"  {lost:,} of {len(whole):,} rows have no number in one of them and are left out")
         if "t" in part:
-            back = int((np.diff(part["t"]) < 0).sum())
-            order = np.argsort(part["t"], kind="stable")
-            part = {m: a[order] for m, a in part.items()}
-            words.append(f"  {looks.rate(part['t'])}")
-            if back:
-                words.append(f"  times go back {back} time{'s' * (back > 1)}: rows are put in order")
-            twice = len(part["t"]) - len(np.unique(part["t"]))
-            if twice and role == "odometry":
-                words.append(f"  {twice:,} rows have the time of another one and are left out; were times rounded?")
+            part = self._in_time(role, part, words)
         if "lat" in part:
             part, self.origin = to_metres(part, self.origin)
             place = f"{self.origin[0]:.7f}, {self.origin[1]:.7f}"
@@ -100,6 +92,20 @@ class Log:
         if role == "scan":
             words.append(f"  {looks.ids(part.get('id', np.zeros(0)))}")
         self.said += words
+        return part
+
+    @staticmethod
+    def _in_time(role, part, words):
+        """Put rows in the order of their times; words on these."""
+        back = int((np.diff(part["t"]) < 0).sum())
+        order = np.argsort(part["t"], kind="stable")
+        part = {m: a[order] for m, a in part.items()}
+        words.append(f"  {looks.rate(part['t'])}")
+        if back:
+            words.append(f"  times go back {back} time{'s' * (back > 1)}: rows are put in order")
+        twice = len(part["t"]) - len(np.unique(part["t"]))
+        if twice and role == "odometry":
+            words.append(f"  {twice:,} rows have the time of another one and are left out; were times rounded?")
         return part
 
     @staticmethod
