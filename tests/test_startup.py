@@ -6,7 +6,8 @@ import sys
 import pytest
 
 SLOW = {"scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.io", "scipy.ndimage", "pandas", "dask", "h5py"}
-"""Each takes between 0.1 and 2 s; who needs one imports it where it is needed."""
+SLOW |= {"scipy.linalg", "scipy.special", "scipy.sparse", "scipy.spatial"}
+"""Each takes between 0.1 and 2 s, in a browser five times as long; who needs one imports it where it is needed."""
 
 NOTEBOOK = """
 from ekfslam_tutorial import analysis, datasets, ekf, geometry, graphics, models, simulation, slam, toolbox

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..fast import Batch
 from ..geometry import Frame2, wrap
 from ..models.landmarks import EucPnt
 from ..models.motion import Odometry2, Unicycle, Vehicle
@@ -182,6 +181,8 @@ def _frames(data, worlds, first, n_frames):
     runs, N = len(worlds.x), len(worlds.ids)
     x, P = np.zeros((runs, 3 + 2 * N)), np.zeros((runs, 3 + 2 * N, 3 + 2 * N))
     x[:, ROB], P[:, ROB, ROB] = data.robots[0].start()
+    from ..fast import Batch  # here: it brings scipy.linalg along, which takes a while
+
     slam = _Slam(Batch(x, P), data, worlds)
     for i in range(n_frames):
         u, y, found, dt = worlds.frame(i)

@@ -1,7 +1,6 @@
 """Errors of a run with an IMU: gravity is known, so the gauge has four degrees, the place of the start and the yaw."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..geometry import Frame3, v2q, wrap
 
@@ -55,6 +54,8 @@ def rotation_rmse(x, truth):
         e = wrap(x[:, 2] - truth[:, 2])
         e = wrap(e - np.arctan2(np.sin(e).sum(), np.cos(e).sum()))
         return float(np.sqrt((e**2).mean()))
+    from scipy.spatial.transform import Rotation  # here: it takes a while to load
+
     R, Rt = (Rotation.from_quat(a[:, [4, 5, 6, 3]]) for a in (x, truth))
     body = Rt.inv() * R
     return float(np.sqrt(((body * body.mean().inv()).magnitude() ** 2).mean()))

@@ -64,6 +64,8 @@ def publish(picture: bytes, caption: str):
 
 def picture(fig, dpi: float = DPI) -> bytes:
     """Return the figure as a PNG or an SVG file, whichever is smaller, and close it."""
+    if sys.platform == "emscripten":  # a browser: it is not kept in a repository, and drawing it twice takes a second
+        return png(fig, dpi, quick=True)
     dots = with_palette(png(fig, dpi, close=False), (256,) if has_shades(fig) else (32, 64, 128, 256))
     lines = svg(fig)
     return lines if len(lines) < SMALLER * len(dots) else dots

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from scipy.special import chdtr
 
 Array = np.ndarray
 
@@ -121,8 +121,13 @@ def sigma_label(k: float, dim: int = 2) -> str:
     dim : int
         1, 2 or 3: interval, ellipse, ellipsoid. The probability is chi-square(dim) at k^2.
     """
-    name = {1: "interval", 2: "ellipse", 3: "ellipsoid"}[dim]
-    return f"{k:g}σ {name} ({100 * chdtr(dim, k * k):.1f} %)"
+    normal = math.erf(k / math.sqrt(2))
+    name, inside = {
+        1: ("interval", normal),
+        2: ("ellipse", 1 - math.exp(-k * k / 2)),
+        3: ("ellipsoid", normal - k * math.exp(-k * k / 2) * math.sqrt(2 / math.pi)),
+    }[dim]
+    return f"{k:g}σ {name} ({100 * inside:.1f} %)"
 
 
 def plot_ellipse(ax: Axes, mean: Array, cov: Array, k: float = 3, n: int = 60, **style: Any) -> Line2D:

@@ -7,7 +7,7 @@ ones that it does not. The order matters: a measurement that starts a landmark h
 from operator import attrgetter
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy  # which loads scipy.linalg at its first use
 
 from ..ekf import Map, MapFull, augment, check_covariance, covariance, cross, innovation, predict, real
 from ..models.observation import observe, retro_project
@@ -182,7 +182,7 @@ def _correct_jointly(map, rob, sen, lmks, found, opt, refused):
         PHt = np.hstack(PHt)
         E = np.vstack([covariance(PHt, o.blocks) for o in used])
         camera = rob.frame(map).compose(sen.frame(map))[0].t
-        correct_invariant(map, rob, lmks, PHt, innovation(np.concatenate(z), E, block_diag(*R)), opt)
+        correct_invariant(map, rob, lmks, PHt, innovation(np.concatenate(z), E, scipy.linalg.block_diag(*R)), opt)
         _after(map, rob, sen, lmks, used, camera, opt)
 
 

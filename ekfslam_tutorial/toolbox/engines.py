@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from .. import fast, slam
+from .. import slam
 
 ENGINES = "plain", "fast"
 STEPS = "move", "correct_known_lmks", "init_new_lmks", "correct_met_robots", "correct_without_lmks"
@@ -50,6 +50,8 @@ def engine(options):
     """
     if options.engine == "plain":
         return Engine("plain", slam.new_map, *(getattr(slam, step) for step in STEPS))
+    from .. import fast  # here and below: it brings scipy.linalg along, a third of the time of all imports
+
     chosen = {name: getattr(options, name) for name in OF_THE_FAST}
     name = ", ".join(["fast", *(name for name, on in chosen.items() if on)])
     new_map = partial(fast.new_map, **chosen)
@@ -76,4 +78,6 @@ def check_engine(options):
             f"take the engine 'fast', or {chosen[0]} = false"
         )
     if options.compiled:
+        from .. import fast
+
         fast.check_compiled(ValueError)

@@ -1,10 +1,11 @@
 """Drawings of notebook 13: a ray, two Gaussians for one depth, anchors, and landmarks that become points."""
 
+from statistics import NormalDist
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Rectangle
 
-from ...ekf import chi_square
 from ...graphics import ESTIMATE, TRUTH, points
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
 from ...models.landmarks import IdpPnt
@@ -25,7 +26,7 @@ from .nb13_runs import (
 
 __all__ = ["DEPTH", "DEPTH_STD", "FORWARD", "FRAMES", "RHO", "RHO_STD"]
 
-GATE = np.sqrt(chi_square.quantile(0.99, 1))  # of one number, in sigmas
+GATE = NormalDist().inv_cdf(0.995)  # of one number, in sigmas: 99 % lie within it
 SHOWN = 3000  # points that are drawn, of all that are counted
 
 

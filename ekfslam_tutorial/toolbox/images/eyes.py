@@ -1,7 +1,7 @@
 """What the loop does for sensors that take pictures: it lets them look, and remembers what new landmarks look like."""
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy  # which loads scipy.linalg at its first use
 
 from ...ekf import MapFull, covariance, cross
 from ...models.landmarks import EucPnt
@@ -74,7 +74,7 @@ class Eyes:
         l, L_f, L_p = F.from_frame(raw.given.points)
         n = l.size
         blocks = (frame_range(rob, Rf), (L_f @ F_r).reshape(n, -1)), (sen.r, (L_f @ F_s).reshape(n, -1))
-        PLt, L_p = cross(map, blocks), block_diag(*np.broadcast_to(L_p, (len(l), 3, 3)))
+        PLt, L_p = cross(map, blocks), scipy.linalg.block_diag(*np.broadcast_to(L_p, (len(l), 3, 3)))
         P = covariance(PLt, blocks) + L_p @ raw.given.P @ L_p.T
         new, events, start = [], [], 1 if not lmks.keys() & set(range(1, n // 3 + 1)) else fresh_id(lmks)
         for i, (x, pixel) in enumerate(zip(l, raw.given.pixels, strict=True)):
