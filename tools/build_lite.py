@@ -316,6 +316,7 @@ def site():
     configure()
     front()
     pack_page()
+    lean_service_worker()
 
 
 def configure():
@@ -361,11 +362,34 @@ def pack_page():
     programs = {name: (SITE / name).read_text(encoding="utf-8") for name in listed if (SITE / name).is_file()}
     packed = gzip.compress(json.dumps(programs, ensure_ascii=False).encode(), mtime=0)
     (SITE / "page.image").write_bytes(packed)
-    shutil.copyfile(HERE / "page.js", SITE / "page.js")
+    write(SITE / "page.js", KERNEL=kernel_program())
     for app in ("lab", "notebooks"):
         path = SITE / app / "index.html"
         before, after = path.read_text(encoding="utf-8").split("await import(", 1)
         path.write_text(f"{before}await import('../page.js');\n        await import({after}", "utf-8", newline="\n")
+
+
+def kernel_program():
+    """Return the path in the site of the program that JupyterLite's kernel runs in a thread of its own."""
+    folder = SITE / "extensions" / "@jupyterlite" / "pyodide-kernel-extension" / "static"
+    texts = {path: path.read_text(encoding="utf-8") for path in folder.glob("*.js")}
+    [path] = [path for path, text in texts.items() if "{_kernelMessage:" in text and "webpackChunk" not in text[:500]]
+    return path.relative_to(SITE).as_posix()  # the other one that speaks so is a part of the page
+
+
+def lean_service_worker():
+    """Let the service worker see nothing but what Python asks the page for."""
+    own = SITE / "service-worker.js"
+    own.rename(own.with_stem("service-worker-of-jupyterlite"))
+    shutil.copyfile(HERE / own.name, own)
+
+
+def write(target, **values):
+    """Write a program of `tools/lite` to where the site has it, with these values in place of the names in capitals."""
+    text = (HERE / target.name).read_text(encoding="utf-8")
+    for name, value in values.items():
+        text = text.replace(name, str(value))
+    target.write_text(text, encoding="utf-8", newline="\n")
 
 
 def merged(one, other):
@@ -429,8 +453,10 @@ def in_parts(packed, folder):
     places = range(0, len(packed), PART)
     for k, place in enumerate(places):
         (folder / f"course-{k}.image").write_bytes(packed[place : place + PART])
-    text = (HERE / "start.js").read_text(encoding="utf-8").replace("PARTS", str(len(places)))
-    (folder / "start.js").write_text(text, encoding="utf-8", newline="\n")
+    write(folder / "start.js", PARTS=len(places))
+    settings = json.loads((HERE / "jupyter-lite.json").read_text(encoding="utf-8"))["jupyter-config-data"]
+    [options] = [plugin["loadPyodideOptions"] for plugin in settings["litePluginSettings"].values()]
+    write(folder / "ahead.js", KERNEL=kernel_program(), OPTIONS=json.dumps({"env": options["env"]}))
 
 
 def needed(name):

@@ -2,18 +2,28 @@
 //
 // Pyodide would fetch sixty wheels, let Python unpack each of them, and load every library in them, a hundred and fifty.
 // Here the browser unpacks one image, `course-0.image` and so on, while Python starts; a library is loaded when it is imported.
-globalThis.loadPyodide = async ({ packages, ...options }) => {
+// What every notebook needs is imported before the files of the student are there: Python looks for it among them, too,
+// and each look is a question to the page.
+//
+// `ahead.js` has called `loadPyodide` before the kernel asks for it: the kernel gets that Python.
+globalThis.loadPyodide = async ({ packages, ...options }) => (globalThis.begun ??= started(options));
+
+async function started(options) {
   // These two stop the thread until they are here, so they come first. A browser has six connections to a host: parts of
   // the image could hold them all, and a thread that is stopped takes nothing from them. It would wait for ever.
-  importScripts(options.indexURL + "pyodide.js"); // puts Pyodide's own function in the place of this one
-  importScripts(options.indexURL + "pyodide.asm.js"); // which need not load it then
+  const ours = globalThis.loadPyodide;
+  importScripts(options.indexURL + "pyodide.js"); // puts Pyodide's own function in the place of this file's
+  const pyodides = globalThis.loadPyodide;
+  globalThis.loadPyodide = ours;
+  importScripts(options.indexURL + "pyodide.asm.js"); // which need not be loaded then
   const names = Array.from({ length: PARTS }, (_, k) => `course-${k}.image`);
   const image = Promise.all(names.map(name => part(options.indexURL + name))).then(plain);
-  const python = await globalThis.loadPyodide(options);
+  const python = await pyodides(options);
   await layDown(python, await image);
   python.runPython("import gc; gc.set_threshold(50_000)"); // a page has memory; to look for rubbish often takes time
+  python.runPython("import pyodide_kernel, ekfslam_tutorial.course, matplotlib.pyplot");
   return python;
-};
+}
 
 async function part(url) {
   const answer = await fetch(url);
