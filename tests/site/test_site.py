@@ -181,6 +181,8 @@ def test_a_page_fits_a_phone(opened):
     opened.set_viewport_size({"width": 390, "height": 844})
     opened.wait_for_function("innerWidth === 390")
     assert opened.evaluate("document.documentElement.scrollWidth") <= 390
+    ends = "[...document.querySelectorAll('.prev-next-area *')].map(part => part.getBoundingClientRect().right)"
+    assert max(opened.evaluate(ends), default=0) <= 390  # the name of the next page is whole
 
 
 @pytest.mark.browser
