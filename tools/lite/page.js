@@ -24,11 +24,11 @@ Object.defineProperty(HTMLScriptElement.prototype, "src", {
 
 // The thread of the first kernel is begun here, and handed over when the kernel makes it. It must be under the service
 // worker, through which Python reaches the student's files: at the first visit that comes with JupyterLab, at all
-// others it is there. A page that is given no notebook may never need Python.
+// others it is there.
 function beginPython() {
   const Plain = window.Worker, { serviceWorker } = navigator;
   const kernel = url => new URL(url, document.baseURI).pathname.endsWith("/KERNEL");
-  let begun = null, asked = crossOriginIsolated || !location.search.includes("path=");
+  let begun = null, asked = crossOriginIsolated; // then the kernel has another program
   const begin = () => { if (!asked) begun ??= new Plain(new URL("pyodide/ahead.js", here)); };
   window.Worker = class extends Plain {
     constructor(url, options) {

@@ -2,8 +2,8 @@
 //
 // Pyodide would fetch sixty wheels, let Python unpack each of them, and load every library in them, a hundred and fifty.
 // Here the browser unpacks one image, `course-0.image` and so on, while Python starts; a library is loaded when it is imported.
-// What every notebook needs is imported before the files of the student are there: Python looks for it among them, too,
-// and each look is a question to the page.
+// What every notebook needs is imported before the files of the student are there, and later imports look among them
+// last: each look is a question to the page.
 //
 // `ahead.js` has called `loadPyodide` before the kernel asks for it: the kernel gets that Python.
 globalThis.loadPyodide = async ({ packages, ...options }) => (globalThis.begun ??= started(options));
@@ -20,8 +20,12 @@ async function started(options) {
   const image = Promise.all(names.map(name => part(options.indexURL + name))).then(plain);
   const python = await pyodides(options);
   await layDown(python, await image);
-  python.runPython("import gc; gc.set_threshold(50_000)"); // a page has memory; to look for rubbish often takes time
-  python.runPython("import pyodide_kernel, ekfslam_tutorial.course, matplotlib.pyplot");
+  python.runPython(`
+import gc, sys
+gc.set_threshold(50_000)  # a page has memory; to look for rubbish often takes time
+import pyodide_kernel, ekfslam_tutorial.course, matplotlib.pyplot
+sys.path.sort(key=lambda folder: folder == "")
+`);
   return python;
 }
 

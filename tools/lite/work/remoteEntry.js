@@ -4,6 +4,8 @@
 // entry packs all files that are not as the site delivers them (notebooks, my_slam.py, progress.json) into my_work.zip;
 // the second puts such a file, or a single notebook, back. The cells `take_home()` and `take_up()` press these buttons.
 //
+// And for those who hear the page: what JupyterLab leaves without a name, or names wrongly, gets one.
+//
 // This file is an extension of JupyterLab as webpack would write one: a container with `init` and `get`.
 "use strict";
 (() => {
@@ -31,6 +33,24 @@
       if (target.closest?.(".jupyter-widgets")) target.setAttribute("data-lm-suppress-shortcuts", "true");
     }, true);
     if (innerWidth < NARROW) app.restored.then(() => giveRoom(app));
+    app.restored.then(() => {
+      let soon;
+      const changed = () => (soon ??= setTimeout(() => (name(), (soon = null)), 500));
+      new MutationObserver(changed).observe(document.body, { childList: true, subtree: true });
+      changed();
+    });
+  }
+
+  // What a reader of the screen needs and JupyterLab 4.4 does not say (axe finds it).
+  function name() {
+    const each = (selector, change) => document.querySelectorAll(selector).forEach(change);
+    each(".cm-content:not([aria-label])", cell => cell.setAttribute("aria-label", "Text of the cell"));
+    each(".jp-collapseHeadingButton:not([aria-label])", button => button.setAttribute("aria-label", "Fold this section"));
+    each("jp-button[aria-pressed=false]", button => button.removeAttribute("aria-pressed")); // the button is inside of it
+    each("[role=feed]", cells => cells.setAttribute("role", "group")); // a feed would consist of articles only
+    each(".jp-RenderedMarkdown:not([tabindex])", text => {
+      if (text.scrollWidth > text.clientWidth) text.tabIndex = 0; // to be scrolled by keys
+    });
   }
 
   // On a phone the list of files and the room for numbers of cells would leave a notebook a tenth of the window.
