@@ -11,6 +11,7 @@ import zipfile
 
 import nbformat
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 
 from .conftest import LONGEST_S, visit
 from .test_lab import ALL, RUN_ALL, assert_it_ran, give_answers, move_a_slider, play, write
@@ -46,6 +47,11 @@ def page(chromium):
 def opened(page, lite, name):
     """Open a notebook, and wait until its cells are there: all, for at first it has one, which is empty."""
     page.goto(f"{lite.address}lab/index.html?path={name}")
+    return ready(page)
+
+
+def ready(page):
+    """Wait until a notebook stands in the page."""
     page.wait_for_selector(".jp-Notebook .jp-Cell")
     page.evaluate("async () => { await window.jupyterapp.shell.currentWidget.context.ready }")
     return page
@@ -90,6 +96,7 @@ def test_work_is_kept_taken_home_and_taken_up_again(page, chromium, lite, tmp_pa
     in_order = [path.rsplit("/")[-1] for path in lite.sent]
     images = [at for at, name in enumerate(in_order) if name.startswith("course-")]
     assert len(images) > 1 and in_order.index("pyodide.asm.js") < min(images)  # else both may wait for ever: start.js
+    assert [worker.url.rsplit("/")[-1] for worker in page.workers] == ["ahead.js"]  # the kernel took what had begun
     write(page, begin, cells[begin].source)
     write(page, exercise, "def wrap(angle):\n    return (angle + np.pi) % (2 * np.pi) - np.pi")
     write(page, exercise + 1, 'wrap = check("00.1", wrap)\nkeep("00.1")\nprint("kept" + "!")')
@@ -115,7 +122,9 @@ def test_work_is_kept_taken_home_and_taken_up_again(page, chromium, lite, tmp_pa
     assert "% (2 * np.pi) - np.pi" in notebook(other).cells[exercise].source
     text = "async () => (await window.jupyterapp.serviceManager.contents.get('my_slam.py', {content: true})).content"
     assert "def wrap_00(angle)" in other.evaluate(text)
-    opened(other, lite, "00_start_here.ipynb")  # it is in the storage, not only on the page
+    other.wait_for_function("() => location.search.includes('path=00_start_here.ipynb')")
+    other.reload()  # it is in the storage, not only on the page, and the page knows what was open
+    ready(other)
     assert "% (2 * np.pi) - np.pi" in notebook(other).cells[exercise].source
     assert other.strangers == []
     other.context.close()
@@ -128,6 +137,24 @@ def test_on_a_phone_a_notebook_has_room_and_the_file_menu_both_entries(page, lit
     page.get_by_role("menuitem", name="File", exact=True).click()
     page.get_by_text("Download my work").wait_for()
     page.get_by_text("Take up my work…").wait_for()
+
+
+def test_nothing_serious_is_in_the_way_of_a_reader_of_the_screen(page, lite):
+    """Axe finds nothing serious: on the front page, and in JupyterLab with a notebook, on a phone."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(lite.address)
+    assert serious(page) == []
+    opened(page, lite, "02_mapping_with_known_poses.ipynb")
+    page.wait_for_function(
+        "() => document.querySelector('.cm-content[aria-label]') && !document.querySelector('[role=feed]')"
+    )
+    assert serious(page) == []
+
+
+def serious(page):
+    """What axe calls serious or critical."""
+    found = Axe().run(page, options={"preload": False, "resultTypes": ["violations"]}).response["violations"]
+    return [f"{v['id']}: {v['nodes'][0]['html'][:200]}" for v in found if v["impact"] in ("serious", "critical")]
 
 
 def test_the_front_page_lists_the_notebooks_and_the_first_page_is_small(page, lite):

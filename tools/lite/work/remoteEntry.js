@@ -33,12 +33,22 @@
       if (target.closest?.(".jupyter-widgets")) target.setAttribute("data-lm-suppress-shortcuts", "true");
     }, true);
     if (innerWidth < NARROW) app.restored.then(() => giveRoom(app));
+    app.shell.currentChanged?.connect(() => noteInAddress(app.shell.currentWidget));
     app.restored.then(() => {
+      noteInAddress(app.shell.currentWidget);
       let soon;
       const changed = () => (soon ??= setTimeout(() => (name(), (soon = null)), 500));
       new MutationObserver(changed).observe(document.body, { childList: true, subtree: true });
       changed();
     });
+  }
+
+  // A page that is loaded again shows what was open: JupyterLab takes the name out of the address and forgets it.
+  function noteInAddress(widget) {
+    const address = new URL(location), path = widget?.context?.path;
+    if (!path) return;
+    address.searchParams.set("path", path);
+    history.replaceState(history.state, "", address);
   }
 
   // What a reader of the screen needs and JupyterLab 4.4 does not say (axe finds it).
@@ -48,8 +58,8 @@
     each(".jp-collapseHeadingButton:not([aria-label])", button => button.setAttribute("aria-label", "Fold this section"));
     each("jp-button[aria-pressed=false]", button => button.removeAttribute("aria-pressed")); // the button is inside of it
     each("[role=feed]", cells => cells.setAttribute("role", "group")); // a feed would consist of articles only
-    each(".jp-RenderedMarkdown:not([tabindex])", text => {
-      if (text.scrollWidth > text.clientWidth) text.tabIndex = 0; // to be scrolled by keys
+    each(".jp-RenderedMarkdown, .cm-scroller", part => {
+      if (part.tabIndex < 0 && part.scrollWidth > part.clientWidth) part.tabIndex = 0; // to be scrolled by keys
     });
   }
 
