@@ -88,7 +88,8 @@ def test_lines_that_begin_with_a_word_and_columns_by_number(drive, tmp_path):
     lines = [(t, f"ODOM {t:.3f} {v:.4f} {w:.4f}") for t, v, w in drive.odo]
     lines += [(t, f"UWB {t:.3f} {i:.0f} {r:.3f} ok") for t, i, r, _ in drive.seen]
     (tmp_path / "car.log").write_text("\n".join(line for _, line in sorted(lines, key=lambda pair: pair[0])))
-    with pytest.raises(ValueError, match=r"which columns are the odometry .* car.log/ODOM: 1, 2, 3, line; car.log/UWB: 1"):
+    asked = r"which columns are the odometry .* car.log/ODOM: 1, 2, 3, line; car.log/UWB: 1"
+    with pytest.raises(ValueError, match=asked):
         convert(tmp_path / "car.log")
     plan = {
         "odometry": {"from": "car.log/ODOM", "t": 1, "v": 2, "w": 3},
