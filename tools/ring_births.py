@@ -54,13 +54,19 @@ def space(rng):
 
 
 def with_faults(rng, data, seed):
-    """The recording of a run with one beacon, whose ranges are wrong by a bias and a scale."""
+    """The recording of a run with one beacon, whose ranges are wrong by a bias and a scale.
+
+    From so near that the bias would make the range negative, nothing is measured.
+    """
     recorder = Recorder()
     for now in universal_slam(data, seed=seed):
         recorder.add(now)
     log = recorder.recording("faults")
     raw, bias, scale = log.raw[1], *rng.normal(0, [FAULTS.bias_std, FAULTS.scale_std])
-    return replace(log, raw={1: replace(raw, y=np.maximum((1 + scale) * raw.y + bias, 0.01))})
+    y = (1 + scale) * raw.y + bias
+    seen = y[:, 0] > 0
+    offsets = np.concatenate([[0], np.cumsum(seen)])[raw.offsets]
+    return replace(log, raw={1: replace(raw, offsets=offsets, ids=raw.ids[seen], y=y[seen])})
 
 
 def births(round):
