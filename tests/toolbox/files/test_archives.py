@@ -3,7 +3,6 @@
 import io
 import json
 import struct
-import time
 import tracemalloc
 import zipfile
 
@@ -17,6 +16,7 @@ from ekfslam_tutorial.datasets.victoria_park import read_log
 from ekfslam_tutorial.toolbox import Recording, UserData
 from ekfslam_tutorial.toolbox.files import value_file
 from ekfslam_tutorial.toolbox.files.archives import read_npz
+from tests.pace import Watch
 
 READERS = {"read_npz": read_npz, "recording": Recording.load, "checkpoint": value_file.load, "series": series.read}
 READERS["victoria park"] = read_log
@@ -73,16 +73,16 @@ HOSTILE = {
 
 def refused(read, path):
     """The sentence in which it is refused; what it costs is bounded."""
-    start = time.thread_time()
-    tracemalloc.start()
-    try:
-        with pytest.raises(ValueError) as caught:
-            read(path)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
+    with Watch() as it:
+        tracemalloc.start()
+        try:
+            with pytest.raises(ValueError) as caught:
+                read(path)
+            peak = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
     assert peak < MEMORY
-    assert time.thread_time() - start < 2.0  # far more than it takes
+    assert it.seconds < 2.0  # far more than it takes
     sentence = str(caught.value)
     assert sentence and "\n" not in sentence and len(sentence) < 500
     return sentence
