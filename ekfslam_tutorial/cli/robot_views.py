@@ -40,7 +40,7 @@ def write_robot_figures(out, history, tracks, lmks, data, fixes):
             color = ROBOTS[list(tracks).index(id) % len(ROBOTS)]
             names.append(save_figure(_path(track, lmks, data, fixes.get(id), color), out / f"map-{id}.png"))
         e, P = history.errors(id)
-        if track.known.sum() > 1:
+        if track.known.sum() > 1 and P.any():  # a robot whose place is given has no errors
             names.append(
                 save_figure(_errors(track, e, P, data.figure.k, history.error_of(id)), out / f"errors-{id}.png")
             )

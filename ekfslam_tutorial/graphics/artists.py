@@ -17,6 +17,8 @@ from .clip import Region, clip_curves, inside
 from .ellipses import nan_separated
 
 Array = np.ndarray
+MARK = 3.0
+"""Half the width of a mark beside which a text stands, points."""
 
 
 def dim_of(ax) -> int:
@@ -78,14 +80,17 @@ class Labels(PathCollection):
         Height of the letters, points.
     shift : (2,)
         Where a text begins, from its point to the right and up, points.
+    apart : bool
+        In the plane: a text that would hide another one or a point moves round its own point; if there is no room
+        anywhere, it is left out. The limits of the axes have to be set before `put`. The first keys choose first.
     **style
         As for a matplotlib collection.
     """
 
-    def __init__(self, ax, size: float = 10, shift=(7.0, 5.0), **style: Any):
+    def __init__(self, ax, size: float = 10, shift=(7.0, 5.0), apart: bool = False, **style: Any):
         super().__init__([], offsets=np.zeros((0, 2)), offset_transform=ax.transData, linewidth=0, **style)
         self.set_transform(Affine2D().scale(1 / 72) + ax.figure.dpi_scale_trans)
-        self.size, self.shift = float(size), tuple(shift)
+        self.size, self.shift, self.apart = float(size), tuple(shift), apart and dim_of(ax) == 2
         self.where: dict[Any, Array] = {}  # point of each text that is shown, by key
         self.names: dict[Any, str] = {}
         ax.add_collection(self, autolim=False)
@@ -94,10 +99,32 @@ class Labels(PathCollection):
         """Show a text at each point, by key; the text is the key unless `names` has it. NaN hides a text."""
         self.where = {key: np.asarray(p, dtype=float) for key, p in where.items() if np.isfinite(p).all()}
         self.names = {key: str(names[key] if names else key) for key in self.where}
-        self.set_paths([_letters(name, self.size, self.shift) for name in self.names.values()])
+        shifts = self._shifts() if self.apart else dict.fromkeys(self.where, self.shift)
+        self.where = {key: self.where[key] for key in shifts}
+        self.names = {key: self.names[key] for key in shifts}
+        self.set_paths([_letters(self.names[key], self.size, shift) for key, shift in shifts.items()])
         if dim_of(self.axes) == 2:
             self.set_offsets(np.array(list(self.where.values())).reshape(-1, 2))
         self.stale = True
+
+    def _shifts(self) -> dict[Any, tuple[float, float]]:
+        """Find for each text a place beside its point where it hides nothing; without a key there is none."""
+        to_points = 72 / self.axes.figure.dpi
+        at = to_points * self.axes.transData.transform(np.array(list(self.where.values())).reshape(-1, 2))
+        taken = [np.concatenate([at - MARK, at + MARK], axis=1)] if len(at) else []  # boxes: left, below, right, above
+        found, (dx, dy) = {}, self.shift
+        for key, p in zip(self.where, at, strict=True):
+            w, h = _extent(self.names[key], self.size)
+            left, below, over = -dx - w, -dy - h, -w / 2
+            beside = (dx, dy), (left, dy), (dx, below), (left, below), (over, dy + MARK), (over, below - MARK)
+            for shift in beside:
+                box = np.concatenate([p + shift, p + shift + (w, h)])
+                others = np.concatenate(taken)
+                if not ((box[:2] < others[:, 2:]) & (others[:, :2] < box[2:])).all(axis=1).any():
+                    taken.append(box[None])
+                    found[key] = shift
+                    break
+        return found
 
     def do_3d_projection(self) -> float:
         """Move the texts to where 3D axes now show their points; matplotlib calls it before it draws."""
@@ -106,6 +133,12 @@ class Labels(PathCollection):
         x, y, z = proj3d.proj_transform(px, py, pz, ax.M)
         self.set_offsets(np.column_stack([x, y]))
         return float(np.min(z, initial=np.inf))
+
+
+@lru_cache(maxsize=4096)
+def _extent(text: str, size: float) -> tuple[float, float]:
+    """Width and height of a text, points."""
+    return tuple(_letters(text, size, (0.0, 0.0)).get_extents().max)
 
 
 @lru_cache(maxsize=4096)

@@ -51,6 +51,19 @@ def _lonely(value: Array) -> Array:
     return known & ~np.append(False, known[:-1]) & ~np.append(known[1:], False)
 
 
+def _height(error: Array, band: Array) -> tuple[float, float]:
+    """Return how high an error panel has to be, and how high the band is.
+
+    All of it is shown, unless the filter was lost for a few moments only: these would press the rest into a line.
+    """
+    error, band = error[np.isfinite(error)], band[np.isfinite(band)]
+    if not len(error) or not len(band):
+        return 1.0, 1.0
+    whole = max(error.max(), band.max())
+    usual = max(np.quantile(band, 0.95), np.quantile(error, 0.99))
+    return 1.1 * whole if whole < 3 * usual else 1.5 * usual, band.max()
+
+
 def error_panel(
     t: Array,
     error: Array,
@@ -96,7 +109,10 @@ def error_panel(
     words = f"outside: {100 * out.sum() / max(known.sum(), 1):.1f} %"
     if out.any():
         _rug(ax, t[out], words, 0)
-    ax.set(xlabel="t (s)", ylabel=f"{name} ({unit})", xlim=_span(t))
+    height, whole = _height(np.abs(error), band)
+    if height < whole:
+        words += f", band up to ±{whole:.2g} {unit}"
+    ax.set(xlabel="t (s)", ylabel=f"{name} ({unit})", xlim=_span(t), ylim=(-height, height))
     if legend:
         _legend_above(ax)
     else:

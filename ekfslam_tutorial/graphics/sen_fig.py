@@ -81,7 +81,7 @@ class SenFig:
             self.expected[state] = new_line(ax, **points(style, markersize=4.5, markeredgewidth=1.2), zorder=5)
         self.measure = new_line(ax, **points(MEASUREMENT, markersize=8, markeredgewidth=1.3), zorder=6)
         self.new = new_line(ax, **points(ESTIMATE, fillstyle="none", markersize=13, marker="o"), zorder=4)
-        self.label = Labels(ax, size=11, color=BLACK, zorder=7)
+        self.label = Labels(ax, size=11, apart=True, color=BLACK, zorder=7)
         self.heading = self.fig.text(0.5, 0.975, "", ha="center", va="top", fontsize=14)
         self.of_lines = hasattr(self.sen.model, "segments")
         if self.of_lines:
