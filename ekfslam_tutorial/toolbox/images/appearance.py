@@ -91,8 +91,8 @@ def warped(appearance, A):
     det, size = a * d - b * c, (a * a + b * b + c * c + d * d) / 2
     if not (LEAST < det < MOST) or size + np.sqrt(max(size * size - det * det, 0.0)) > LONGEST**2:
         return None
-    back = np.array([[d, -b], [-c, a]]) / det
-    M = np.column_stack([back, BIG - back @ np.array([HALF, HALF])])
+    p, q, r, s = d / det, -b / det, -c / det, a / det  # the inverse of A; it takes centre to centre
+    M = np.array([[p, q, BIG - HALF * (p + q)], [r, s, BIG - HALF * (r + s)]])
     cv2 = opencv()
     patch = cv2.warpAffine(
         appearance["patch"],
@@ -101,4 +101,4 @@ def warped(appearance, A):
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    return patch if patch.std() >= FLAT else None
+    return patch if cv2.meanStdDev(patch)[1][0, 0] >= FLAT else None

@@ -39,8 +39,8 @@ def find_patch(image, patch, e, Z, sigma=3.0, most=25):
     window = image[top - h : bottom + h + 1, left - h : right + h + 1]
     score = cv2.matchTemplate(window, patch, cv2.TM_CCOEFF_NORMED)
     du, dv = np.arange(left - u, right - u + 0.5), np.arange(top - v, bottom - v + 0.5)[:, None]
-    md2 = (d * du * du - 2 * b * du * dv + a * dv * dv) / (a * d - b * b)
-    score[md2 > sigma**2 + 1] = -1.0  # one more: the neighbours of the edge
+    md2_det = d * du * du - dv * (2 * b * du) + a * dv * dv
+    score[md2_det > (sigma**2 + 1) * (a * d - b * b)] = -1.0  # one more: the neighbours of the edge
     row, column = divmod(int(score.argmax()), score.shape[1])
     best = float(score[row, column])
     y = np.array([left + column, top + row], float)
