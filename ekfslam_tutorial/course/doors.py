@@ -52,12 +52,12 @@ class Doors:
 
     def short(self, file: str) -> str:
         """Return the three links for a table."""
-        return f"[browser]({self.browser(file)}) [Binder]({self.binder(file)}) [Colab]({self.colab(file)})"
+        return f"[browser]({self.browser(file)}) · [Binder]({self.binder(file)}) · [Colab]({self.colab(file)})"
 
     def long(self, file: str) -> str:
         """Return the text below the title of a notebook."""
         return (
-            f"[Open in the browser]({self.browser(file)}) [Open in Binder]({self.binder(file)}) "
+            f"[Open in the browser]({self.browser(file)}) · [Open in Binder]({self.binder(file)}) · "
             f"[Open in Colab]({self.colab(file)})\n\n"
             "Nothing to install; in Colab alone, run this in a cell of its own first: "
             f"`%pip install git+{self.repository}`"
