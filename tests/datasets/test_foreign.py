@@ -101,7 +101,7 @@ def test_measurements_with_noise_of_their_own(drive, tmp_path):
 
     without = convert(tmp_path, {"scan": {"range_std": False}})
     assert without.recording.raw[1].R is None and without.scenario["convert"]["scan"]["range_std"] is False
-    assert "bearing_std: not used: all that is measured must have it" in "\n".join(without.said)
+    assert "bearing_std: not used; needed are range_std, bearing_std, or all" in "\n".join(without.said)
 
     cov = np.tile([4.0, 1.0, 9.0], (len(t), 1))
     points = np.column_stack([drive.seen[:, :2], 100 * r * np.cos(b), 100 * r * np.sin(b), cov])

@@ -233,9 +233,13 @@ class Scan:
                 f"{(ids < 0).sum():,} measurements without an id are left out: known_ids cannot use them"
             )
         R, told = self.own_noise(), [m for m in NOISE if m in scan]
-        if told:
-            words = "the noise of each measurement" if R is not None else "not used: all that is measured must have it"
-            self.log.said.append(f"{', '.join(told)}: {words}; --set scan.{told[0]}=false leaves it out")
+        if R is not None:
+            self.log.said.append(
+                f"{', '.join(told)}: the noise of each measurement; --set scan.{told[0]}=false leaves it out"
+            )
+        elif told:
+            needed = [f"{m}_std" for m, _ in self.fields]
+            self.log.said.append(f"{', '.join(told)}: not used; needed are {', '.join(needed)}, or all of a covariance")
         times, start = np.unique(scan["t"], return_index=True)
         for a, rows in zip(times, np.split(np.arange(len(y)), start[1:]), strict=True):
             rows = rows[ids[rows] >= 0] if self.known else rows
