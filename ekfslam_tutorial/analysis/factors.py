@@ -355,20 +355,9 @@ class _Maker:
         """One frame."""
         self.k += 1
         self.graph.t.append(now.t)
-        raw_of = {id: raw for id, raw in now.raw.items()}
+        raw_of = dict(now.raw)
         for rob in now.robs:
-            key = ("robot", rob.id, self.k)
-            if rob.id in now.truth and np.isfinite(now.truth[rob.id]).all():
-                self.graph.truth[key] = now.truth[rob.id].copy()
-            if rob.r is not None:
-                self._note(key, rob.state(now.map), now.map.block(rob.r))
-                if np.ndim(rob.u) == 2:
-                    raise ValueError(f"robot {rob.id}: a graph takes one control a frame, this log has many")
-                before = ("robot", rob.id, self.k - 1)
-                step = Motion(rob.motion, before, key, np.array(rob.u, float), np.array(rob.U, float), now.dt)
-                step.loosened = self.loosened.pop(rob.id, None)
-                self.graph.stiff.append(step)
-                self.steps[rob.id, self.k] = step
+            self._moved(now, rob)
         self.place = {rob.id: rob for rob in now.robs}
         self.mount = {sen.id: sen for sen in now.sens}
         for sen in now.sens:
@@ -398,6 +387,22 @@ class _Maker:
                     self.sightings.append((self.k, sen.robot, sen.id, event.lmk, True, np.array(y), np.array(R)))
         self.heard = {id: self.heard.get(id) or self._first_range(ring, raw_of) for id, ring in now.rings.items()}
         self.last = now
+
+    def _moved(self, now, rob):
+        """The step of a robot, and where it leads."""
+        key = ("robot", rob.id, self.k)
+        if rob.id in now.truth and np.isfinite(now.truth[rob.id]).all():
+            self.graph.truth[key] = now.truth[rob.id].copy()
+        if rob.r is None:
+            return
+        self._note(key, rob.state(now.map), now.map.block(rob.r))
+        if np.ndim(rob.u) == 2:
+            raise ValueError(f"robot {rob.id}: a graph takes one control a frame, this log has many")
+        before = ("robot", rob.id, self.k - 1)
+        step = Motion(rob.motion, before, key, np.array(rob.u, float), np.array(rob.U, float), now.dt)
+        step.loosened = self.loosened.pop(rob.id, None)
+        self.graph.stiff.append(step)
+        self.steps[rob.id, self.k] = step
 
     def _first_range(self, ring, raw_of):
         """The range that has started a ring, in this frame."""
