@@ -85,8 +85,9 @@ def units(entry, table, of_time=None, degrees=False):
 def _of_noise(meaning, column, found):
     """The unit of a measurement's own noise: by its name, else that of what is measured."""
     of, ending = NOISE[meaning], plain(column)[1]
-    if len(of) == 1 and ending in ENDINGS.get(KIND.get(of[0], "length"), ()):
-        return ENDINGS[KIND.get(of[0], "length")][ending], f"{ending}, by its name"
+    units = ENDINGS.get(KIND.get(of[0], "length"), {}) if len(of) == 1 else {}
+    if ending in units:
+        return units[ending], f"{ending}, by its name"
     factor = float(np.prod([found[m][0] for m in of if m in found]))
     return factor, f"in the unit of {of[0]}{', squared' * (len(of) > 1)}"
 
