@@ -7,7 +7,7 @@ from ..user_input import short_text
 
 
 def parse_override(text):
-    """Split KEY=VALUE into a dotted key and a value, which is written as in TOML; a word, a path, a topic need no quotes.
+    """Split KEY=VALUE into a dotted key and a value as in TOML; words, paths and topics need no quotes.
 
     >>> parse_override("data.robots=[1, 2]")
     ('data.robots', [1, 2])
