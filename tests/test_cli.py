@@ -552,13 +552,16 @@ def test_a_reader_that_goes_away_is_no_error():
     assert out.stdout.startswith("ok") and "Traceback" not in out.stderr and "pipe" not in out.stderr.lower()
 
 
-def test_shipped_files_are_found():
+def test_shipped_files_are_found(tmp_path):
     assert {"range_bearing_2d", "cloister_idp", "two_robots_four_cameras"} <= set(scenarios())
     assert find_scenario("anywhere/cloister_idp.toml") == scenarios()["cloister_idp"]
     assert Path(find_scenario(scenarios()["cloister_idp"])) == scenarios()["cloister_idp"]
     assert find_scenario("monoslam") == scenarios()["monoslam_desk"]  # no other name begins so
     with pytest.raises(FileNotFoundError, match="no scenario file cloister; known names"):
         find_scenario("cloister")
+    (tmp_path / "cloister_idp").mkdir()  # of results: not the scenario of that name
+    with pytest.raises(FileNotFoundError, match="cloister_idp is a folder; give the scenario that it was made with"):
+        find_scenario(tmp_path / "cloister_idp")
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ from .partners import named, placed
 
 ITS_ROBOT = -1
 """In the place of a landmark's id, where a sensor has measured its own robot; as events have it."""
+NO_LMK = ItsRobot()
 
 
 @dataclass
@@ -70,16 +71,42 @@ class Motion:
 
     def linear(self, graph):
         """Residual, Jacobians by key, G and C."""
-        m = len(self.u)
-        w = np.broadcast_to(self.w, (m + (0 if self.loosened is None else self.motion.size),))
-        x, X_x, X_u = self.motion.move(graph.values[self.before], self.u + w[:m], self.dt)
-        n, N = self.motion.frame.size, np.eye(len(x))
-        F, N[:n, :n] = self.motion.frame(x[:n]).normalized()
-        G, C = N @ X_u, self.U
-        if self.loosened is not None:
-            G, C = np.hstack([G, N]), block_diag(C, self.loosened)  # a quaternion has no noise along itself
-        r = graph.difference(self.after, graph.values[self.after], np.concatenate([F.x, x[n:]]))
-        return r + N @ X_u @ w[:m], {self.after: np.eye(len(x)), self.before: -N @ X_x}, G, C
+        ((_, *found),) = _steps(graph, [self])
+        return found
+
+
+def linearised(graph, stiff):
+    """Each factor, and its residual, Jacobians by key, G and C; equal steps of a robot are one call of its model."""
+    groups = {}
+    for factor in stiff:
+        alike = (factor.after[1], factor.dt) if isinstance(factor, Motion) else id(factor)
+        groups.setdefault(alike, []).append(factor)
+    for some in groups.values():
+        if isinstance(some[0], Motion):
+            yield from _steps(graph, some)
+        else:
+            yield some[0], *some[0].linear(graph)
+
+
+def _steps(graph, some):
+    """The same of steps of one robot that last equally long."""
+    motion, n = some[0].motion, some[0].motion.frame.size
+    before = np.array([graph.values[f.before] for f in some])
+    after = np.array([graph.values[f.after] for f in some])
+    u = np.array([f.u for f in some])
+    w = np.array([np.zeros(len(f.u)) + np.atleast_1d(f.w)[: len(f.u)] for f in some])
+    x, X_x, X_u = motion.move(before, u + w, some[0].dt)
+    F, N_f = motion.frame(x[:, :n]).normalized()
+    N = np.tile(np.eye(x.shape[1]), (len(some), 1, 1))
+    N[:, :n, :n] = N_f
+    G = N @ X_u
+    r = graph.difference(some[0].after, after, np.concatenate([F.x, x[:, n:]], 1)) + (G @ w[..., None])[..., 0]
+    A = -N @ X_x
+    for k, f in enumerate(some):
+        g, C = G[k], f.U
+        if f.loosened is not None:
+            g, C = np.hstack([g, N[k]]), block_diag(C, f.loosened)  # a quaternion has no noise along itself
+        yield f, r[k], {f.after: np.eye(len(A[k])), f.before: A[k]}, g, C
 
 
 @dataclass
@@ -160,14 +187,35 @@ class Look:
     R: np.ndarray
     frames: tuple
 
-    def rows(self, graph):
-        """Residuals (k, m), and the Jacobians of each measurement by key."""
-        Rf, Sf = graph.both(self)
-        L = np.array([graph.get(l)[: self.type.size] for l in self.lmks])
-        e, _, E_r, E_s, E_l = expect(Rf, Sf, self.sensor, self.type, L)
-        z = np.array([self.sensor.residual(y, one) for y, one in zip(self.y, e, strict=True)])
-        each = [graph.padded((self.pose, E_r[k]), (self.mount, E_s[k]), (l, E_l[k])) for k, l in enumerate(self.lmks)]
-        return z, each
+    @property
+    def alike(self):
+        """What it shares with those that are one call of the models with it; a robot on the move is alone."""
+        robot, mount = self.frames[0], self.mount if isinstance(self.mount, tuple) else id(self.mount)
+        return self.type, id(self.sensor), mount, robot if robot in PLAIN else id(self)
+
+
+PLAIN = Frame2, Frame3
+
+
+def innovations(graph, looks):
+    """Innovations z (k, m), their noise R (k, m, m), and the Jacobians of each by key; groups of looks.
+
+    What a sensor measured of landmarks of one type is one call of the models, whatever the frame.
+    """
+    groups = {}
+    for look in looks:
+        groups.setdefault(look.alike, []).append(look)
+    for some in groups.values():
+        one, rows = some[0], [(look.pose, l) for look in some for l in look.lmks]
+        Rf, Sf = graph.both(one)
+        if one.frames[0] in PLAIN:
+            Rf = one.frames[0](np.array([graph.get(pose)[: Rf.size] for pose, _ in rows]))
+        L = np.array([graph.get(l)[: one.type.size] for _, l in rows])
+        e, _, E_r, E_s, E_l = expect(Rf, Sf, one.sensor, one.type, L)
+        z = one.sensor.residual(np.concatenate([look.y for look in some]), e)
+        R = np.concatenate([look.R for look in some])
+        blocks = zip(rows, E_r, E_s, E_l, strict=True)
+        yield z, R, [graph.padded((pose, R_r), (one.mount, R_s), (l, R_l)) for (pose, l), R_r, R_s, R_l in blocks]
 
 
 @dataclass
@@ -223,14 +271,16 @@ class Graph:
         return found
 
     def difference(self, key, x, y):
-        """x - y, a heading wrapped; of quaternions what is across y, as their length says nothing."""
+        """x - y, a heading wrapped; of quaternions what is across y, as their length says nothing. Stacks will do."""
         d, frame = x - y, self.frames.get(key[:2])
         frame = getattr(frame, "plain", frame)  # parameters may stand behind it
         if frame is Frame2:
-            d[2] = wrap(d[2])
+            d[..., 2] = wrap(d[..., 2])
         if frame is Frame3:
-            q, p = y[3:7], x[3:7] if x[3:7] @ y[3:7] > 0 else -x[3:7]
-            d[3:7] = p - (p @ q) * q
+            q, p = y[..., 3:7], x[..., 3:7]
+            along = lambda p, q: (p * q).sum(-1, keepdims=True)
+            p = np.where(along(p, q) > 0, p, -p)
+            d[..., 3:7] = p - along(p, q) * q
         return d
 
     def move(self, d):
@@ -305,20 +355,9 @@ class _Maker:
         """One frame."""
         self.k += 1
         self.graph.t.append(now.t)
-        raw_of = {id: raw for id, raw in now.raw.items()}
+        raw_of = dict(now.raw)
         for rob in now.robs:
-            key = ("robot", rob.id, self.k)
-            if rob.id in now.truth and np.isfinite(now.truth[rob.id]).all():
-                self.graph.truth[key] = now.truth[rob.id].copy()
-            if rob.r is not None:
-                self._note(key, rob.state(now.map), now.map.block(rob.r))
-                if np.ndim(rob.u) == 2:
-                    raise ValueError(f"robot {rob.id}: a graph takes one control a frame, this log has many")
-                before = ("robot", rob.id, self.k - 1)
-                step = Motion(rob.motion, before, key, np.array(rob.u, float), np.array(rob.U, float), now.dt)
-                step.loosened = self.loosened.pop(rob.id, None)
-                self.graph.stiff.append(step)
-                self.steps[rob.id, self.k] = step
+            self._moved(now, rob)
         self.place = {rob.id: rob for rob in now.robs}
         self.mount = {sen.id: sen for sen in now.sens}
         for sen in now.sens:
@@ -348,6 +387,22 @@ class _Maker:
                     self.sightings.append((self.k, sen.robot, sen.id, event.lmk, True, np.array(y), np.array(R)))
         self.heard = {id: self.heard.get(id) or self._first_range(ring, raw_of) for id, ring in now.rings.items()}
         self.last = now
+
+    def _moved(self, now, rob):
+        """The step of a robot, and where it leads."""
+        key = ("robot", rob.id, self.k)
+        if rob.id in now.truth and np.isfinite(now.truth[rob.id]).all():
+            self.graph.truth[key] = now.truth[rob.id].copy()
+        if rob.r is None:
+            return
+        self._note(key, rob.state(now.map), now.map.block(rob.r))
+        if np.ndim(rob.u) == 2:
+            raise ValueError(f"robot {rob.id}: a graph takes one control a frame, this log has many")
+        before = ("robot", rob.id, self.k - 1)
+        step = Motion(rob.motion, before, key, np.array(rob.u, float), np.array(rob.U, float), now.dt)
+        step.loosened = self.loosened.pop(rob.id, None)
+        self.graph.stiff.append(step)
+        self.steps[rob.id, self.k] = step
 
     def _first_range(self, ring, raw_of):
         """The range that has started a ring, in this frame."""
@@ -417,7 +472,7 @@ class _Maker:
         groups = {}
         for k, robot, sensor, id, met, y, R in self.sightings:
             if met or id in g.types or id == ITS_ROBOT:
-                kind = EucPnt(self.place[id].motion.frame.dim) if met else g.types.get(id, ItsRobot())
+                kind = EucPnt(self.place[id].motion.frame.dim) if met else g.types.get(id, NO_LMK)
                 groups.setdefault((k, robot, sensor, met), []).append((kind, self._lmk(k, id, met), y, R))
         for (k, robot, sensor, _), rows in groups.items():
             for kind in {row[0] for row in rows}:

@@ -244,7 +244,9 @@ class Number:
 def numbers(scenario, recording):
     """All `Number`s of a scenario and its recording."""
     data, found = UserData.from_dict(scenario), []
-    for i, entry in enumerate(scenario["sensor"]):
+    for i, (entry, sensor) in enumerate(zip(scenario["sensor"], data.sensors, strict=True)):
+        if sensor.id in recording.raw and recording.raw[sensor.id].R is not None:
+            continue  # each measurement has its own
         found += [Number(("sensor", i), key, v) for key, v in entry.items() if key == "std" or "_std" in key]
     for i, (entry, robot) in enumerate(zip(scenario["robot"], data.robots, strict=True)):
         found += [Number(("robot", i), key, entry[key]) for key in ("gyro_noise", "acc_noise") if key in entry]

@@ -7,13 +7,14 @@ frame.
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from scipy.sparse import block_array, coo_array
 from scipy.sparse.linalg import splu
 
 from .chain import Chain, is_chain
-from .factors import Birth, Graph, Motion, Prior
+from .factors import Birth, Graph, Motion, Prior, innovations, linearised
 
 COLUMNS = 256
 """So many columns of the inverse are computed at a time."""
@@ -35,16 +36,41 @@ class Smoothed:
         The largest change of a number in each step of Gauss and Newton.
     P : dict
         Covariance of each variable, by key.
+    system : object
+        What was solved last, for `joint`.
     """
 
     graph: Graph
     steps: list
     P: dict
+    system: Any
 
     @property
     def converged(self):
         """True if the last step has changed nothing."""
         return self.steps[-1] <= SMALL
+
+    def joint(self, keys):
+        """Covariance of some variables together: what one tells of the other, too.
+
+        Parameters
+        ----------
+        keys : list of tuple
+            As in `Graph.values`. After `smooth_lagged`, of the last states only: older ones are marginalised.
+
+        Returns
+        -------
+        ndarray, shape (n, n)
+            In the order of the keys.
+
+        Raises
+        ------
+        ValueError
+        """
+        for key in keys:
+            if key not in self.system.at:
+                raise ValueError(f"{key} is no variable of the last system that was solved")
+        return self.system.joint(keys)
 
     def track(self, robot):
         """States of a robot and their covariances, of the start and after each frame.
@@ -107,7 +133,8 @@ def smooth(graph, iterations=50):
     steps = []
     while len(steps) < iterations and (not steps or steps[-1] > SMALL):
         steps.append(_step(graph, graph.stiff, graph.looks))
-    return Smoothed(graph, steps, _System(graph, list(graph.values), graph.stiff, graph.looks).marginals())
+    system = _System(graph, list(graph.values), graph.stiff, graph.looks)
+    return Smoothed(graph, steps, system.marginals(), system)
 
 
 def smooth_lagged(graph, lag, iterations=3):
@@ -166,7 +193,7 @@ def smooth_lagged(graph, lag, iterations=3):
             oldest += 1
     P |= system.marginals([key for key in system.at if key in graph.values])
     graph.values = {key: graph.values.get(key, guess[key]) for key in guess}
-    return Smoothed(graph, steps, P)
+    return Smoothed(graph, steps, P, system)
 
 
 def _by_frame(graph):
@@ -194,8 +221,7 @@ def _marginalised(graph, gone, priors, factors, looks, k):
     keys |= {key: None for f in [*looks[k], *factors[k]] for key in _lmks(f)}
     system, stays = _System(graph, list(keys), inside, looks[k]), [key for key in keys if key not in gone]
     d, at = system.step(), np.concatenate([system.at[key] for key in stays])
-    P = system.columns(at)[at]
-    return Prior(stays, np.concatenate([graph.values[key] for key in stays]) + d[at], (P + P.T) / 2)
+    return Prior(stays, np.concatenate([graph.values[key] for key in stays]) + d[at], system.joint(stays))
 
 
 def _step(graph, stiff, looks):
@@ -229,8 +255,7 @@ class _System:
         start, n = dict(zip(keys, ends, strict=False)), ends[-1]
         A, Q, r, when, self.noise = _Blocks(), _Blocks(), [], [], []
         row = 0
-        for factor in stiff:
-            e, blocks, G, C = factor.linear(graph)
+        for factor, e, blocks, G, C in linearised(graph, stiff):
             Q.add(row, row, G @ C @ G.T)
             for key, block in blocks.items():
                 A.add(row, start[key], block)
@@ -239,10 +264,9 @@ class _System:
             self.noise.append((factor, C @ G.T, slice(row, row + len(e))))
             row += len(e)
         J, z, rows = _Blocks(), [np.zeros(0)], 0
-        for look in looks:
-            innovations, each = look.rows(graph)
-            whiten = np.swapaxes(np.linalg.cholesky(np.linalg.inv(look.R)), 1, 2)
-            for one, W, blocks in zip(innovations, whiten, each, strict=True):
+        for innovation, R, each in innovations(graph, looks):
+            whiten = np.linalg.cholesky(np.linalg.inv(R)).swapaxes(1, 2)
+            for one, W, blocks in zip(innovation, whiten, each, strict=True):
                 for key, block in blocks.items():
                     J.add(rows, start[key], W @ block)
                 z.append(W @ one)
@@ -267,6 +291,12 @@ class _System:
         E = np.zeros((len(self.b), len(some)))
         E[len(self.b) - self.n + np.asarray(some), np.arange(len(some))] = 1.0
         return self.factorised.solve(E)[-self.n :]
+
+    def joint(self, keys):
+        """Covariance of some variables together."""
+        at = np.concatenate([self.at[key] for key in keys])
+        P = self.columns(at)[at]
+        return (P + P.T) / 2
 
     def marginals(self, keys=None):
         """Covariances of some variables, of all if not given, by key."""

@@ -44,8 +44,11 @@ def find_scenario(name):
         return path
     stem = path.stem if path.suffix == ".toml" else path.name
     begun = [name for name in known if name.startswith(f"{stem}_")]
-    if stem in known or len(begun) == 1:
+    folder = path.is_dir()  # results/range_bearing_2d is not the scenario of that name
+    if (stem in known or len(begun) == 1) and not (folder and len(path.parts) > 1):
         return known[stem if stem in known else begun[0]]
+    if folder:
+        raise FileNotFoundError(f"{name} is a folder; give the scenario that it was made with, its file or its name")
     raise FileNotFoundError(f"no scenario file {name}; known names: {', '.join(known) or 'none'}{near(stem, known)}")
 
 

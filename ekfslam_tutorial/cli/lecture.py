@@ -29,6 +29,8 @@ def main(options):
     target = Path(options.slides)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"there is no folder {target.parent} to write {target.name} into")
+    if target.is_dir():
+        raise IsADirectoryError(f"{target} is a folder: name a file in it, {target / 'slides.html'}")
     if options.run:
         notebook = run(notebook, path.parent)
     text = slides.page(notebook)

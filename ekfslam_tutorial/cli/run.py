@@ -10,6 +10,7 @@ import time
 import traceback
 import types
 from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 
 from .. import datasets
@@ -61,10 +62,69 @@ def run_scenario(options, models):
 
 def run_into(folder, options, models, written_data):
     """Run and write; the folder is ours meanwhile."""
-    out, (data, recording) = folder.path, source(options, written_data)
-    if unfinished(out / "runs.npz"):
-        raise ValueError(f"{out} holds an unfinished series of monte-carlo: resume it, or take another folder")
+    data, recording = source(options, written_data)
+    if unfinished(folder.path / "runs.npz"):
+        raise ValueError(f"{folder.path} holds an unfinished series of monte-carlo: resume it, or take another folder")
     said = tell_notes(notes_before(options, models, written_data, data, recording))
+    movie = movie_of(options, data, folder.path)
+    tell_computing(options, data)
+    history = KeptHistory()
+    state = taken_up(options, folder.path, data, recording, history)
+    if options.checkpoint is not None:
+        history.every = options.checkpoint
+    run = universal_slam(data, recording, resume=state)
+    print(f"engine: {run.engine}", file=sys.stderr)
+    watchers = Watchers.of(options, folder.path, data, recording, history, len(run))
+    kept = [KEPT] if watchers.keeper else []
+    folder.announce(*kept, *([movie.name] if movie else []))
+    with ExitStack() as windows:  # they close last: everything is written while they are still open
+        shown = [*watchers, *([windows.enter_context(views.Live(data.figure))] if options.live else [])]
+        with views.Film(movie, data.figure) if movie else nullcontext() as film, suspected(options.models):
+            first = state["frames"] if state else 0
+            seconds, costs, interrupted = consume(run, shown + ([film] if movie else []), first)
+        if watchers.keeper and interrupted and history.last is not None:
+            watchers.keeper.save(history.last)
+            print("ekfslam run: the same command with --resume goes on", file=sys.stderr)
+        if history.last is None:
+            print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
+            return 130
+        summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
+        written, doubts = write(folder, summary, said, watchers, data, recording, costs)
+        written += [movie.name] if movie else []
+        folder.keep(*written, *(kept if interrupted else []))  # once all of the result is there
+        results.tell(summary)
+        tell_notes([*doubts, *(not_compiled() if data.options.compiled else [])])
+        print(f"written to {folder.path}: {', '.join(written)}", flush=True)
+    return 130 if interrupted else 0
+
+
+@dataclass
+class Watchers:
+    """Who is shown each frame: what becomes the result, and what was asked for besides; None if it was not."""
+
+    history: KeptHistory
+    replay: views.Replay
+    richest: views.Richest
+    recorder: Recorder | None = None
+    innovations: Innovations | None = None
+    keeper: Checkpoint | None = None
+
+    @classmethod
+    def of(cls, options, out, data, recording, history, frames):
+        """Those that the options ask for."""
+        watchers = cls(history, views.Replay(data.name, frames, data.figure.k), views.Richest())
+        if options.record:
+            watchers.recorder, watchers.innovations = Recorder(), Innovations()
+        if options.resume or options.checkpoint is not None:
+            watchers.keeper = Checkpoint(out / KEPT, data, recording, history, history.every, frames)
+        return watchers
+
+    def __iter__(self):
+        return (watcher for watcher in vars(self).values() if watcher is not None)
+
+
+def movie_of(options, data, out):
+    """Refuse what cannot be had; return where the film goes, if one is asked for."""
     if options.record and is_adjusted(data):
         raise ValueError(
             "--record writes what the filter was told: with noise_factor, bias or clock_offset it would be "
@@ -74,54 +134,28 @@ def run_into(folder, options, models, written_data):
         options.live = True  # a webcam is watched while it runs
     if options.live:
         views.check_display()
-    movie = views.movie_path(out) if options.movie else None
+    return views.movie_path(out) if options.movie else None
 
+
+def tell_computing(options, data):
+    """Print what computes."""
     print(f"linear algebra on {options.threads} thread{'s' * (options.threads > 1)} (--threads)", file=sys.stderr)
     if data.options.compiled:
         print("steps compiled: the first run of a model on a machine takes some seconds more", file=sys.stderr)
-    history, recorder, innovations = KeptHistory(), Recorder(), Innovations()
-    state = taken_up(options, out, data, recording, history)
-    if options.checkpoint is not None:
-        history.every = options.checkpoint
-    run = universal_slam(data, recording, resume=state)
-    print(f"engine: {run.engine}", file=sys.stderr)
-    replay, richest = views.Replay(data.name, len(run), data.figure.k), views.Richest()
-    watchers: list = [history, replay, richest, *([recorder, innovations] if options.record else [])]
-    keeper = None
-    if options.resume or options.checkpoint is not None:
-        keeper = Checkpoint(out / KEPT, data, recording, history, history.every, len(run))
-        watchers.append(keeper)
-    folder.announce(*([KEPT] if keeper else []), *([movie.name] if movie else []))
-    with ExitStack() as windows:  # they close last: everything is written while they are still open
-        if options.live:
-            watchers.append(windows.enter_context(views.Live(data.figure)))
-        with views.Film(movie, data.figure) if movie else nullcontext() as film:
-            first = state["frames"] if state else 0
-            with suspected(options.models):
-                seconds, costs, interrupted = consume(run, watchers + ([film] if movie else []), first)
-        if keeper and interrupted and history.last is not None:
-            keeper.save(history.last)
-            print("ekfslam run: the same command with --resume goes on", file=sys.stderr)
-        if history.last is None:
-            print("ekfslam run: stopped before the first frame; there is nothing to write", file=sys.stderr)
-            return 130
 
-        summary = results.summary(data, history, recording, run, seconds, interrupted, costs)
-        doubts = notes(summary, data, recording)
-        summary["notes"] = said + doubts
-        with folder.results() as new:
-            written = results.write(new, summary, history, data, recording, costs if recording else None, richest.kept)
-            written.append(replay.write(new))
-            if options.record:
-                written += results.write_recording(new, recorder, data.name, recording)
-                written += results.write_record(new, history, innovations)
-        if movie:
-            written.append(movie.name)
-        folder.keep(*written, *([KEPT] if keeper and interrupted else []))  # once all of the result is there
-        results.tell(summary)
-        tell_notes([*doubts, *(not_compiled() if data.options.compiled else [])])
-        print(f"written to {out}: {', '.join(written)}", flush=True)
-    return 130 if interrupted else 0
+
+def write(folder, summary, said, watchers, data, recording, costs):
+    """Write the result; return the names of its files, and the notes that it gives rise to."""
+    doubts = notes(summary, data, recording)
+    summary["notes"] = said + doubts
+    history, kept = watchers.history, watchers.richest.kept
+    with folder.results() as new:
+        written = results.write(new, summary, history, data, recording, costs if recording else None, kept)
+        written.append(watchers.replay.write(new))
+        if watchers.recorder:
+            written += results.write_recording(new, watchers.recorder, data.name, recording)
+            written += results.write_record(new, history, watchers.innovations)
+    return written, doubts
 
 
 def notes_before(options, models, written, data, recording):

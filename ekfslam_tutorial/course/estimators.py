@@ -60,7 +60,7 @@ class Log:
         return len(self.u)
 
     def one(self, run) -> Log:
-        """One run alone, without the axis of runs: u (K, 3), y[k] (m, 2)."""
+        """One run alone, without the axis of runs: u (K, 3), y[k] (m, 2); or some, by a slice."""
         return replace(self, u=self.u[run], y=[y[run] for y in self.y])
 
 
@@ -217,3 +217,7 @@ def first_estimates(log):
         return enlarge(x, P, l, P_lx, P_lx[..., :3] @ T(L_r) + L_y @ log.S @ T(L_y))
 
     return _filter(log, step, sights, born)
+
+
+FILTERS = {"iterated EKF": iterated, "first estimates": first_estimates, "invariant EKF": invariant}
+"""What notebook 21 compares with the EKF of notebook 05, by name."""

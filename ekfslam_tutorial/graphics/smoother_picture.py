@@ -48,7 +48,8 @@ def smoother_picture(t, filtered, smoothed, truth=None, mean=None, true_points=N
     if mean is not None and len(mean):
         plane.plot(*mean[:, :2].T, **points(ESTIMATE))
     plane.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title="from above, ellipses of 3 sigma")
-    error.set(xlabel="t (s)", ylabel="position (m)", ylim=(0, None), title="error and what each believes of it")
+    told = "error and what each believes of it" if truth is not None else "what each believes of its error"
+    error.set(xlabel="t (s)", ylabel="position (m)", ylim=(0, None), title=told)
     for ax, columns in ((plane, 3), (error, 2)):
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=columns, frameon=False)
     fig.suptitle(title)

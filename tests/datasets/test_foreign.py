@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis import History
+from ekfslam_tutorial.analysis.noise_fit import numbers
 from ekfslam_tutorial.cli import main
 from ekfslam_tutorial.datasets.foreign import convert
 from ekfslam_tutorial.datasets.foreign.converting import at_times
@@ -82,6 +83,36 @@ def test_degrees_milliseconds_millimetres_and_words_in_one_file(drive, tmp_path)
     assert sensor["type"] == "range_bearing" and 0.02 < sensor["range_std"] < 0.15
     f = played(done)
     assert f["n_refused"] < 0.05 * f["n_innovations"] and f["n_landmarks"] == len(np.unique(drive.seen[:, 1]))
+
+
+def test_measurements_with_noise_of_their_own(drive, tmp_path):
+    """Standard deviations in units of their own; a covariance in those of the points, cm; and left out again."""
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    (t, _, r, b), std = drive.seen.T, 0.02 + 0.01 * drive.seen[:, 2]
+    columns = np.column_stack([drive.seen, 1000 * std, np.full(len(std), 0.6)])
+    write(tmp_path / "scan.csv", "t id range bearing sigma_range[mm] bearing_std_deg", columns)
+    done = convert(tmp_path)
+    R = done.recording.raw[1].R
+    np.testing.assert_allclose(R[:, 0, 0], std**2, rtol=1e-8)  # nine digits are written
+    np.testing.assert_allclose(R[:, 1, 1], np.radians(0.6) ** 2)
+    assert not R[:, 0, 1].any() and done.scenario["sensor"][0]["bearing_std_deg"] == 0.6
+    assert "range_std, bearing_std: the noise of each measurement" in "\n".join(done.said)
+    assert [number.name for number in numbers(done.scenario, done.recording)] == ["robot.1.v_std", "robot.1.w_std_deg"]
+
+    without = convert(tmp_path, {"scan": {"range_std": False}})
+    assert without.recording.raw[1].R is None and without.scenario["convert"]["scan"]["range_std"] is False
+    assert "bearing_std: not used; needed are range_std, bearing_std, or all" in "\n".join(without.said)
+
+    cov = np.tile([4.0, 1.0, 9.0], (len(t), 1))
+    points = np.column_stack([drive.seen[:, :2], 100 * r * np.cos(b), 100 * r * np.sin(b), cov])
+    write(tmp_path / "scan.csv", "t id x_cm y_cm cov_xx cov_xy cov_yy", points)
+    R = convert(tmp_path).recording.raw[1].R
+    np.testing.assert_allclose(R, np.tile([[4e-4, 1e-4], [1e-4, 9e-4]], (len(t), 1, 1)))
+    points[3, 5] = 7.0
+    write(tmp_path / "scan.csv", "t id x_cm y_cm cov_xx cov_xy cov_yy", points)
+    words = f"scan: cov_xx, cov_xy, cov_yy must be a positive definite covariance, but at {t[3]:g} s they are not"
+    with pytest.raises(ValueError, match=words):
+        convert(tmp_path)
 
 
 def test_lines_that_begin_with_a_word_and_columns_by_number(drive, tmp_path):
@@ -292,6 +323,10 @@ def test_fixes_far_from_zero_count_from_the_first_one(drive, tmp_path):
         ("v,w,id,range,bearing\n1,0,1,2,0\n", "which column is the time"),
         ("t,v,w,id,bearing\n1,0,1,2,0\n2,0,1,2,0\n", "which columns are the scan"),
         ("t,v,w,range\n0,1,0,3\n1,1,0,3\n", "ranges without ids cannot be told apart"),
+        (
+            "t,v,w,id,range,range_std\n0,1,0,1,3,1\n1,1,0,1,3,-1\n",
+            "scan: range_std must be positive, but at 1 s it is -1",
+        ),
         ("t,v,w,id,range\n,1,0,1,3\n,1,0,1,3\n", "no row of log.csv has a number in each of t, v, w"),
     ],
 )

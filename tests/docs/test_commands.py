@@ -35,9 +35,10 @@ COMMANDS = [(page.name, words) for page in PAGES for words in typed(page)]
 @pytest.mark.parametrize(("page", "words"), COMMANDS, ids=lambda v: " ".join(v) if isinstance(v, list) else v)
 def test_a_command_of_the_pages_can_be_typed(page, words):
     options = vars(parser().parse_args(words))
+    changes = dict(map(parse_override, options.get("set", []))) if options["command"] != "data" else {}
     if options.get("scenario"):
         assert Path(options["scenario"]).stem in scenarios()
-        UserData.from_toml(find_scenario(options["scenario"]), dict(map(parse_override, options["set"])))
+        UserData.from_toml(find_scenario(options["scenario"]), changes)
 
 
 def test_what_is_resumed_is_the_same_scenario():

@@ -23,14 +23,14 @@ from ...graphics import (
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, LIGHT_GREY, ORANGE, SKY_BLUE, VERMILLION
 from .. import museum
 from ..controls import Choice, Int
-from ..smoothers import METHODS
+from ..estimators import FILTERS
 from ..widgets import explorable
 from .nb21_cost import numbers_kept, price
 
 __all__ = ["numbers_kept", "price"]
 
 CARRIED = {"color": SKY_BLUE, "marker": "v", "linestyle": "-", "fillstyle": "full"}
-LOOKS = dict(zip(("EKF", *METHODS), (REJECTED, PREDICTED, UPDATED, CARRIED, ESTIMATE), strict=True))
+LOOKS = dict(zip(("EKF", *FILTERS, "batch"), (REJECTED, PREDICTED, UPDATED, CARRIED, ESTIMATE), strict=True))
 LAGS = {"1: a filter": 1, "2": 2, "5": 5, "10": 10, "20": 20, "all: batch": 94}
 
 
@@ -245,7 +245,7 @@ def fill_in(A, lmks, marginalise, gone, first):
 
 @explorable(
     lag=Choice(5, LAGS, label="lag: poses in the state"),
-    shown=Int(1, 1, 20, label="run shown"),
+    shown=Int(1, 1, 5, label="run shown"),
     run=True,
     ranges={"nees": (5, 1e4), "path_m": (0.01, 20)},
 )

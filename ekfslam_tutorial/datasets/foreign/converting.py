@@ -11,7 +11,7 @@ from ...toolbox.messages import recording_of
 from ...toolbox.recordings import Recording
 from .driving import InPlane, InSpace, poses
 from .log import Log
-from .meaning import LINE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, find, guess
+from .meaning import LINE, NOISE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, find, guess
 from .scans import Scan
 from .tables import read_tables
 
@@ -66,6 +66,9 @@ def convert(path, plan=None, name=None):
     """
     tables = read_tables(path)
     said = [line for table in tables for line in seen(table)]
+    left_out = {
+        role: {m: c for m, c in e.items() if c is False} for role, e in (plan or {}).items() if isinstance(e, dict)
+    }
     plan, space = completed(plan or {}, tables)
     log = Log(*in_order(plan, {table.name: table for table in tables}), space)
     drive, scan = (InSpace if space else InPlane)(log), Scan(log)
@@ -73,6 +76,7 @@ def convert(path, plan=None, name=None):
     recording = recording_from(log, drive, scan, UserData.from_dict(scenario))
     used = {entry["from"] for entry in plan.values()}
     recording.notes += [note for table in tables if table.name in used for note in table.notes]
+    plan = {role: entry | left_out.get(role, {}) for role, entry in plan.items()}
     scenario |= {"convert": plan | ({"space": True} if space else {})}
     return Converted(recording, scenario, said + log.said + after(recording))
 
@@ -104,6 +108,7 @@ def completed(plan, tables):
         elif role in told and told[role]["from"] == entry["from"]:
             whole = any(way <= set(told[role]) for way in (SPACE if space else PLANE).get(role, ()))
             told[role] = {m: c for m, c in entry.items() if not whole or m in ("t", "id")} | told[role]
+    told = {role: {m: c for m, c in e.items() if m not in NOISE or c != str(False)} for role, e in told.items()}
     told = {role: entry if role in ("map", "camera") else _with_time(entry, tables) for role, entry in told.items()}
     there = "; ".join(f"{table.name}: {', '.join(table.columns)}" for table in tables)
     for role, (what, more) in WANTED.items():

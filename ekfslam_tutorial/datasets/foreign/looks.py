@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .meaning import ANGLES, ENDINGS, KIND, LINE, ROLES, STEP, TWIST, UNITS, plain
+from .meaning import ANGLES, ENDINGS, KIND, LINE, NOISE, ROLES, STEP, TWIST, UNITS, plain
 
 RATES = 0.25, 2000.0
 """Times are in the unit, of s, ms, us, ns, that makes the rate one of a sensor, Hz."""
@@ -60,7 +60,8 @@ def units(entry, table, of_time=None, degrees=False):
         By meaning: factor to SI and radians; words.
     """
     found = {}
-    for meaning in (m for m in entry if m in ROLES["odometry"] + ROLES["scan"] and KIND.get(m, "length")):
+    known = [m for m in entry if m in ROLES["odometry"] + ROLES["scan"] and m not in NOISE]
+    for meaning in (m for m in known if KIND.get(m, "length")):
         kind = KIND.get(meaning, "length")
         said, ending = entry.get(f"{kind}_unit"), plain(entry[meaning])[1]
         if said:
@@ -78,7 +79,17 @@ def units(entry, table, of_time=None, degrees=False):
             a = np.concatenate([table.columns[entry[m]] for m in like if m in entry])
             factor, words = _guessed(kind, meaning, a, of_time, degrees)
             found[meaning] = factor, words + f"; its unit {ending!r} is not known" * (ending is not None)
-    return found
+    return found | {m: _of_noise(m, entry[m], found) for m in entry if m in NOISE}
+
+
+def _of_noise(meaning, column, found):
+    """The unit of a measurement's own noise: by its name, else that of what is measured."""
+    of, ending = NOISE[meaning], plain(column)[1]
+    units = ENDINGS.get(KIND.get(of[0], "length"), {}) if len(of) == 1 else {}
+    if ending in units:
+        return units[ending], f"{ending}, by its name"
+    factor = float(np.prod([found[m][0] for m in of if m in found]))
+    return factor, f"in the unit of {of[0]}{', squared' * (len(of) > 1)}"
 
 
 def heading_unit(x, y, theta):

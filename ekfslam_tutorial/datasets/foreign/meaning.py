@@ -11,6 +11,9 @@ QUATERNION, ANGLES = ("qx", "qy", "qz", "qw"), ("roll", "pitch", "theta")
 TWIST, STEP = ("vx", "vy", "vz", "wx", "wy", "wz"), ("dx", "dy", "dz", "dax", "day", "daz")
 IMU = ("ax", "ay", "az", "wx", "wy", "wz")
 POSE = ("x", "y", "z", *QUATERNION)
+MEASURED = "range", "bearing", "elevation", "x", "y", "z", "px", "py", "depth", "disparity"
+NOISE = {f"{m}_std": (m,) for m in MEASURED} | {f"cov_{a}{b}": (a, b) for a, b in ("xx", "xy", "yy", "xz", "yz", "zz")}
+"""Columns that hold a measurement's own noise, standard deviations or a covariance, and of what."""
 ROLES = {
     "odometry": tuple(
         dict.fromkeys(
@@ -18,7 +21,7 @@ ROLES = {
             + (*POSE, *ANGLES, *TWIST, *STEP, *IMU)
         )
     ),
-    "scan": ("t", "id", "range", "bearing", "elevation", "x", "y", "z", "px", "py", "depth", "disparity"),
+    "scan": ("t", "id", *MEASURED, *NOISE),
     "truth": ("t", "x", "y", "z", "theta", "roll", "pitch", *QUATERNION, "lat", "lon"),
     "gps": ("t", "x", "y", "z", "lat", "lon"),
     "map": ("id", "x", "y", "z", "lat", "lon"),
@@ -116,6 +119,8 @@ for _a in "xyzw":
     )
 NAMES["x"] += " translation.x p_rs_r_x tx"
 NAMES["y"] += " translation.y p_rs_r_y ty"
+NAMES |= {f"{m}_std": f"{m}_std std_{m} sigma_{m} {m}_sigma" for m in MEASURED}
+NAMES |= {m: m for m in NOISE if m not in NAMES}
 ENDINGS = {"t": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "ns": 1e-9, "nsec": 1e-9}}
 ENDINGS["angle"] = {"rad": 1.0, "rads": 1.0, "deg": np.pi / 180, "degrees": np.pi / 180, "dps": np.pi / 180}
 ENDINGS["length"] = {"m": 1.0, "mps": 1.0, "cm": 0.01, "mm": 1e-3, "mmps": 1e-3, "km": 1e3, "ft": 0.3048}
@@ -277,10 +282,14 @@ def columns_of(table, role, space=False):
         ways = [way for way in ways if "px" not in way]
     if role == "odometry" or (space and role != "camera"):
         for way in [way for way in ways if alive(table, way)] or ways:
-            return {m: c for m, c in found.items() if m in way | {"t", "id"} or (m == "dy" and "dx" in way)}
+            return {
+                m: c
+                for m, c in found.items()
+                if m in way | {"t", "id"} or (m == "dy" and "dx" in way) or set(NOISE.get(m, "?")) <= way
+            }
     if role == "scan":
-        found = {m: c for m, c in found.items() if m in ("t", "id", "range", "bearing", "x", "y")}
-        return {m: c for m, c in found.items() if m not in ("x", "y")} if "range" in found else found
+        kept = {"t", "id", "range", "bearing"} if "range" in found else {"t", "id", "bearing", "x", "y"}
+        return {m: c for m, c in found.items() if m in kept or set(NOISE.get(m, "?")) <= kept}
     if role == "odometry" or (not space and role in ("truth", "gps", "map")):
         return {m: c for m, c in found.items() if m in PLANAR}
     return found
@@ -315,6 +324,8 @@ def checked(plan, tables):
             if key not in ROLES[role] and key not in SETTINGS:
                 known = (*ROLES[role], *SETTINGS)
                 raise ValueError(f"{role}: no key {key!r}; possible are {', '.join(known)}{nearest(key, known)}")
+            if key in NOISE and value == str(False):  # not this one
+                continue
             if key in ROLES[role] and value not in by_name[name].columns:
                 there, hint = ", ".join(by_name[name].columns), nearest(value, by_name[name].columns)
                 raise ValueError(f"{role}: {name} has no column {value!r}; there are {there}{hint}")

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...geometry import q2e, wrap
 from ...toolbox.messages import Measurement
+from .meaning import NOISE
 from .plumb_bob import without_tangential
 
 RANGE, BEARING, ELEVATION = ("range", "range_std"), ("bearing", "bearing_std_deg"), ("elevation", "elevation_std_deg")
@@ -75,7 +76,7 @@ class Scan:
         if self.kind == "range" and self.log.space:
             table["dim"] = 3
         for key in dict.fromkeys(key for _, key in self.fields):
-            std = max(self._scatter(m, key) for m, k in self.fields if k == key)
+            std = max(self._std(m, key) for m, k in self.fields if k == key)
             table[key] = round(float(np.rad2deg(std)), 3) if key.endswith("_deg") else round(std, 4)
         return table | self._mounting()
 
@@ -173,6 +174,40 @@ class Scan:
         self.log.said.append(words)
         return {"d": [d[0], d[1], *([d[4]] if d[4] else [])]}
 
+    def own_noise(self):
+        """Covariance R of each measurement, shape (n, m, m), where the log has columns for it; else None.
+
+        Raises
+        ------
+        ValueError
+            One sentence: a standard deviation that is not positive, or a matrix that is no covariance.
+        """
+        names, t = [m for m, _ in self.fields], self.part["t"]
+        stds = [f"{m}_std" for m in names]
+        covs = {(i, j): f"cov_{a}{b}" for j, b in enumerate(names) for i, a in enumerate(names[: j + 1])}
+        R = np.zeros((len(t), len(names), len(names)))
+        if set(covs.values()) <= set(self.part):
+            for (i, j), m in covs.items():
+                R[:, i, j] = R[:, j, i] = self.part[m]
+            bad = np.linalg.eigvalsh(R)[:, 0] <= 0
+            if bad.any():
+                words = f"{', '.join(covs.values())} must be a positive definite covariance"
+                raise ValueError(f"scan: {words}, but at {t[bad][0]:g} s they are not")
+            return R
+        if not set(stds) <= set(self.part):
+            return None
+        for i, m in enumerate(stds):
+            std = self.part[m]
+            if (std <= 0).any():
+                raise ValueError(f"scan: {m} must be positive, but at {t[std <= 0][0]:g} s it is {std[std <= 0][0]:g}")
+            R[:, i, i] = std**2
+        return R
+
+    def _std(self, meaning, key):
+        """Noise of the sensor: the usual one of its measurements, where they have their own; else by the scatter."""
+        R, i = self.own_noise(), [m for m, _ in self.fields].index(meaning)
+        return self._scatter(meaning, key) if R is None else float(np.sqrt(np.median(R[:, i, i])))
+
     def _scatter(self, meaning, key):
         """Noise of a measurement by the scatter of neighbouring ones of the same landmark."""
         kind = key.removesuffix("_deg").removesuffix("_std")
@@ -197,10 +232,18 @@ class Scan:
             self.log.said.append(
                 f"{(ids < 0).sum():,} measurements without an id are left out: known_ids cannot use them"
             )
+        R, told = self.own_noise(), [m for m in NOISE if m in scan]
+        if R is not None:
+            self.log.said.append(
+                f"{', '.join(told)}: the noise of each measurement; --set scan.{told[0]}=false leaves it out"
+            )
+        elif told:
+            needed = [f"{m}_std" for m, _ in self.fields]
+            self.log.said.append(f"{', '.join(told)}: not used; needed are {', '.join(needed)}, or all of a covariance")
         times, start = np.unique(scan["t"], return_index=True)
         for a, rows in zip(times, np.split(np.arange(len(y)), start[1:]), strict=True):
             rows = rows[ids[rows] >= 0] if self.known else rows
-            yield Measurement(a, ids[rows], y[rows])
+            yield Measurement(a, ids[rows], y[rows], R=None if R is None else R[rows])
 
 
 def scatter(a):

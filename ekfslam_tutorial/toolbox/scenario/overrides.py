@@ -7,12 +7,14 @@ from ..user_input import short_text
 
 
 def parse_override(text):
-    """Split KEY=VALUE into a dotted key and a value, which is written as in TOML; a single word needs no quotes.
+    """Split KEY=VALUE into a dotted key and a value as in TOML; words, paths and topics need no quotes.
 
     >>> parse_override("data.robots=[1, 2]")
     ('data.robots', [1, 2])
     >>> parse_override("landmark.type=ahm_pnt")
     ('landmark.type', 'ahm_pnt')
+    >>> parse_override("scan.from=/landmarks")
+    ('scan.from', '/landmarks')
     """
     key, equals, value = text.partition("=")
     key, value = key.strip(), value.strip()
@@ -24,7 +26,7 @@ def parse_override(text):
         (parsed,) = tomllib.loads(f"value = {value}").values()
         return key, parsed
     except (ValueError, RecursionError):  # no TOML, or more than one value
-        if re.fullmatch(r"[A-Za-z_][\w./-]*", value):
+        if re.fullmatch(r"([A-Za-z_/~]|\.{1,2}/)[\w./-]*", value):
             return key, value
         raise ValueError(
             f'--set {key}: {short_text(value)} is no value; write it as in TOML: 0.1, true, [1, 2], "text"'

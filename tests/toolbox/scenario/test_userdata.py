@@ -245,6 +245,8 @@ def test_given_tables_are_left_as_they_were():
         ("robot.1.in_map=false", ("robot.1.in_map", False)),
         ("landmark.type=ahm_pnt", ("landmark.type", "ahm_pnt")),
         ('landmark.type="ahm_pnt"', ("landmark.type", "ahm_pnt")),
+        ("scan.from=/cones", ("scan.from", "/cones")),
+        ("data.path=../logs/set-7", ("data.path", "../logs/set-7")),
         ("a.b=x=1", None),
         ("a.b", None),
         ("=3", None),

@@ -1,17 +1,20 @@
 """The estimators of notebook 21 against other ways to the same numbers."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 
 from ekfslam_tutorial.analysis import anees_band
-from ekfslam_tutorial.course import museum
+from ekfslam_tutorial.course import build, museum
 from ekfslam_tutorial.course.cells import experiment_of
 from ekfslam_tutorial.course.draws.nb21_cost import numbers_kept, pattern
-from ekfslam_tutorial.course.estimators import Log, ekf, first_estimates, invariant, iterated, lmk
+from ekfslam_tutorial.course.estimators import FILTERS, Log, ekf, first_estimates, invariant, iterated, lmk
 from ekfslam_tutorial.course.exercises.nb05_frame import slam_frame
+from ekfslam_tutorial.course.exercises.nb21_gauss_newton import gauss_newton_step
 from ekfslam_tutorial.course.exercises.nb21_iterated import iterated_correct
 from ekfslam_tutorial.course.exercises.nb21_marginalise import marginalise
-from ekfslam_tutorial.course.smoothers import METHODS, Window, batch
 from ekfslam_tutorial.ekf import Map
 from ekfslam_tutorial.geometry import Frame2, wrap
 from ekfslam_tutorial.models.motion import Odometry2
@@ -19,6 +22,8 @@ from ekfslam_tutorial.models.sensors import RangeBearing
 from ekfslam_tutorial.models.sensors.range_bearing import polar
 from ekfslam_tutorial.simulation import SimObs, draw
 from ekfslam_tutorial.slam import Options, Rob, Sen, correct_known_lmks, init_new_lmks, move
+
+from .running import needed
 
 make_logs = experiment_of("21", np=np, Frame2=Frame2, polar=polar, draw=draw, Log=Log)["make_logs"]
 LOG = make_logs(2, 0.6)
@@ -78,48 +83,50 @@ def test_the_iterated_filter_corrects_as_the_exercise_does():
     assert difference(x, iterated(FEW).x[0]) < 1e-9
 
 
-def test_a_window_as_long_as_the_log_is_the_batch():
-    whole = Window(LOG, LOG.frames, 3)
-    end = whole.run()
-    for _ in range(8):
-        whole.step()
-    for a, b in zip(whole.estimate().x, batch(LOG).x, strict=True):
-        assert difference(a, b) < 1e-6
-    np.testing.assert_allclose(end.path[:, -1], end.x[:, :3], atol=1e-12)
+# --- the smoother, against the reader's own Gauss-Newton ---
 
 
-def everything(log):
-    """A smoother with all poses in its state, at the solution of the batch."""
-    w, best = Window(log, log.frames), batch(log)
-    for k in range(log.frames):
-        w.grow(k)
-    w.poses, w.l = best.path, best.x[:, 3:].reshape(log.runs, -1, 2)
-    return w
+@pytest.fixture(scope="module")
+def notebook():
+    """Cells of the notebook: its code, and what the named ones define."""
+    (path,) = build.notebooks_folder().glob("21_*.ipynb")
+    cells = json.loads(path.read_text("utf-8"))["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    starts = "def odometry", "def all_measurements", "def stack", "def as_graph"
+    space = {"__name__": "__main__"}
+    for cell in needed(code, [k for k, cell in enumerate(code) if build.source(cell).startswith(starts)]):
+        exec(build.source(cell), space)
+    return cells, space
 
 
-def test_the_batch_is_the_minimum_of_the_cost():
-    w = everything(LOG)
-    A, g = w.normal_equations(range(LOG.frames))
-    assert np.abs(g).max() < 1e-3 * np.abs(A).max() * 1e-3
-    assert np.abs(w.step()).max() < 1e-6
+def all_at_once(space, log, steps=20):
+    """Poses and landmarks where all measurements fit best, and the information matrix A there."""
+    start = ekf(log)
+    x = np.concatenate([start.path[0].ravel(), start.x[0, 3:]])
+    for _ in range(steps):
+        dx, A = gauss_newton_step(*space["stack"](space["all_measurements"](x, log.one(0)), len(x)))
+        x = x + dx
+    assert np.abs(dx).max() < 1e-9
+    return x, A
 
 
-def test_marginalising_loses_nothing_where_nothing_is_linearised_again():
-    """Without iterations after it, a step of a short window gives what the long one gives."""
-    long, short = Window(LOG, 9), Window(LOG, 9)
-    for k in range(6):
-        long.grow(k)
-        short.grow(k)
-    for _ in range(2):
-        short.marginalise()
-    a, b = long.step(), short.step()
-    np.testing.assert_allclose(a[:, 6:], b, rtol=1e-6, atol=1e-8)
+@pytest.mark.parametrize("loops", [0.6, 1.3])
+def test_the_smoother_finds_what_gauss_newton_finds(notebook, loops):
+    """Of the toolbox, with multipliers and sparse; and in the notebook, dense. Also what a filter would keep of it."""
+    log = make_logs(2, loops)
+    x, P, path = notebook[1]["smoothed"](log.one(0))
+    best, A = all_at_once(notebook[1], log)
+    n = 3 * log.frames
+    np.testing.assert_allclose(wrap(path.ravel() - best[:n]), 0, atol=1e-8)  # turns of the heading do not count
+    assert difference(x, best[n - 3 :]) < 1e-8
+    B = marginalise(A, np.zeros(len(A)), list(range(n - 3, len(A))))[0]
+    np.testing.assert_allclose(np.linalg.inv(B), P, rtol=1e-6, atol=1e-10)
 
 
 @pytest.mark.parametrize("loops", [0.5, 1.0])
-def test_the_pattern_is_where_the_matrix_is_not_zero(loops):
+def test_the_pattern_is_where_the_matrix_is_not_zero(notebook, loops):
     log = make_logs(1, loops)
-    A = everything(log).normal_equations(range(log.frames))[0][0]
+    A = all_at_once(notebook[1], log)[1]
     assert not np.any((np.abs(A) > 1e-9) & ~(pattern(log).toarray() != 0))
 
 
@@ -129,22 +136,15 @@ def test_numbers_kept():
     assert kept["smoother: A"] <= kept["smoother: factor of A"]
 
 
-def test_all_poses_but_the_last_marginalised_leave_the_filters_information():
-    log = make_logs(1, 1.0)
-    A = everything(log).normal_equations(range(log.frames))[0][0]
-    B = marginalise(A, np.zeros(len(A)), list(range(3 * log.frames - 3, len(A))))[0]
-    np.testing.assert_allclose(np.linalg.inv(B), batch(log).P[0], rtol=1e-5, atol=1e-9)
-
-
-def test_what_notebook_21_says_of_the_methods():
-    """Means of 40 runs: the batch is in its 99.9 % band, the filters are above it, the invariant one comes close."""
-    logs = make_logs(40)
-    nees = {name: method(logs).nees(logs).mean() for name, method in {"EKF": ekf, **METHODS}.items()}
-    low, high = anees_band(3 + 2 * len(logs.points), 40, 0.999)
-    assert (round(low, 1), round(high, 1), round(nees["batch"], 1), round(nees["invariant EKF"], 1)) == (
-        19.6,
-        26.7,
-        25.6,
-        27.6,
-    )
+def test_what_notebook_21_says_of_the_methods(notebook):
+    """Means of 40 runs, as its table has them: the batch is in its 99.9 % band, the filters are above it."""
+    cells = notebook[0]
+    (table,) = ["".join(c["outputs"][0]["text"]) for c in cells if "print(nb21.methods_table" in build.source(c)]
+    (answer,) = [build.source(c) for c in cells if "the mean NEES of the batch" in build.source(c)]
+    rows = dict(re.findall(r"^(.*?)  +((?:> )?[\d.]+(?: to [\d.]+)?) ", table, re.MULTILINE))
+    low, high = anees_band(3 + 2 * 10, 40, 0.999)
+    assert rows.pop("honest (99.9 %)") == f"{low:.1f} to {high:.1f}" and f"{low:.1f} to {high:.1f}" in answer
+    nees = {name: float(mean.removeprefix("> ")) for name, mean in rows.items()}
+    assert list(nees) == ["EKF", *FILTERS, "batch"]
+    assert f"the batch is {nees['batch']}," in answer and f"comes close, {nees['invariant EKF']}." in answer
     assert low < nees.pop("batch") < high < min(nees.values()) == nees["invariant EKF"]
