@@ -2,9 +2,10 @@
 
 import ast
 import inspect
+from functools import cache
 
 from ekfslam_tutorial.course import build
-from ekfslam_tutorial.course.draws import nb10_runs
+from ekfslam_tutorial.course.draws import nb09_runs, nb10_runs
 from ekfslam_tutorial.course.logs import nb18, nb19
 from ekfslam_tutorial.datasets import euroc_twin
 
@@ -49,6 +50,8 @@ def shorter_logs(monkeypatch):
     monkeypatch.setattr(
         nb18, "frames", lambda which=nb18.TWIN, seconds=least: frames(which, min(seconds or least, least))
     )
+    monkeypatch.setattr(nb09_runs, "SECONDS", 60.0)
+    monkeypatch.setattr(nb09_runs, "files", cache(nb09_runs.files.__wrapped__))  # the others keep the long one
     monkeypatch.setitem(nb19.SHORT, nb19.TWIN, nb19.SHORT[nb19.TWIN] // 6)
     monkeypatch.setattr(euroc_twin, "twin", four_seconds(euroc_twin.twin))
     monkeypatch.setattr(nb10_runs, "RUNS", 10)  # so many are drawn one by one; the others are for the mean
