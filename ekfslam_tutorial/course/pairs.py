@@ -10,8 +10,10 @@ order, the solution with both changes in it, and named is only one that answers 
 from __future__ import annotations
 
 import copy
+import hashlib
 import itertools
 import os.path
+import pickle
 import re
 import time
 import types
@@ -32,6 +34,7 @@ LIKELY = 3000  # pairs that are tried at most
 FIRST = 40  # pairs of rows of which more than one pair of changes is tried
 ENDLESS_S = 1.0  # a change that takes longer has made a loop endless
 LOOP = re.compile(r"\bwhile\b|\bfor\b.*\.(append|extend|insert)\(", re.DOTALL)  # one that a change can make endless
+KEPT = 100  # results of a change: an answer that is tried again is asked with the same arguments
 TRIED = 4  # changes with the same results that may stand for each other: one may be in the place of its partner
 
 
@@ -48,11 +51,24 @@ class Change:
         self.old = edits.parts(mistake.solution)[1]
         self.listed = bool(mistake.edits)
         self.body = edits.applied(self.old, mistake.edits, "") if self.listed else mistake.body
+        self._known = {}
 
     @cached_property
     def answer(self):
         """The function; None where the change makes nonsense."""
         return self.mistake.answer
+
+    def results(self, calls, keys):
+        """Return what it answers to each call, once computed for the same arguments; None if it does not end."""
+        if len(self._known) > KEPT:
+            self._known = {}
+        known, new = self._known, [k for k, key in enumerate(keys) if key not in self._known]
+
+        def work():
+            known.update((keys[k], _called(self.answer, calls[k].args)) for k in new)
+            return True
+
+        return [known[key] for key in keys] if not new or _in_time(work, self) else None
 
     @cached_property
     def ends(self) -> bool:
@@ -211,6 +227,7 @@ class Table:
         self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
         self.few = few
         self.t, self.s, self.kinds = self._columns()
+        keys = [_key(call.args) for call in self.calls]
         self.unlike = any(isinstance(given, guard.Raised) for kind in self.kinds for _, given, _ in kind)
         rows, values = {}, []
         with warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -220,9 +237,10 @@ class Table:
                     break
                 if change.answer is None:
                     continue
-                v = _in_time(lambda answer=change.answer: self._row(answer), change)
-                if v is None:
+                results = change.results(self.calls, keys)
+                if results is None:
                     continue
+                v = np.concatenate([self.numbers(result, k) for k, result in enumerate(results)])
                 key = np.round(v, 7).tobytes()
                 if key not in rows:
                     values.append(v)
@@ -258,10 +276,6 @@ class Table:
             pass
         parts = result if isinstance(result, tuple) else (result,)
         return [_floats(part) for part in parts]
-
-    def _row(self, answer):
-        """The numbers of one change."""
-        return np.concatenate([self.numbers(_called(answer, call.args), k) for k, call in enumerate(self.calls)])
 
     def numbers(self, result, k):
         """The numbers of a result of call k: NaN where it gives something else than numbers of that shape."""
@@ -356,7 +370,7 @@ class Table:
         return far + bad.mean(1)[:, None] + bad.mean(1)
 
 
-@lru_cache(maxsize=2)  # who tries again asks for the same ones
+@lru_cache(maxsize=8)  # those of a notebook: who tries again asks for the same ones
 def changes(exercise):
     """Return the changes of the solution: listed mistakes first, then slips."""
     mistakes = (*exercise.misconceptions, *exercise.slips())
@@ -463,6 +477,14 @@ def _called(answer, args):
             return answer(*map(_copy, args))
     except Exception as error:
         return guard.Raised(type(error).__name__, str(error))
+
+
+def _key(args):
+    """What tells these arguments from others; what cannot be written down is like nothing else."""
+    try:
+        return hashlib.blake2b(pickle.dumps(args), digest_size=16).digest()
+    except Exception:
+        return object()
 
 
 def _copy(value):

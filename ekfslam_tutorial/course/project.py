@@ -343,6 +343,7 @@ class Project:
     """
 
     name, may_change = "run", ()
+    beside_reference = True  # a run is measured beside one of the reference with the same data
     misconceptions, variants = (), ()  # of a run they are too slow for every audit: see tests/course/test_projects.py
 
     def __init__(
@@ -465,7 +466,7 @@ class Project:
             trials.append(again)
             if again.failed is not None:
                 return Verdict("failed", "loop", f"with the seed {seed}: {again.failed}", again.failed.hint)
-        return self.verdict(trials, self.kept_reference(run))
+        return self.verdict(trials, self.kept_reference(run) if self.beside_reference else None)
 
     def kept_reference(self, run) -> Trial | None:
         """The reference with the data of a run; it is computed once for each scenario. None if it fails there."""

@@ -36,9 +36,12 @@ def edited(project, *edits):
 
 
 def judged(id, *edits, scenario=None, seeds=SEEDS):
-    """The verdict on a run of an edited loop."""
+    """The verdict on a run of an edited loop. Without an edit it is the reference's, which need not run once more."""
     project = quick(id, seeds)
-    return project.judge(project.run(scenario or project.scenario, edited(project, *edits)))
+    run = project.run(scenario or project.scenario, edited(project, *edits))
+    if not edits and not run.failed:
+        project._kept = project._kept | {run.scenario: run.trial}
+    return project.judge(run)
 
 
 @pytest.fixture

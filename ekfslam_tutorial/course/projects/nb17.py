@@ -88,6 +88,8 @@ def loop(data, seeds):
 class Honest(Project):
     """A project whose loop is a Monte Carlo: it measures how honest a scenario is, and that is measured beside it."""
 
+    beside_reference = False  # but beside the package, with the same seeds
+
     def __init__(self, *args, share, **options):
         super().__init__(*args, **options)
         self.share = share

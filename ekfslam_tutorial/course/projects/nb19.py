@@ -144,6 +144,8 @@ def figures(rows):
 class Park(Project):
     """A project on a log without a truth: runs are compared with GPS, and with the package's run on the same scans."""
 
+    beside_reference = False
+
     def read(self, scenario):
         """Return the `UserData` of a text; detections without a name want a rule that needs none."""
         data = super().read(scenario)

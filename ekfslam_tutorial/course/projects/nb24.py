@@ -259,6 +259,8 @@ class FilmTrial(Trial):
 class FromPixels(Project):
     """A project on films: what is judged is rendered for each seed, and its truth is known."""
 
+    beside_reference = False
+
     def trial(self, run, seed, watch=None):
         """Run the loop on the film of this seed."""
         log = film(seed)
