@@ -363,6 +363,9 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
 
         M = (I - u u') / |p|,    e = |p| + tr(M C) / 2,    Z = u' C u + tr(M C M C) / 2 + R
 
+    A beacon with a bias is measured where it is not; the circle bends as its own distance tells, so in the terms of
+    second order M and C are those of its place.
+
     The bend is the same in the next range, it is no white noise: many ranges must not average it away. So a range may
     say of e no more than leaves tr(M C M C) / 2 of its variance; the hypothesis has to become shorter first.
 
@@ -394,9 +397,8 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     if sen.r is not None:
         C = C + G[:, :, sen.r] @ t(V_s)
 
-    e, E_v = sen.model.project(v)
-    (p, B), r = seen(map, rob, sen, ring), np.sqrt((v * v).sum(-1))
-    side = np.where((v * p).sum(-1) < 0, -1.0, 1.0)  # -1: the bias would make the range negative, and it is told so
+    (e, E_v), (p, B), r = sen.model.project(v), seen(map, rob, sen, ring), np.sqrt((v * v).sum(-1))
+    side = np.where((v * p).sum(-1) < 0, -1.0, 1.0)  # -1: the bias makes the range negative
     e, E_v = e + ((side - 1) * r)[:, None], E_v * side[:, None, None]
     MC = (np.eye(v.shape[-1]) - t(E_v) @ E_v) @ B / np.sqrt((p * p).sum(-1))[:, None, None]
     second = np.einsum("hij,hji->h", MC, MC) / 2
