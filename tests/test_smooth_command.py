@@ -3,6 +3,7 @@
 import ast
 import importlib.util
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -45,6 +46,17 @@ PLANE = {
 def call(capsys, *arguments):
     code = main(list(map(str, arguments)))
     return code, capsys.readouterr()
+
+
+def test_a_run_of_beacons_ends_with_the_command_that_smooths_it(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("EKFSLAM_DATA", str(tmp_path))  # nothing is there: the twin runs
+    monkeypatch.chdir(tmp_path)
+    code, said = call(capsys, "run", "plaza", "--set", "time.last=12", "--seed", 3, "--out", "filter")
+    assert code == 0, said.err
+    last = said.out.splitlines()[-1]
+    assert last.startswith("next: `ekfslam smooth plaza --set time.last=12 --seed 3`: ")
+    code, said = call(capsys, *shlex.split(last.split("`")[1])[1:])
+    assert code == 0 and "robot 1, smoother" in said.out, said.err
 
 
 def test_a_run_is_smoothed(tmp_path, capsys):

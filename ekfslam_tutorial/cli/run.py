@@ -3,6 +3,7 @@
 import argparse
 import importlib.machinery
 import inspect
+import shlex
 import signal
 import sys
 import threading
@@ -95,6 +96,8 @@ def run_into(folder, options, models, written_data):
         results.tell(summary)
         tell_notes([*doubts, *(not_compiled() if data.options.compiled else [])])
         print(f"written to {folder.path}: {', '.join(written)}", flush=True)
+        if data.landmark.hypotheses and not interrupted:
+            print(smooth_next(options), flush=True)
     return 130 if interrupted else 0
 
 
@@ -156,6 +159,16 @@ def write(folder, summary, said, watchers, data, recording, costs):
             written += results.write_recording(new, watchers.recorder, data.name, recording)
             written += results.write_record(new, history, watchers.innovations)
     return written, doubts
+
+
+def smooth_next(options):
+    """A sentence on the command that gives the path by all ranges: the filter's is what it knew as it went."""
+    words = ["ekfslam", "smooth", options.scenario]
+    for name in ("set", "models"):
+        words += [word for value in getattr(options, name) for word in (f"--{name}", value)]
+    for name in ("seed", "recording"):
+        words += [f"--{name}", str(getattr(options, name))] if getattr(options, name) is not None else []
+    return f"next: `{shlex.join(words)}` finds all poses by all ranges, the later ones too"
 
 
 def notes_before(options, models, written, data, recording):

@@ -9,8 +9,9 @@ and of where the robot is. Each new range then
 2. multiplies its weight by the likelihood that it has given to the range: Bayes' rule;
 3. takes out those whose weight has become nothing, and joins neighbours, as soon as one Gaussian does for them.
 
-When one is left, and the circle of a range is straight along it, from nearer by, too, it becomes a landmark like any
-other, and the robot believes what it believed.
+Near by, the circle of a range is smaller: a hypothesis along which it was straight from afar is cut in pieces when the
+robot comes near. When one is left, and the circle of a range is straight along it, from nearer by, too, it becomes a
+landmark like any other, and the robot believes what it believed.
 
 All hypotheses of a beacon are one state of the map, H times [x_h, l_h]: a copy of the robot's state, which moves as the
 robot does, and the beacon. So whatever else is measured corrects them, too. **The rest of the map is not corrected as
@@ -52,6 +53,12 @@ STRAIGHT = 0.3
 DECIDED = STRAIGHT / 3
 """A beacon is a landmark once its Gaussian bends by less than this: it is straight from a third of the distance, too. A
 landmark is corrected to first order only, however near the sensor comes to it."""
+
+BENT = 0.5
+"""A hypothesis that bends by more than this, in the same units, is cut: the sensor has come too near for it."""
+
+PIECES = np.sqrt(2) * np.array([-1, 0, 1]), np.array([1, 4, 1]) / 6, np.ones(3) / 3
+"""A standard normal number as a sum of three Gaussians: their means, weights and variances."""
 
 NEIGHBOURS = 16.0
 """Hypotheses are neighbours if their squared distance, in units of the covariance of one, is below this: 4 sigma. At
@@ -213,6 +220,7 @@ class Rings:
         return []
 
     def _correct(self, map, rob, sen, lmks, ring, y, R, opt):
+        cut(map, rob, sen, ring, np.sqrt(R[0, 0]), self.n)
         l = ring.states(map)
         used = correct_ring(map, rob, sen, ring, y, R, opt.md2_threshold)
         if used and ring.m and opt.error == "invariant":
@@ -355,6 +363,9 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
 
         M = (I - u u') / |p|,    e = |p| + tr(M C) / 2,    Z = u' C u + tr(M C M C) / 2 + R
 
+    A beacon with a bias is measured where it is not; the circle bends as its own distance tells, so in the terms of
+    second order M and C are those of its place.
+
     The bend is the same in the next range, it is no white noise: many ranges must not average it away. So a range may
     say of e no more than leaves tr(M C M C) / 2 of its variance; the hypothesis has to become shorter first.
 
@@ -386,9 +397,10 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     if sen.r is not None:
         C = C + G[:, :, sen.r] @ t(V_s)
 
-    e, E_v = sen.model.project(v)
-    r = np.sqrt((v * v).sum(-1))
-    MC = (np.eye(v.shape[-1]) - t(E_v) @ E_v) @ C / r[:, None, None]
+    (e, E_v), (p, B), r = sen.model.project(v), seen(map, rob, sen, ring), np.sqrt((v * v).sum(-1))
+    side = np.where((v * p).sum(-1) < 0, -1.0, 1.0)  # -1: the bias makes the range negative
+    e, E_v = e + ((side - 1) * r)[:, None], E_v * side[:, None, None]
+    MC = (np.eye(v.shape[-1]) - t(E_v) @ E_v) @ B / np.sqrt((p * p).sum(-1))[:, None, None]
     second = np.einsum("hij,hji->h", MC, MC) / 2
     z = sen.model.residual(y, e)[:, 0] - np.einsum("hii->h", MC) / 2
     E, R = (E_v @ C @ t(E_v))[:, 0, 0], R[0, 0] + second
@@ -509,20 +521,77 @@ def thin_out(map, rob, sen, ring, std):
     ring.r = map.put(ring.r, (A @ l).ravel(), P_lm, P_ll)
 
 
+def cut(map, rob, sen, ring, std, most):
+    """Cut hypotheses that were straight from afar, and no longer are since the sensor has come near.
+
+    The opposite of `thin_out`. With e the longest axis of a hypothesis as the sensor sees it, of the variance c, and J
+    the derivative of what is seen by its state, it is told along that axis by a standard normal number t:
+
+        t = a' (l - l_h),    a = J' e / sqrt(c),    s = P a
+
+    Three Gaussians, see `PIECES`, have the moments of t until the fifth: those of the Gauss-Hermite rule. Each piece
+    has the mean l_h + t s and the covariance P - (1 - V) s s'. The rest of the map keeps its mean. Where the map has no
+    room for the pieces, nothing is cut.
+
+    Parameters
+    ----------
+    map, rob, sen, ring
+    std : float
+        Of the ranges, m.
+    most : int
+        So many hypotheses there may be; the heaviest are cut first.
+    """
+    l, P, (p, J) = ring.states(map), map.block(ring.r), sighted(map, rob, sen, ring)
+    H, size = l.shape
+    D = diagonal(P, H)
+    C = J @ D @ t(J)
+    heavy = [h for h in np.argsort(-ring.w).tolist() if ring.w[h] >= NOTHING and bend(p[h], C[h], std) > BENT]
+    bent = np.isin(np.arange(H), heavy[: max(most - H, 0) // 2])
+    if not bent.any():
+        return
+    c, e = np.linalg.eigh(C)
+    a = (t(J) @ e[..., -1:])[..., 0] / np.sqrt(c[:, -1:])
+    s = (D @ a[..., None])[..., 0]
+
+    of = np.repeat(np.arange(H), np.where(bent, 3, 1))  # whom each piece is of
+    T, W, V = np.zeros(len(of)), np.ones(len(of)), np.ones(len(of))
+    T[bent[of]], W[bent[of]], V[bent[of]] = (np.tile(each, bent.sum()) for each in PIECES)
+    A = np.zeros((len(of), size, H, size))
+    A[np.arange(len(of)), :, of] = np.eye(size) - ((1 - V)[:, None] * s[of])[:, :, None] * a[of, None]
+    A = A.reshape(-1, l.size)
+    Q = block_diagonal((V - V * V)[:, None, None] * s[of, :, None] * s[of, None])
+    P_lm, P_ll, old = A @ map.P[ring.r], A @ P @ A.T + Q, (map.state(ring.r), P, map.P[ring.r].copy())
+    for rows in P_lm, old[2]:
+        rows[:, ring.r] = 0  # their place may become another one
+    map.remove(ring.r)
+    try:
+        ring.r = map.add((l[of] + T[:, None] * s[of]).ravel(), (P_ll + P_ll.T) / 2, P_lm)
+    except MapFull:
+        ring.r = map.add(*old)
+        return
+    ring.w = ring.w[of] * W
+    cut(map, rob, sen, ring, std, most)
+
+
 def seen(map, rob, sen, ring):
     """Where the hypotheses are, as seen from the sensor, and their covariances there, shape (H, d) and (H, d, d).
 
     How well the whole scene is known to lie in the world does not matter to a range: each hypothesis is seen from its
     own copy of the robot.
     """
+    p, J = sighted(map, rob, sen, ring)
+    return p, J @ diagonal(map.block(ring.r), len(p)) @ t(J)
+
+
+def sighted(map, rob, sen, ring):
+    """Where the hypotheses are, as seen from the sensor, shape (H, d), and the derivatives by their states."""
     l, m, n = ring.states(map), ring.m, rob.motion.frame.size
     Rf = rob.motion.frame(l[:, :n]) if m else rob.frame(map)
     F, F_r, _ = Rf.compose(sen.frame(map))
     ls, LS_f, LS_l = ring.type.to_frame(F, l[:, m:])
     p, P_ls = ring.type.point(ls)
     P_x, P_l = P_ls @ LS_f @ F_r, np.broadcast_to(P_ls @ LS_l, (*p.shape, ring.type.size))
-    J = np.concatenate([padded(P_x, m), P_l], -1)
-    return p, J @ diagonal(map.block(ring.r), len(l)) @ t(J)
+    return p, np.concatenate([padded(P_x, m), P_l], -1)
 
 
 def bend(p, P, std):

@@ -170,6 +170,73 @@ def test_bias_and_scale_of_a_beacon_are_states():
         assert np.sqrt(P[2, 2]) < 0.8  # something has been learnt
 
 
+# --- a sensor that comes near ---
+
+
+def test_a_hypothesis_that_bends_is_cut_and_the_sum_keeps_its_moments():
+    now, _ = one_ring(Beacon(bias_std=0.5, scale_std=0.05))
+    map, rob, sen, ring = now.map, now.robs[0], now.sens[0], now.rings[1]
+
+    def whole():
+        return rings.moments(ring.w, ring.states(map), rings.diagonal(map.block(ring.r), len(ring.w)))
+
+    (m, P), n, x, std = whole(), len(ring.w), rob.state(map), 0.06
+    rings.cut(map, rob, sen, ring, std, 400)
+    assert n < len(ring.w) < 400 and ring.w.sum() == pytest.approx(1)
+    assert max(rings.bend(p, C, std) for p, C in zip(*rings.seen(map, rob, sen, ring), strict=True)) <= rings.BENT
+    np.testing.assert_allclose(whole()[0], m, atol=1e-9)
+    np.testing.assert_allclose(whole()[1], P, atol=1e-9)
+    assert (rob.state(map) == x).all() and np.linalg.eigvalsh(map.P).min() > -1e-9
+    n = len(ring.w)
+    rings.cut(map, rob, sen, ring, std / 10, n + 3)
+    assert len(ring.w) == n + 2  # there is room for one cut
+    (m, P), map.capacity = (map.x.copy(), map.P.copy()), map.n_used + 1
+    rings.cut(map, rob, sen, ring, std / 10, 4 * n)  # and no room in the map
+    assert len(ring.w) == n + 2 and (map.x == m).all() and (map.P == P).all()
+
+
+@pytest.mark.parametrize("bias, side", [(-0.5, 0.7), (0.4, -0.5), (-0.7, 0.8)])
+def test_near_a_beacon_both_sides_of_the_path_are_kept(bias, side):
+    """With known poses, against the sum over a fine grid, where bias and scale are integrated out exactly.
+
+    Ranges from one bow tell little about the side, and a bias makes the beacon look nearer or further away.
+    """
+    rng, kind, std = np.random.default_rng(11), Beacon(bias_std=0.5, scale_std=0.05), 0.1
+    a = np.arange(22) * 0.05
+    path = 10 * np.stack([np.sin(a), 1 - np.cos(a)], -1)  # a bow
+    beacon = path[15] + side * np.array([-np.sin(a[15]), np.cos(a[15])])
+    y = np.linalg.norm(path - beacon, axis=1) + bias + rng.normal(0, std, len(path))
+    assert y.min() > 0
+    map, sen = Map(), Sen(1, 1, Range(std), Frame2, x=np.zeros(3))
+    rob = Rob(1, Odometry2(), x=np.zeros(3))
+    ring = rings.ring_of(map, rob, sen, 1, kind, y[:1], sen.model.R, 64)
+    for p, y_k in zip(path[1:], y[1:], strict=True):
+        rob.x = np.append(p, 0.0)
+        rings.cut(map, rob, sen, ring, std, 64)
+        assert rings.correct_ring(map, rob, sen, ring, np.array([y_k]), sen.model.R)
+        rings.thin_out(map, rob, sen, ring, std)
+
+    grid = beacon + np.stack(np.meshgrid(*[np.linspace(-2, 2, 101)] * 2), -1)
+    d = np.linalg.norm(grid[..., None, :] - path, axis=-1)
+    N = np.broadcast_to(std**2 * np.eye(len(path)) + 0.5**2, (*d.shape, len(path)))
+    N = N + 0.05**2 * d[..., :, None] * d[..., None, :]
+    z = y - d
+    log = -(np.einsum("...i,...i", z, np.linalg.solve(N, z[..., None])[..., 0]) + np.linalg.slogdet(N)[1]) / 2
+    w = np.exp(log - log.max()) / d[..., 0]  # flat in bearing and range from where it was born
+    w /= w.sum()
+
+    def inside(p):
+        """Of the bow."""
+        return np.linalg.norm(p - [0, 10], axis=-1) < 10
+
+    among, here = w[inside(grid)].sum(), inside(ring.points(map)[0])
+    assert 0.1 < among < 0.9
+    assert ring.w[here].sum() == pytest.approx(among, abs=0.15)  # off by up to 0.13: pieces are Gaussians still
+    for which, part in (here, inside(grid)), (~here, ~inside(grid)):
+        mean, (p, P) = (w[part, None] * grid[part]).sum(0) / w[part].sum(), ring.joined(map, which)
+        assert (p - mean) @ np.linalg.solve(P, p - mean) < 4
+
+
 # --- the map around ---
 
 
@@ -268,13 +335,16 @@ def test_ranges_do_not_tell_how_the_world_is_turned(error):
 @pytest.mark.parametrize("options", [{}, {"joint": True}, {"joint": True, "compressed": True}], ids=str)
 def test_fast_is_plain(options):
     """Whatever the engine: rings, decisions and landmarks."""
-    points, plain = scattered(5), {name: value for name, value in options.items() if name != "compressed"}
+    points = np.vstack([scattered(5), [4.4, -2.2]])  # the path passes the last one at 0.8 m: it is cut
+    plain = {name: value for name, value in options.items() if name != "compressed"}
     kind = Beacon(bias_std=0.1, scale_std=0.01)
     one, other = (
         universal_slam(scenario(points, last=40, kind=kind, options={"engine": engine, **more}))
         for engine, more in (("plain", plain), ("fast", options))
     )
+    sizes = []
     for a, b in zip(one, other, strict=True):
+        sizes += [len(ring.w) for id, ring in a.rings.items() if id == len(points)]
         assert a.events == b.events and a.rings.keys() == b.rings.keys() and a.lmks.keys() == b.lmks.keys()
         for id, ring in a.rings.items():
             assert np.allclose(ring.w, b.rings[id].w, atol=1e-9)
@@ -282,7 +352,7 @@ def test_fast_is_plain(options):
         assert np.allclose(a.robs[0].state(a.map), b.robs[0].state(b.map), atol=1e-9)
     for id, lmk in a.lmks.items():
         assert np.allclose(a.map.block(lmk.r), b.map.block(b.lmks[id].r), atol=1e-9)
-    assert a.lmks
+    assert a.lmks and max(np.diff(sizes)) > 0
 
 
 def test_a_run_goes_on_from_where_it_was_kept():
