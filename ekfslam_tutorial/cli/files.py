@@ -68,9 +68,6 @@ def save_figure(fig, path):
     """Write a figure as a picture, close it, and say so to the bar that is shown meanwhile; return the file's name."""
     import matplotlib.pyplot as plt
 
-    if layout := fig.get_layout_engine():
-        layout.execute(fig)
-        fig.set_layout_engine("none")  # or all would be drawn twice: savefig lays out anew, in a drawing of its own
     with written(path) as file:
         fig.savefig(file, format=path.suffix[1:])
     plt.close(fig)
