@@ -100,17 +100,12 @@ def png(fig, dpi: float = DPI, places: Places | None = None, close: bool = True,
 
     `places`: of the figures drawn before it at the same spot. `quick`: it is not to be stored, and may take more bytes.
     """
-    buffer, how, resting, layout = io.BytesIO(), {"compress_level": 1} if quick else {}, fig.dpi, None
-    fig.set_dpi(dpi)
-    if places is None or not places.apply(fig):
-        layout = fig.get_layout_engine()
-    if layout is not None:  # savefig would do this in a drawing of its own, and then once more
-        layout.execute(fig)
-        fig.set_layout_engine("none")
-    FigureCanvasAgg(fig).print_png(buffer, metadata={"Software": None}, pil_kwargs=how)
-    if layout is not None:
-        fig.set_layout_engine(layout)
-    fig.set_dpi(resting)
+    buffer, how = io.BytesIO(), {"compress_level": 1} if quick else {}
+    if places is not None and places.apply(fig):
+        fig.set_dpi(dpi)
+        FigureCanvasAgg(fig).print_png(buffer, metadata={"Software": None}, pil_kwargs=how)  # savefig draws twice
+    else:
+        fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None}, pil_kwargs=how)
     if places is not None:
         places.remember(fig)
     if close:
