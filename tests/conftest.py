@@ -1,5 +1,6 @@
 """What all tests share. The two settings must stand before the first import of numpy and matplotlib."""
 
+import gc
 import os
 import shutil
 import signal
@@ -23,6 +24,16 @@ settings.load_profile("the same each time")
 # What a shell starts in the background ignores Ctrl-C, and so do its children: the tests of Ctrl-C could not work.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# Fifteen thousand tests are gathered before the first begins, and none of them is garbage: nobody need look at them.
+gc.disable()
+
+
+def pytest_collection_finish():
+    """From now on garbage is collected, but not looked for among the tests themselves."""
+    gc.freeze()
+    gc.enable()
 
 
 def _folder(variable, what):
