@@ -36,6 +36,16 @@ def test_one_bad_run_fails_the_whole(capsys, bad):
     assert f"{max(bad['failed'], 1)} failed" in capsys.readouterr().out
 
 
+def test_a_notebook_is_read_without_a_grammar_of_addresses(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_tests.os, "environ", dict(run_tests.os.environ))
+    run_tests.leave_out("rfc3987_syntax", str(tmp_path))
+    script = "import nbformat, sys; nbformat.validate(nbformat.v4.new_notebook()); print('lark' in sys.modules)"
+    ran = subprocess.run(
+        [sys.executable, "-c", script], env=run_tests.os.environ, capture_output=True, text=True, check=True
+    )
+    assert ran.stdout == "False\n"
+
+
 def test_a_run_of_pytest_is_counted(tmp_path, monkeypatch):
     (tmp_path / "test_trial.py").write_text("def test_good(): pass\ndef test_bad(): assert False\n")
     monkeypatch.chdir(tmp_path)
