@@ -2,8 +2,10 @@
 
 import ast
 import inspect
+from functools import cache
 
 from ekfslam_tutorial.course import build
+from ekfslam_tutorial.course.draws import nb09_runs, nb10_runs
 from ekfslam_tutorial.course.logs import nb18, nb19
 from ekfslam_tutorial.datasets import euroc_twin
 
@@ -44,8 +46,15 @@ def shorter_logs(monkeypatch):
     """Runs over a twin end sooner: robots that must meet after a third. The twin stays whole: other tests keep it."""
     nb18.recording()
     monkeypatch.setitem(nb18.SECONDS, nb18.TWIN, nb18.SECONDS[nb18.TWIN] / 3)
+    frames, least = nb18.frames, nb18.SECONDS[nb18.TWIN]  # a cell that says how many seconds gets no more either
+    monkeypatch.setattr(
+        nb18, "frames", lambda which=nb18.TWIN, seconds=least: frames(which, min(seconds or least, least))
+    )
+    monkeypatch.setattr(nb09_runs, "SECONDS", 60.0)
+    monkeypatch.setattr(nb09_runs, "files", cache(nb09_runs.files.__wrapped__))  # the others keep the long one
     monkeypatch.setitem(nb19.SHORT, nb19.TWIN, nb19.SHORT[nb19.TWIN] // 6)
     monkeypatch.setattr(euroc_twin, "twin", four_seconds(euroc_twin.twin))
+    monkeypatch.setattr(nb10_runs, "RUNS", 10)  # so many are drawn one by one; the others are for the mean
 
 
 def four_seconds(twin):
@@ -66,7 +75,12 @@ def few_runs(run):
 
 
 def few_seeds(space):
-    """Give the functions that a notebook has made, and that run with many seeds, the first of them."""
+    """Give the functions that a notebook has made, and that run with many seeds or many times, the first of them."""
     for f in space.values():
         if inspect.isfunction(f) and f.__module__ == space["__name__"] and f.__defaults__:
-            f.__defaults__ = tuple(d[:FEW] if isinstance(d, range) else d for d in f.__defaults__)
+            names = list(inspect.signature(f).parameters)[: f.__code__.co_argcount][-len(f.__defaults__) :]
+            f.__defaults__ = tuple(map(_few, names, f.__defaults__))
+
+
+def _few(name, default):
+    return default[:FEW] if isinstance(default, range) else min(default, FEW) if name == "runs" else default
