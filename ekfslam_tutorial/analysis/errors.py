@@ -68,7 +68,9 @@ class History:
         for rob in s.robs:
             self._add_robot(s, rob)
         if self.gauge == "free":
-            for id, error in _in_map_gauge(s, self._gauge_of(s)).items():
+            told = any(rob.r is not None and np.isfinite(s.truth.get(rob.id, np.nan)).all() for rob in s.robs)
+            gauge = self._gauge_of(s) if told or not s.named else None  # places are followed from frame to frame
+            for id, error in _in_map_gauge(s, gauge).items():
                 self._in_map_gauge.setdefault(id, []).append(error)
         carrier = {id: rob.id for rob in s.robs for id in rob.sensors}
         for o in s.obs.values():
