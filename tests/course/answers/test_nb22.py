@@ -348,4 +348,10 @@ def a_moving_average(t, l, c, m):
     return (t + extend(t, l, c, m)) / 2
 
 
+@answer_to("22.4", hint="n stays as it is")
+def the_step_taken_by_n(l, P):
+    n, v = l[:3], l[3:]
+    return np.concatenate([n - (n @ v) / (n @ n) * v, v]), tidy_line(l, P)[1]
+
+
 test_the_check_is_right_about_it = check_of(__name__)
