@@ -19,7 +19,8 @@ IN_PLACE = "`+=` and `x[i] = ...` write into what the caller has."
 ADVICE = {
     NameError: "Is the name spelt as in the `def` line, and defined before it is used?",
     KeyError: "The dictionary has no entry of that name: `key in d` asks first, and d.get(key, default) never fails.",
-    IndexError: "The index is too large: counting starts at 0, and the last entry has the number len - 1.",
+    IndexError: "The index is too large: counting starts at 0, and the last entry has the number len - 1. "
+    "And argmin, argmax without an axis count through all rows, one after the other.",
     np.linalg.LinAlgError: "Print the matrix of that line: is it the one that you mean?",
     RecursionError: "The function calls itself without end.",
     ValueError: "Print the shapes of the arrays in that line, `print(a.shape)`: do they fit?",
@@ -32,6 +33,8 @@ ADVICE = {
 # What numpy says of slips that every student makes once: a part of its message, and what it means.
 SLIPS = {
     "(0,)": "One of the arrays is empty: a slice that begins behind the end has no entries. Counting starts at 0.",
+    "not enough values to unpack": "There are fewer values than names on the left. Print what is taken apart: a slice "
+    "that begins before 0, or behind the end, is empty. Counting starts at 0.",
     "can be converted to Python scalar": "An array came where one number is wanted. The functions of `math` take "
     "single numbers; those of numpy (np.sin, np.arctan2 ...) take arrays, too.",
     "truth value of an array": "`if`, `while`, `and` and `or` decide about one number. For all entries of an array "

@@ -428,6 +428,7 @@ def test_slips_beside_a_time_stamp_are_those_of_each_entry():
     want = np.array([[1.25e9, 0.26, 5.67], [1.25e9 + 1.5, -0.77, 4.23]])
     assert "lost its decimals" in diagnose(want.round(), want, 1e-11)
     assert "lost its decimals" in diagnose([3, -2], [3.4, -2.2])
+    assert "decimals" not in diagnose([0, 0, 1], [0, 0, 0.7071])  # one small number is near a whole one by chance
     assert "rounded to 1" in diagnose(want.round(1), want, 1e-11)
     assert diagnose(want + [0, 0.3, 0], want, 1e-11) == "Wrong at [0, 1], [1, 1] only."
 

@@ -71,6 +71,8 @@ averaged = table(
     entry by entry | np.linalg.solve(P_i, e_i) -> (1 / P_i) @ e_i | 1 / P takes the inverse of each entry. A matrix wants np.linalg.inv, or solve.
     variances taken for sigmas | np.linalg.solve(P_i, e_i) -> (e_i / np.diag(P_i) ** 2) | The diagonal of P holds variances already: do not square them.
     divided by the dimension | np.mean(nees) -> np.mean(nees) / n | Some authors divide by n, so that 1 is honest. Here the average stays near n.
+    average and band divided by the dimension | np.mean(nees) -> np.mean(nees) / n | Some authors divide by n, so that 1 is honest. Here the average stays near n, and so does the band.
+        N * n) / N -> N * n) / (N * n)
     sum instead of mean | np.mean(nees) -> np.sum(nees) | That is the sum of all runs. The average is the sum divided by N.
     NEES of the mean error | np.mean(nees) -> e.mean(0) @ np.linalg.solve(P.mean(0), e.mean(0)) | Errors of both signs cancel in the mean. Take the NEES of each run, then the mean.
     one P for all runs | np.linalg.solve(P_i, e_i) -> np.linalg.solve(P[0], e_i) | Each run has its own P: P[i] belongs to e[i].

@@ -56,6 +56,7 @@ covered = table(
     arguments swapped | chi2.cdf(k**2, dof) -> chi2.cdf(dof, k**2) | scipy wants the value first: chi2.cdf(value, degrees of freedom).
     per cent | chi2.cdf -> 100 * chi2.cdf | Return a probability from 0 to 1, not per cent.
     the inverse | chi2.cdf(k**2, dof) -> k**2 | ppf turns a probability into a value. Here you have the value, k^2, and want the probability.
+    value for a probability | chi2.cdf -> chi2.ppf | ppf is the way back: from a probability to a value. Here you have the value, k^2, and want the probability: the cdf.
     degrees of freedom minus one | dof) -> max(dof - 1, 1)) | Nothing was fitted here: the degrees of freedom are the dimension itself.
     one degree of freedom too many | dof) -> dof + 1) | The degrees of freedom are the dimension itself: dof.
     k doubled, not squared | k**2 -> 2 * k | chi-square is about *squared* distances: k squared, k**2, not 2 k.
@@ -66,7 +67,9 @@ covered = table(
 
 
 @covered.link(
-    "between 0 and 1", "Probabilities, one for each k: numbers from 0 to 1, not per cent.", before="one dimension"
+    "between 0 and 1",
+    "Probabilities, one for each k: numbers from 0 to 1. Not per cent, and not values of chi-square: that is ppf.",
+    before="one dimension",
 )
 def _(f, rng):
     for k, dof in covered.cases["any"](rng):

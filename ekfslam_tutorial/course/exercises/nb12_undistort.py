@@ -85,7 +85,7 @@ _link(
 )
 _link(
     "there and back",
-    "distort(up, d) must give ud again, to 1e-6. So ud - distort(up, d) is what is still missing: divide by f, or step by the inverse of UD_up, until it is zero.",
+    "distort(up, d) must give ud again, to 1e-6. So ud - distort(up, d) is what is still missing: divide by f, or *add* inv(UD_up) times what is missing, until it is zero.",
     lambda rng: [case(rng, d) for d in LENSES],
 )
 _link(

@@ -61,6 +61,7 @@ sorted_out = table(
     used twice | return correct, start -> return np.sort(np.concatenate([correct, start])), start | A measurement that has started a landmark is used up. Correcting with it again counts it twice, and halves the covariance for nothing.
     lists swapped | return correct, start -> return start, correct | Known landmarks *correct* the map, unknown ones are *started*: first list, second list.
     ids instead of indices | return correct, start -> return ids[correct], ids[start] | Return the places in `ids`, not the ids themselves: the measurement is found by it.
+    one landmark too many | start[:n_inits] -> start[: n_inits + 1] | n_inits are the most that may be started: the next one is one too many.
     n_inits not used | start[:n_inits] -> start | n_inits limits how many landmarks are started in one frame.
     unknown measurements start landmarks | id >= 0 and id not in known -> id not in known | -1 is no id: nobody knows whose measurement it is. It is not used.
     id 0 left out | id >= 0 and id in known -> id > 0 and id in known | The first landmark has the id 0: only -1 is nobody's.

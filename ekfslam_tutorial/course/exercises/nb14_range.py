@@ -46,7 +46,7 @@ roomy = table(
         "many": lambda rng: [(rng.random(rng.integers(1, 25)) < 0.55, int(rng.integers(1, 7))) for _ in range(25)],
     },
     checks="""
-    two numbers     | place | any       | Return [start, stop], with stop = start + k.
+    two numbers     | place | any       | Nothing is free: the state begins behind the last number in use. Return [start, stop], with stop = start + k.
     no gap          | place | no gap    | Nothing is free: the map grows, the state begins at n.
     one gap         | place | one gap   | A deleted landmark leaves a gap of k free numbers, or more: start is the first of them, stop = start + k.
     one piece       | place | one piece | A state lies in one piece: two small gaps do not make a large one.
@@ -62,6 +62,7 @@ roomy = table(
     free numbers at the end left alone | n = len(used) - free -> n = len(used) | Free numbers at the end of the map can be used: begin behind the last number in use.
     last number included | [i + 1 - k, i + 1] -> [i + 1 - k, i] | stop is one past the last number, as in a slice: stop = start + k.
         [n, n + k] -> [n, n + k - 1]
+    behind the last number but one | n = len(used) - free -> n = max(len(used) - free - 1, 0) | Where nothing is free the state begins one *behind* the last number in use: its index + 1.
     counted from 1 | [i + 1 - k, i + 1] -> [i + 2 - k, i + 2] | The first number of the map has the index 0.
         [n, n + k] -> [n + 1, n + k + 1]
     gaps added up | free = 0 if taken else free + 1 -> free += not taken | The count begins anew behind each number in use: a state lies in one piece.

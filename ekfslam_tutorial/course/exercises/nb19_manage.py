@@ -77,7 +77,7 @@ upkeep = table(
     counts left as they were | searched + visible, found + matched -> searched.copy(), found.copy() | Add this scan to the counts first.
     no trial | visible & (searched >= min_search) & -> visible & | A tree that is new and was missed once is out at once. Wait for min_search searches.
     counted in matches | searched >= min_search -> found >= min_search | min_search is about how often it was looked for, not how often it was found.
-    more than min_search | searched >= min_search -> searched > min_search | *At least* min_search: >=.
+    more than min_search | searched >= min_search -> searched > min_search | *At least* min_search: >=, and of the new count, this scan included.
     count first, then test: This scan counts, too: test the new counts, searched + visible and found + matched.
         (searched >= min_search) & (found < min_ratio * searched) -> (searched - visible >= min_search) & (found - matched < min_ratio * (searched - visible))
     deleted out of view | bad = visible & (searched -> bad = (searched | Only a tree that should be in view now may go: this scan says nothing about the others.

@@ -92,6 +92,9 @@ exercise = table(
         P - K @ H @ P -> P_new - K @ H @ P_new
     P shrinks each time | np.linalg.solve(H @ P @ H.T + R, H @ P).T -> np.linalg.solve(H @ P_new @ H.T + R, H @ P_new).T | P is the prior's in every iteration. Only the last K and H make the new P.
         P - K @ H @ P -> P_new - K @ H @ P_new
+    P corrected in the loop and once more | np.linalg.solve(H @ P @ H.T + R, H @ P).T -> np.linalg.solve(H @ P_new @ H.T + R, H @ P_new).T | The measurement is used once: keep the prior P in the loop, and return P - K H P of that P, with the last K and H.
+        P - K @ H @ P -> P_new - K @ H @ P_new
+        return at, P_new -> return at, P_new - K @ H @ P_new
     H (x - at) forgotten | z - H @ (x - at) -> z | e and H belong to the point `at`. Seen from there the prior x expects e + H (x - at): the innovation is z - H (x - at).
     H (x - at) with the other sign | z - H @ (x - at) -> z + H @ (x - at) | The prior expects e + H (x - at): subtract it from the measurement.
     always the first H | z = np -> H = observe(x)[1]; z = np | Take H anew at each point: e, H = observe(at).

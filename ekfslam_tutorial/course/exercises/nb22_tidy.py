@@ -53,6 +53,7 @@ tidied = table(
     wrong="""
     n gives way: Here n was measured, and v was a prior. Take the part away from v, and leave n as it is.
         np.concatenate([n, v - s * n]) -> np.concatenate([n - (n @ v) / (v @ v) * v, v])
+    n takes the step | np.concatenate([n, v - s * n]) -> np.concatenate([n - s * v, v]) | n stays as it is: it was measured. v gives way, by s n.
     length of n forgotten | s = n @ v / (n @ n) -> s = n @ v | n need not have the length one: s = n'v / n'n.
     divided by the length | s = n @ v / (n @ n) -> s = n @ v / np.linalg.norm(n) | Divide by n'n, the square of the length: once for the direction of n, once for the part.
     divided by v'v | s = n @ v / (n @ n) -> s = n @ v / (v @ v) | The part of v along n has n'n in the denominator; with v'v it is that of n along v.

@@ -51,6 +51,10 @@ exercise = table(
     gyro bias integrated twice | b_w * t**3 / 6 -> b_w * t**2 / 2 | Turn rate, angle, velocity, position: three integrals.
     gyro bias integrated once | 9.81 * np.array([b_w * t**3 / 6, -> 9.81 * np.array([b_w * t, | That is the angle (times gravity). It has to be integrated twice more.
     gravity forgotten | by_gyro = 9.81 * -> by_gyro = | A tilt makes gravity look like an acceleration: 9.81 m/s^2 times the angle.
+    gravity forgotten with the bias | by_gyro = 9.81 * np.array([ -> by_gyro = np.array([1.0, 9.81]) * np.array([ | b_w tilts: gravity then looks like an acceleration of 9.81 m/s^2 times the angle.
+    gravity forgotten with the noise | by_gyro = 9.81 * np.array([ -> by_gyro = np.array([9.81, 1.0]) * np.array([ | n_w tilts, too: gravity then looks like an acceleration of 9.81 m/s^2 times the angle.
+    gyro noise integrated twice | n_w * t**2.5 / (2 * np.sqrt(5)) -> n_w * t**1.5 / np.sqrt(3) | n_w is noise of a turn rate: angle, velocity, position are three integrals, k = 3.
+    acc noise integrated once | n_a * t**1.5 / np.sqrt(3) -> n_a * t**0.5 | n_a is noise of an acceleration: velocity, position are two integrals, k = 2.
     t^3 / 3 | b_w * t**3 / 6 -> b_w * t**3 / 3 | Each integral divides: t, t^2 / 2, t^3 / 6.
     no factor with t^3 | b_w * t**3 / 6 -> b_w * t**3 | Each integral divides: t, t^2 / 2, t^3 / 6.
     no half | b_a * t**2 / 2 -> b_a * t**2 | A constant acceleration: c t^2 / 2.

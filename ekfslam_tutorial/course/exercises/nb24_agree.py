@@ -39,6 +39,16 @@ def case(rng, K=6, bad=(), noise=0.3, shared=8.0, by=12.0):
     return z, E, 0.25 * np.eye(2), 1.5
 
 
+def rolled(rng, K=5):
+    """The camera has rolled: each expectation moves in its own direction, so E_ji is not symmetric."""
+    a = np.linspace(0.0, 2.0, K) + rng.uniform(-0.1, 0.1, K)
+    turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]).transpose(2, 0, 1)
+    E = 9.0 * np.einsum("iab,jcb->iajc", turn, turn)
+    z = turn @ np.array([4.0, rng.uniform(2.0, 4.0)]) + rng.normal(0, 0.15, (K, 2))
+    z[K // 2] = -z[K // 2]
+    return z, E, 0.25 * np.eye(2), 1.5
+
+
 def independent(rng, K=5):
     """Expectations without a common error: a match says nothing of the others."""
     E = np.zeros((K, 2, K, 2))
@@ -81,6 +91,7 @@ consensus = table(
     cases={
         "any": lambda rng: [case(rng, 6, (4,)), case(rng, 5, (0,)), case(rng, 7, (1, 5))],
         "all right": lambda rng: [case(rng, 6), case(rng, 4)],
+        "rolled": lambda rng: [rolled(rng, K) for K in (4, 5, 6)],
         "independent": lambda rng: [independent(rng) for _ in range(2)],
         "noisy": lambda rng: [noisy(rng) for _ in range(3)],
         "limit": limits,
@@ -93,6 +104,7 @@ consensus = table(
     all right              | good | all right   | The innovations are long, and one match explains all: the camera has moved. All agree.
     nothing in common      | good | independent | Where E_ji is 0, match i says nothing of match j: its innovation stays.
     some are wrong         | good | any         | What is left of match j, if match i is believed: z_j - E_ji (E_ii + R)^-1 z_i.
+    each its own direction | good | rolled      | E_ji = E[j, :, i] turns what match i shows into the direction of match j: its rows belong to j, its columns to i.
     much noise             | good | noisy       | A noisy match moves the others less: (E_ii + R)^-1, R included.
     two sets alike         | good | tie         | Of two sets of the same size, that of the first match counts.
     one or two matches     | good | few         | One match agrees with itself.
@@ -102,7 +114,7 @@ consensus = table(
     R forgotten | E[i, :, i] + R, -> E[i, :, i] + 1e-9 * R, | The match is noisy: (E_ii + R)^-1. Without R its noise is taken for a movement.
     the short ones | move = E[:, :, i] @ np.linalg.solve(E[i, :, i] + R, z[i]) -> move = 0 * z | A long innovation is not wrong: the camera may have moved, and then all are long. Correct by one match first, then look at what is left.
     all moved alike | move = E[:, :, i] @ np.linalg.solve(E[i, :, i] + R, z[i]) -> move = z[i] | Match j does not move by z_i, but by E_ji (E_ii + R)^-1 z_i: that is less, and different for each.
-    E_ij for E_ji | move = E[:, :, i] @ -> move = np.swapaxes(E[i], 0, 1).swapaxes(1, 2)[:, ::-1] @ | The rows of E_ji belong to match j, its columns to match i: E[j, :, i].
+    E_ij for E_ji | move = E[:, :, i] @ -> move = np.swapaxes(E[i], 0, 1) @ | The rows of E_ji belong to match j, its columns to match i: E[j, :, i].
     E_jj for E_ji | move = E[:, :, i] @ -> move = E[np.arange(len(z)), :, np.arange(len(z))] @ | What match i says of match j is in E_ji, their covariance; E_jj is the covariance of j with itself.
     moved the wrong way | z - move -> z + move | The expectation moves *towards* what match i has measured: what is left of j is z_j - move.
     the worst set | agree.sum() > best.sum() -> i == 0 or agree.sum() < best.sum() | The *largest* set counts.

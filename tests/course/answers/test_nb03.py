@@ -204,4 +204,15 @@ def by_recursion_over_the_dimension(k, dof):
     return p
 
 
+@answer_to("03.1", hint="ppf is the way back")
+def the_way_back(k, dof):
+    return chi2(dof).ppf(k**2)
+
+
+@answer_to("03.2", hint="divide by n.*band")
+def all_of_it_over_the_dimension(e, P, confidence):
+    average, band = anees(e, P, confidence)
+    return average / e.shape[1], band / e.shape[1]
+
+
 test_the_check_is_right_about_it = check_of(__name__)

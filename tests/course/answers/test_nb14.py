@@ -43,4 +43,19 @@ def as_text(used, k):
     return np.array([s, s + k], dtype=float)
 
 
+@answer_to("14.1", hint="index \\+ 1")
+def behind_the_last_but_one(used, k):
+    for s in range(len(used) - k + 1):
+        if not any(used[s : s + k]):
+            return [s, s + k]
+    last = max((i for i, u in enumerate(used) if u), default=0)
+    return [last, last + k]
+
+
+@answer_to("14.2", hint="one too many")
+def one_landmark_too_many(ids, known, n_inits):
+    old = [i for i, id in enumerate(ids) if id != -1 and id in known]
+    return old, [i for i, id in enumerate(ids) if id != -1 and id not in known][: n_inits + 1]
+
+
 test_the_check_is_right_about_it = check_of(__name__)

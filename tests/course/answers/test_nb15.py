@@ -240,4 +240,14 @@ def complex_numbers_too(F1, F2, y):
     return np.array([place.real, place.imag, np.angle(-turn)])
 
 
+@answer_to("15.1", hint="K Z K'.*not by K R K'")
+def the_noise_taken_off(x, P, blocks, z, R):
+    H = np.zeros((len(z), len(x)))
+    for r, E_r in blocks:
+        if r is not None:
+            H[:, r] += E_r
+    K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+    return x + K @ z, P - K @ R @ K.T
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -187,4 +187,10 @@ def as_a_mask_numbers_with_a_point(D, gate, new_gate):
     return np.where(ok.any(1), ok.argmax(1), np.where((D > new_gate).all(1), -1.0, -2.0))
 
 
+@answer_to("19.3", hint="this scan included")
+def count_of_before(searched, found, visible, matched, min_search, min_ratio):
+    s, f = searched + visible, found + matched
+    return s, f, [i for i in range(len(s)) if visible[i] and searched[i] >= min_search and f[i] < min_ratio * s[i]]
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -348,4 +348,18 @@ def a_moving_average(t, l, c, m):
     return (t + extend(t, l, c, m)) / 2
 
 
+@answer_to("22.4", hint="n stays as it is")
+def the_step_taken_by_n(l, P):
+    n, v = l[:3], l[3:]
+    return np.concatenate([n - (n @ v) / (n @ n) * v, v]), tidy_line(l, P)[1]
+
+
+@answer_to("22.6", hint="With p0 - c")
+def from_the_camera_to_the_line(t, l, c, m):
+    n, v = l[:3], l[3:]
+    p0, d = np.cross(v, n) / (v @ v), v / np.linalg.norm(v)
+    seen = [np.linalg.lstsq(np.column_stack([d, -ray]), p0 - c, rcond=None)[0][0] for ray in m]
+    return np.array([min(t[0], *seen), max(t[1], *seen)])
+
+
 test_the_check_is_right_about_it = check_of(__name__)

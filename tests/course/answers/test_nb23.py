@@ -300,4 +300,16 @@ def covariance_for_its_inverse(p, v, P, p_true, v_true, yaw):
     return flight_nees(p, v, np.concatenate([P[:1], np.linalg.inv(P[1:])]), p_true, v_true, yaw)
 
 
+@answer_to("23.3", hint="b_w tilts")
+def no_gravity_for_the_bias(t, b_w, b_a, n_w, n_a):
+    return drift(t, b_w / 9.81, b_a, n_w, n_a)
+
+
+@answer_to("23.3", hint="three integrals, k = 3")
+def noise_of_the_gyro_as_that_of_the_other(t, b_w, b_a, n_w, n_a):
+    off = drift(t, b_w, b_a, n_w, n_a)
+    off[2] = 9.81 * n_w * t**1.5 / np.sqrt(3)
+    return off
+
+
 test_the_check_is_right_about_it = check_of(__name__)
