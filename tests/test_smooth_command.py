@@ -54,7 +54,7 @@ def test_a_run_of_beacons_ends_with_the_command_that_smooths_it(tmp_path, capsys
     code, said = call(capsys, "run", "plaza", "--set", "time.last=12", "--seed", 3, "--out", "filter")
     assert code == 0, said.err
     last = said.out.splitlines()[-1]
-    assert last.startswith("next: `ekfslam smooth plaza --set time.last=12 --seed 3`: ")
+    assert last.startswith("next: `ekfslam smooth plaza --set time.last=12 --seed 3` finds all poses")
     code, said = call(capsys, *shlex.split(last.split("`")[1])[1:])
     assert code == 0 and "robot 1, smoother" in said.out, said.err
 

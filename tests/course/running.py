@@ -5,7 +5,7 @@ import inspect
 from functools import cache
 
 from ekfslam_tutorial.course import build
-from ekfslam_tutorial.course.draws import nb09_runs, nb10_runs
+from ekfslam_tutorial.course.draws import nb09, nb09_runs, nb10, nb10_runs
 from ekfslam_tutorial.course.logs import nb18, nb19
 from ekfslam_tutorial.datasets import euroc_twin
 
@@ -51,10 +51,13 @@ def shorter_logs(monkeypatch):
         nb18, "frames", lambda which=nb18.TWIN, seconds=least: frames(which, min(seconds or least, least))
     )
     monkeypatch.setattr(nb09_runs, "SECONDS", 60.0)
-    monkeypatch.setattr(nb09_runs, "files", cache(nb09_runs.files.__wrapped__))  # the others keep the long one
     monkeypatch.setitem(nb19.SHORT, nb19.TWIN, nb19.SHORT[nb19.TWIN] // 6)
     monkeypatch.setattr(euroc_twin, "twin", four_seconds(euroc_twin.twin))
     monkeypatch.setattr(nb10_runs, "RUNS", 10)  # so many are drawn one by one; the others are for the mean
+    for home, user, name in ((nb09_runs, nb09, "files"), (nb10_runs, nb10, "judged")):
+        short = cache(getattr(home, name).__wrapped__)  # other tests keep the long ones, by either name
+        for module in (home, user):
+            monkeypatch.setattr(module, name, short)
 
 
 def four_seconds(twin):
