@@ -109,8 +109,8 @@ class Labels(PathCollection):
 
     def _shifts(self) -> dict[Any, tuple[float, float]]:
         """Find for each text a place beside its point where it hides nothing; without a key there is none."""
-        to_points = 72 / self.axes.figure.dpi
-        at = to_points * self.axes.transData.transform(np.array(list(self.where.values())).reshape(-1, 2))
+        ax: Any = self.axes
+        at = 72 / ax.figure.dpi * ax.transData.transform(np.array(list(self.where.values())).reshape(-1, 2))
         taken = [np.concatenate([at - MARK, at + MARK], axis=1)] if len(at) else []  # boxes: left, below, right, above
         found, (dx, dy) = {}, self.shift
         for key, p in zip(self.where, at, strict=True):
@@ -138,7 +138,8 @@ class Labels(PathCollection):
 @lru_cache(maxsize=4096)
 def _extent(text: str, size: float) -> tuple[float, float]:
     """Width and height of a text, points."""
-    return tuple(_letters(text, size, (0.0, 0.0)).get_extents().max)
+    width, height = _letters(text, size, (0.0, 0.0)).get_extents().max
+    return width, height
 
 
 @lru_cache(maxsize=4096)
