@@ -68,8 +68,8 @@ class History:
         for rob in s.robs:
             self._add_robot(s, rob)
         if self.gauge == "free":
-            told = any(rob.r is not None and np.isfinite(s.truth.get(rob.id, np.nan)).all() for rob in s.robs)
-            gauge = self._gauge_of(s) if told or not s.named else None  # places are followed from frame to frame
+            needed = _told(s) or not s.named  # without names, places are followed from frame to frame
+            gauge = self._gauge_of(s) if needed else None
             for id, error in _in_map_gauge(s, gauge).items():
                 self._in_map_gauge.setdefault(id, []).append(error)
         carrier = {id: rob.id for rob in s.robs for id in rob.sensors}
@@ -441,16 +441,20 @@ def _points_by_states(s, ids):
     return B.reshape(-1, s.map.n)
 
 
+def _told(s):
+    """Robots of the map whose true pose is known in this frame."""
+    return [rob for rob in s.robs if rob.r is not None and np.isfinite(s.truth.get(rob.id, np.nan)).all()]
+
+
 def _in_map_gauge(s, gauge):
     """Errors of the robots in the gauge of the map of their frame, and covariances, by id; NaN where there are none."""
     frame = s.robs[0].motion.frame
-    truth = {rob.id: np.array(s.truth.get(rob.id, np.full(frame.size, np.nan)), float) for rob in s.robs}
     found = {rob.id: (np.full(frame.dof, np.nan), np.full((frame.dof, frame.dof), np.nan)) for rob in s.robs}
-    told = [rob for rob in s.robs if rob.r is not None and np.isfinite(truth[rob.id]).all()]
+    told = _told(s)
     if gauge is not None and told:
         landmarks, B, P = gauge
         poses = frame(np.stack([rob.frame(s.map).x for rob in told]))
-        e, E_x, E_l = landmarks.error(poses, frame(np.stack([truth[rob.id] for rob in told])))
+        e, E_x, E_l = landmarks.error(poses, frame(np.array([s.truth[rob.id] for rob in told], float)))
         E = E_l @ B
         for E_i, E_xi, rob in zip(E, E_x, told, strict=True):
             E_i[:, rob.r.start : rob.r.start + frame.size] += E_xi
