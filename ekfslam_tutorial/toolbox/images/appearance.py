@@ -17,6 +17,7 @@ HALF, BIG = 7, 21
 """Half the size of what is compared, 15 x 15 pixels, and of what is kept."""
 STEP = 4.0
 """Pixels to each side, of the differences that make the affine map."""
+SIDES = STEP * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 LEAST, MOST, LONGEST = 0.2, 5.0, 2.6
 """A patch is not compared if its area would change by more than this, or a length by more."""
 FLAT = 4.0
@@ -67,15 +68,10 @@ def affine_maps(sensor, appearances, points, camera):
     first = Frame3(np.array([a["pose"] for a in appearances]))
     pixel = np.array([a["pixel"] for a in appearances])
     normal = points - first.t
-
-    def now(off):
-        """Where the neighbour of the first pixel is in the present image."""
-        ray = np.einsum("nij,nj->ni", first.R, sensor.retro(pixel + off)[0])
-        far = (normal * normal).sum(-1) / (normal * ray).sum(-1)
-        return sensor.project((first.t + far[:, None] * ray - camera.t) @ camera.R)[0]
-
-    sides = [(now(np.array(d)) - now(-np.array(d))) / (2 * STEP) for d in ((STEP, 0.0), (0.0, STEP))]
-    return np.stack(sides, -1)
+    ray = np.einsum("nij,snj->sni", first.R, sensor.retro(pixel + SIDES[:, None])[0])
+    far = (normal * normal).sum(-1) / (normal * ray).sum(-1)  # along the ray to the plane
+    right, left, below, above = sensor.project((first.t + far[..., None] * ray - camera.t) @ camera.R)[0]
+    return np.stack([right - left, below - above], -1) / (2 * STEP)
 
 
 def warped(appearance, A):

@@ -38,16 +38,26 @@ def find_patch(image, patch, e, Z, sigma=3.0, most=25):
     cv2 = opencv()
     window = image[top - h : bottom + h + 1, left - h : right + h + 1]
     score = cv2.matchTemplate(window, patch, cv2.TM_CCOEFF_NORMED)
-    du, dv = np.arange(left - u, right - u + 0.5), np.arange(top - v, bottom - v + 0.5)[:, None]
-    md2_det = d * du * du - dv * (2 * b * du) + a * dv * dv
-    score[md2_det > (sigma**2 + 1) * (a * d - b * b)] = -1.0  # one more: the neighbours of the edge
-    row, column = divmod(int(score.argmax()), score.shape[1])
-    best = float(score[row, column])
-    y = np.array([left + column, top + row], float)
-    if 0 < column < score.shape[1] - 1:
-        y[0] += summit(*score[row, column - 1 : column + 2].tolist())
+    det, wide = a * d - b * b, score.shape[1]
+    outside = (sigma**2 + 1) * det  # one more: the neighbours of the edge
+
+    def md2_det(row, column):
+        du, dv = left + column - u, top + row - v
+        return d * du * du - dv * (2 * b * du) + a * dv * dv
+
+    row, column = divmod(int(score.argmax()), wide)
+    if md2_det(row, column) > outside:  # the best of all is rarely outside the ellipse; only then all are asked
+        score[md2_det(*np.ogrid[: score.shape[0], :wide]) > outside] = -1.0
+        row, column = divmod(int(score.argmax()), wide)
+
+    def at(row, column):
+        return -1.0 if md2_det(row, column) > outside else float(score[row, column])
+
+    best, y = float(score[row, column]), np.array([left + column, top + row], float)
+    if 0 < column < wide - 1:
+        y[0] += summit(at(row, column - 1), best, at(row, column + 1))
     if 0 < row < score.shape[0] - 1:
-        y[1] += summit(*score[row - 1 : row + 2, column].tolist())
+        y[1] += summit(at(row - 1, column), best, at(row + 1, column))
     return y, best
 
 
