@@ -342,7 +342,8 @@ class GraphMaker:
                 raise ValueError(f"sensor {sensor.id} measures lines; the smoother knows points only")
             if any(np.any(walk) for walk in sensor.params_walk.values()):
                 raise ValueError(f"sensor {sensor.id} has parameters that walk; the smoother knows constant ones only")
-        self.data, self.recording, self.last = data, recording, None
+        self.data, self.recording = data, recording
+        self.last: Any = None  # snapshot
 
     def _begin(self, now):
         """What is known before the first frame: starts and mountings."""
