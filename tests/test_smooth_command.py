@@ -12,6 +12,7 @@ from ekfslam_tutorial.analysis.factors import graph_of
 from ekfslam_tutorial.analysis.g2o import read_g2o
 from ekfslam_tutorial.analysis.graph_files import APART, g2o_text, gtsam_script
 from ekfslam_tutorial.analysis.smoother import smooth
+from ekfslam_tutorial.cli import smoothing
 from ekfslam_tutorial.cli.main import main
 from ekfslam_tutorial.toolbox import UserData
 
@@ -51,12 +52,52 @@ def call(capsys, *arguments):
 def test_a_run_of_beacons_ends_with_the_command_that_smooths_it(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("EKFSLAM_DATA", str(tmp_path))  # nothing is there: the twin runs
     monkeypatch.chdir(tmp_path)
-    code, said = call(capsys, "run", "plaza", "--set", "time.last=12", "--seed", 3, "--out", "filter")
+    words = "plaza", "--set", "time.last=12", "--seed", 3, "--set", "options.smooth=false"
+    code, said = call(capsys, "run", *words, "--out", "filter")
     assert code == 0, said.err
     last = said.out.splitlines()[-1]
-    assert last.startswith("next: `ekfslam smooth plaza --set time.last=12 --seed 3` finds all poses")
+    assert last.startswith("next: `ekfslam smooth plaza --set time.last=12 --set options.smooth=false --seed 3` f")
     code, said = call(capsys, *shlex.split(last.split("`")[1])[1:])
     assert code == 0 and "robot 1, smoother" in said.out, said.err
+
+
+def test_a_run_may_end_with_the_smoothed_path(tmp_path, capsys):
+    """It is that of `ekfslam smooth`; the next run takes its files away."""
+    out, alone = tmp_path / "run", tmp_path / "alone"
+    words = "range_bearing_2d", "--set", SHORT
+    code, said = call(capsys, "run", *words, "--set", "options.smooth=true", "--out", out)
+    assert code == 0 and "robot 1, filter" in said.out and "robot 1, smoother" in said.out, said.err
+    assert "smoothed.json" in said.out.splitlines()[-1] and "smoothing: " in said.err
+    assert call(capsys, "smooth", *words, "--out", alone)[0] == 0
+    for file in "smoothed-1.csv", "smoothed-map.csv", "smoothed.json":
+        assert (out / file).read_bytes() == (alone / file).read_bytes()
+    figures = json.loads((out / "result.json").read_text())
+    filtered, smoothed = figures["smoothed"]
+    assert filtered["position_rmse_m"] == pytest.approx(figures["ate_rmse_m"])
+    assert smoothed == json.loads((alone / "smoothed.json").read_text())[1]
+    assert call(capsys, "run", *words, "--out", out)[0] == 0
+    assert (out / "map.csv").exists() and not list(out.glob("smooth*"))
+
+
+def test_smoothing_that_is_stopped_leaves_the_run(tmp_path, capsys, monkeypatch):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(smoothing, "smooth", stopped)
+    words = "range_bearing_2d", "--set", SHORT, "--set", "options.smooth=true"
+    code, said = call(capsys, "run", *words, "--out", tmp_path)
+    assert code == 130 and "smoothing stopped; the run of the filter is written" in said.err
+    figures = json.loads((tmp_path / "result.json").read_text())
+    assert figures["complete"] and "smoothed" not in figures and (tmp_path / "map.png").exists()
+    assert said.out.splitlines()[-1].startswith(f"written to {tmp_path}: ") and not list(tmp_path.glob("smooth*"))
+
+
+def test_a_run_that_cannot_be_smoothed_does_not_begin(tmp_path, capsys):
+    for name, why in ("house_apl", "sensor 1 measures lines"), ("lecture_mapping", "all poses are known"):
+        code, said = call(capsys, "run", name, "--set", "options.smooth=true", "--out", tmp_path)
+        assert code == 2 and why in said.err and not (tmp_path / "result.json").exists()
+    code, said = call(capsys, "run", "range_bearing_2d", "--set", "options.smooth=2", "--out", tmp_path)
+    assert code == 2 and "[options]: smooth must be true or false, got 2" in said.err
 
 
 def test_a_run_is_smoothed(tmp_path, capsys):

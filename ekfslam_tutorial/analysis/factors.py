@@ -316,26 +316,39 @@ def graph_of(data, recording=None, seed=None):
     --------
     smooth : Finds the best values of all variables.
     """
-    for sensor in data.sensors:
-        if hasattr(sensor.model, "innovation"):
-            raise ValueError(f"sensor {sensor.id} measures lines; the smoother knows points only")
-        if any(np.any(walk) for walk in sensor.params_walk.values()):
-            raise ValueError(f"sensor {sensor.id} has parameters that walk; the smoother knows constant ones only")
-    maker = None
+    maker = GraphMaker(data, recording)
     for now in universal_slam(data, recording, seed):
-        if maker is None:
-            maker = _Maker(data, now, {} if recording is None else Replay(data, recording).starts)
         maker.add(now)
-    if maker is None:
-        raise ValueError("the run has no frames, so there is nothing to smooth")
     return maker.finish()
 
 
-class _Maker:
-    """Makes the graph of a run while it goes on."""
+class GraphMaker:
+    """Makes the graph of a run while it goes on: `add` each snapshot, from the first one on, then `finish`.
 
-    def __init__(self, data, now, starts):
-        self.graph, self.k = Graph(), 0
+    Parameters
+    ----------
+    data : UserData
+    recording : Recording, optional
+
+    Raises
+    ------
+    ValueError
+        If this scenario cannot be smoothed.
+    """
+
+    def __init__(self, data, recording=None):
+        for sensor in data.sensors:
+            if hasattr(sensor.model, "innovation"):
+                raise ValueError(f"sensor {sensor.id} measures lines; the smoother knows points only")
+            if any(np.any(walk) for walk in sensor.params_walk.values()):
+                raise ValueError(f"sensor {sensor.id} has parameters that walk; the smoother knows constant ones only")
+        self.data, self.recording = data, recording
+        self.last: Any = None  # snapshot
+
+    def _begin(self, now):
+        """What is known before the first frame: starts and mountings."""
+        data, self.graph, self.k = self.data, Graph(), 0
+        starts = {} if self.recording is None else Replay(data, self.recording).starts
         map, robs, sens, _, _ = create_slam_structures(data, now.sim_lmk, starts)
         self.opt, self.sightings, self.births, self.types = data.slam_options(), [], {}, {}
         self.graph.frames |= {("robot", rob.id): rob.motion.frame for rob in robs}
@@ -353,6 +366,8 @@ class _Maker:
 
     def add(self, now):
         """One frame."""
+        if self.last is None:
+            self._begin(now)
         self.k += 1
         self.graph.t.append(now.t)
         raw_of = dict(now.raw)
@@ -452,7 +467,9 @@ class _Maker:
         self.loosened[robot] = P
 
     def finish(self):
-        """Landmarks, and what was seen of them, in groups of one frame, sensor and type."""
+        """The graph: with landmarks, and what was seen of them, in groups of one frame, sensor and type."""
+        if self.last is None:
+            raise ValueError("the run has no frames, so there is nothing to smooth")
         g, map = self.graph, self.last.map
         rows = named(self.last) if self.last.named else placed(self.last)[0]
         g.truth |= {("landmark", id): np.array(self.last.sim_lmk.points[row], float) for id, row in rows.items()}

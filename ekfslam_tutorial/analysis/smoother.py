@@ -98,7 +98,7 @@ class Smoothed:
         return found
 
 
-def smooth(graph, iterations=50):
+def smooth(graph, iterations=50, after_step=lambda: None):
     """Find the most probable values of all variables, and their covariances.
 
     Factors of covariance Q = G C G' that may be singular stand in the system with a multiplier v each, and the others,
@@ -116,6 +116,8 @@ def smooth(graph, iterations=50):
         From `graph_of`; its values are moved.
     iterations : int
         At most so many steps.
+    after_step : callable
+        Called after each step, and once more when the covariances are known.
 
     Returns
     -------
@@ -133,8 +135,11 @@ def smooth(graph, iterations=50):
     steps = []
     while len(steps) < iterations and (not steps or steps[-1] > SMALL):
         steps.append(_step(graph, graph.stiff, graph.looks))
+        after_step()
     system = _System(graph, list(graph.values), graph.stiff, graph.looks)
-    return Smoothed(graph, steps, system.marginals(), system)
+    P = system.marginals()
+    after_step()
+    return Smoothed(graph, steps, P, system)
 
 
 def smooth_lagged(graph, lag, iterations=3):

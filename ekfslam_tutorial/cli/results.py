@@ -129,8 +129,7 @@ def write(out, figures, history, data, recording=None, costs=None, richest=None)
     """
     from . import views
 
-    with written(out / "result.json", text=True) as file:
-        file.write(json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    write_figures(out, figures)
     _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
     _write_csv(out / "map.csv", *landmarks(history))
     names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
@@ -139,6 +138,12 @@ def write(out, figures, history, data, recording=None, costs=None, richest=None)
         names.append("lines.csv")
     with pictures(views.how_many(history, data, costs)):
         return [*names, *views.write_figures(out, history, data, recording and recording.fixes, costs, richest)]
+
+
+def write_figures(out, figures):
+    """Write result.json."""
+    with written(out / "result.json", text=True) as file:
+        file.write(json.dumps(figures, indent=2, allow_nan=False) + "\n")
 
 
 def write_recording(out, recorder, name, recording=None):

@@ -17,6 +17,7 @@ from pathlib import Path
 from .. import datasets
 from ..analysis import History
 from ..analysis.checkpoint import Checkpoint, resume
+from ..analysis.factors import GraphMaker, graph_of
 from ..analysis.innovations import Innovations
 from ..analysis.notes import notes
 from ..analysis.progress import bar
@@ -24,7 +25,7 @@ from ..analysis.series import unfinished
 from ..toolbox import Recorder, Recording, UserData, parse_override, universal_slam
 from ..toolbox.adjusted import is_adjusted
 from ..toolbox.clock import computing_time
-from . import results, views
+from . import results, smoothing, views
 from .effects import without_effect
 from .files import ResultFolder, file_name, find_scenario, scenarios, told
 from .terminal import say, table
@@ -66,6 +67,8 @@ def run_into(folder, options, models, written_data):
     data, recording = source(options, written_data)
     if unfinished(folder.path / "runs.npz"):
         raise ValueError(f"{folder.path} holds an unfinished series of monte-carlo: resume it, or take another folder")
+    if data.options.smooth:
+        smoothing.check(data)
     said = tell_notes(notes_before(options, models, written_data, data, recording))
     movie = movie_of(options, data, folder.path)
     tell_computing(options, data)
@@ -75,7 +78,7 @@ def run_into(folder, options, models, written_data):
         history.every = options.checkpoint
     run = universal_slam(data, recording, resume=state)
     print(f"engine: {run.engine}", file=sys.stderr)
-    watchers = Watchers.of(options, folder.path, data, recording, history, len(run))
+    watchers = Watchers.of(options, folder.path, data, recording, history, len(run), state)
     kept = [KEPT] if watchers.keeper else []
     folder.announce(*kept, *([movie.name] if movie else []))
     with ExitStack() as windows:  # they close last: everything is written while they are still open
@@ -95,10 +98,37 @@ def run_into(folder, options, models, written_data):
         folder.keep(*written, *(kept if interrupted else []))  # once all of the result is there
         results.tell(summary)
         tell_notes([*doubts, *(not_compiled() if data.options.compiled else [])])
+        if data.options.smooth and not interrupted:
+            graph = watchers.maker.finish() if watchers.maker else graph_of(data, recording)
+            more, interrupted = smoothed(folder, summary, graph, written)
+            written += more
         print(f"written to {folder.path}: {', '.join(written)}", flush=True)
-        if data.landmark.hypotheses and not interrupted:
+        if data.landmark.hypotheses and not data.options.smooth and not interrupted:
             print(smooth_next(options), flush=True)
     return 130 if interrupted else 0
+
+
+def smoothed(folder, summary, graph, written):
+    """Smooth a run that is written, and write that beside it; Ctrl-C ends the smoothing, and the run stays as it is.
+
+    Returns
+    -------
+    names : list of str
+        Of the files that are new.
+    interrupted : bool
+    """
+    try:
+        found = smoothing.smoothed(graph)
+        summary["smoothed"] = smoothing.scores(found)
+        with folder.results() as new:
+            names = smoothing.write(new, found, summary["scenario"])
+            results.write_figures(new, summary)
+    except KeyboardInterrupt:
+        print("ekfslam run: smoothing stopped; the run of the filter is written", file=sys.stderr)
+        return [], True
+    folder.keep(*written, *names)
+    smoothing.tell(found, summary["scenario"], None)
+    return names, False
 
 
 @dataclass
@@ -111,15 +141,18 @@ class Watchers:
     recorder: Recorder | None = None
     innovations: Innovations | None = None
     keeper: Checkpoint | None = None
+    maker: GraphMaker | None = None
 
     @classmethod
-    def of(cls, options, out, data, recording, history, frames):
+    def of(cls, options, out, data, recording, history, frames, state):
         """Those that the options ask for."""
         watchers = cls(history, views.Replay(data.name, frames, data.figure.k), views.Richest())
         if options.record:
             watchers.recorder, watchers.innovations = Recorder(), Innovations()
         if options.resume or options.checkpoint is not None:
             watchers.keeper = Checkpoint(out / KEPT, data, recording, history, history.every, frames)
+        if data.options.smooth and state is None:  # who goes on with a run has not seen its beginning
+            watchers.maker = GraphMaker(data, recording)
         return watchers
 
     def __iter__(self):

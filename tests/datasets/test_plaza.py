@@ -12,7 +12,7 @@ from ekfslam_tutorial import datasets
 from ekfslam_tutorial.analysis.factors import graph_of
 from ekfslam_tutorial.analysis.smoother import smooth
 from ekfslam_tutorial.cli.files import find_scenario
-from ekfslam_tutorial.cli.smooth import scores
+from ekfslam_tutorial.cli.smoothing import scores
 from ekfslam_tutorial.datasets import fetch, listing, plaza
 from ekfslam_tutorial.datasets.arrivals import bring, recognise
 from ekfslam_tutorial.datasets.sources import find_file

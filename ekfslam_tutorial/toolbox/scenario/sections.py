@@ -124,18 +124,22 @@ class Options(SlamOptions):
     compiled : bool
         Of the fast engine: let numba compile the arithmetic of the steps. Several times faster in small maps. Needs the
         extra `compiled`.
+    smooth : bool
+        `ekfslam run` ends with the smoothed path: all poses by all that was measured, beside what the filter knew.
     """
 
     capacity: int | None = None
     engine: str = "fast"
     compressed: bool = False
     compiled: bool = False
+    smooth: bool = False
 
     def __post_init__(self):
         self._settle_error()
         self._check()
         whole = self.capacity is None or (is_whole(self.capacity) and self.capacity >= 0)
         self._need("capacity", whole, "a whole number of 0 or more, or None")
+        self._need("smooth", isinstance(self.smooth, bool), "True or False")
         check_engine(self)
 
 
