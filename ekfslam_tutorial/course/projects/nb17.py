@@ -11,7 +11,7 @@ from ..exercises.nb17_band import in_band
 from ..exercises.nb17_nees import pose_nees
 from ..expect import Failed
 from ..project import Project, Symptom, scores
-from ..trial import Trial, pose_error
+from ..trial import Trial
 
 RUNS = 8  # of the Monte Carlo that a check makes
 ERROR = 0.6  # of the error of dead reckoning: more is no SLAM
@@ -102,13 +102,14 @@ class Honest(Project):
                 if watch is not None and watch.live:
                     watch.update(now)
                     watch.draw_if_due()
-                measure(trial, now)
+                note(trial, now)
         except (ValueError, TypeError) as error:
             trial.failed = Failed(
                 f"the scenario does not run: {error}", "See which landmark a camera can start: section 2."
             )
             return trial
         trial.seconds = time.perf_counter() - began
+        trial.measure()
         if seed == run.data.seed:  # the student's own run: eight seeds, of which this is the first
             self.ask(run, trial)
         return trial
@@ -174,22 +175,20 @@ class Honest(Project):
         )
 
 
-def measure(trial, now):
-    """Add a frame: NEES and error of the robot, and of dead reckoning."""
+def note(trial, now):
+    """Note a frame: the pose of the robot, and that of dead reckoning."""
     rob, truth = now.robs[0], now.truth[now.robs[0].id]
     n = rob.motion.frame.size
     trial.t.append(now.t)
     trial.size.append(len(now.lmks))
     trial.numbers = max(trial.numbers, now.map.n_used)
-    trial.dof[rob.id] = rob.motion.frame.dof
     pose = now.map.x[rob.r][:n], now.map.P[rob.r, rob.r][:n, :n]
-    trial.errors.setdefault(rob.id, []).append(pose_error(rob.motion.frame, *pose, truth))
     x, P = getattr(trial, "reckoned", pose)
     if len(trial.t) > 1:
         x, X_x, X_u = rob.motion.move(x, rob.u, now.dt)
         P = X_x @ P @ X_x.T + X_u @ rob.U @ X_u.T
     trial.reckoned = x, P
-    trial.dead.setdefault(rob.id, []).append(pose_error(rob.motion.frame, x, P, truth))
+    trial.note(rob, pose, trial.reckoned, truth)
 
 
 def told(value, runs, frames):
