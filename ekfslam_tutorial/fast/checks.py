@@ -3,6 +3,7 @@
 from math import isfinite
 
 import numpy as np
+from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessIssue]
 
 from .core import check_control, check_raw, faults
 
@@ -23,7 +24,7 @@ def check_motion(map, rob, dt):
         good = _floats(dt) and dt.shape == shape[:1] and 0 <= dt.min(initial=0.0) and dt.max(initial=0.0) < np.inf
     else:
         good = good and isinstance(dt, float | int) and 0 <= dt < np.inf
-    if not good or (rob.r is not None and _written(U) != covariance):
+    if not good or not (rob.r is None or _written(U) == covariance or positive_definite(U, shape)):
         check_control(rob, dt)
         noted.control = rob.motion, np.shape(u), None if rob.r is None else _written(U)
 
@@ -35,6 +36,13 @@ def _floats(a):
 def _written(U):
     """Return what a covariance is compared by, one like no other if it is not an array of floats."""
     return (U.shape, U.tobytes()) if _floats(U) else object()
+
+
+def positive_definite(U, shape):
+    """Return True if U is a covariance of a control of this shape beyond doubt: symmetric, finite, with a Cholesky
+    factor. That is found out sooner than eigenvalues are, and in many logs each control has a covariance of its own."""
+    good = _floats(U) and len(shape) == 1 and U.shape == shape * 2 and isfinite(sum(U.ravel().tolist()))
+    return good and (U == U.T).all() and dpotrf(U)[1] == 0
 
 
 def check_measurements(map, raw, sen):

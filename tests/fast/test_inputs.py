@@ -6,6 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
+from ekfslam_tutorial.ekf.covariances import check_covariance
+from ekfslam_tutorial.fast.checks import positive_definite
 from ekfslam_tutorial.fast.compiled import program, step
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt
@@ -128,3 +130,24 @@ def test_what_would_be_misread_is_seen_here(wrong):
     assert total(read_only(np.ones((2, 3)))) == 6.0
     with pytest.raises(TypeError, match="is not array"):
         total(wrong)
+
+
+def test_what_has_a_cholesky_factor_is_a_covariance():
+    """The quick test says yes to nothing that the core refuses, and yes to what is well within."""
+    rng, sure = np.random.default_rng(5), 0
+    for _ in range(2000):
+        n = rng.integers(1, 5)
+        A = rng.normal(size=(n, n)) * 10.0 ** rng.choice([-150, -4, 0, 3, 150], (n, 1))
+        U = A @ np.diag(rng.choice([1.0, 1.0, 1.0, 0.0, -1e-9, -1.0], n)) @ A.T
+        U = (U + U.T) / 2
+        if rng.random() < 0.2:
+            U[tuple(rng.integers(0, n, 2))] += rng.choice([np.nan, np.inf, -np.inf, 1e-12, 1e-3])
+        if positive_definite(U, (n,)):
+            sure += 1
+            check_covariance(U, n)
+    assert sure > 300
+    for n in range(1, 5):
+        A = rng.normal(size=(n, n))
+        assert positive_definite(A @ A.T + 0.1 * np.eye(n), (n,))
+    no = ([[1.0]], (1,)), (np.eye(2), (3,)), (np.eye(2), (3, 2)), (np.zeros((2, 2)), (2,)), (np.eye(2, dtype=int), (2,))
+    assert not any(positive_definite(U, shape) for U, shape in no)
