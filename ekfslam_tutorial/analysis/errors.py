@@ -11,6 +11,7 @@ import numpy as np
 
 from ..geometry import align
 from ..slam.steps import travel
+from ..toolbox.points import points_of
 from .consistency import honesty, md2
 from .corrections import GROSS, SecondSums, correction_ratio
 from .gauge import MapGauge, distance_weights, start_gauge
@@ -147,10 +148,9 @@ class History:
         self._lies = None if F is None or not rows else F.x
         return rows
 
-    def _surveyed(self, s=None):
-        """Landmarks of a frame with their true places: ids, points, true places."""
-        rows = self.partners(s)
-        return _with_places(self.last if s is None else s, rows)
+    def _surveyed(self):
+        """Landmarks of the last frame with their true places: ids, points, true places."""
+        return _with_places(self.last, self.partners())[:3]
 
     def joint_map(self):
         """Landmarks of the last frame whose true places are known: see `joint_map`."""
@@ -158,10 +158,10 @@ class History:
 
     def _gauge_of(self, s):
         """The gauge of the map of this frame, the landmarks by the states, and P; None where they do not fix it."""
-        ids, points, truth = self._surveyed(s)
+        ids, points, truth, B = _with_places(s, self.partners(s))
         if len(ids) < points.shape[1]:
             return None
-        B, P = _points_by_states(s, ids), _covariance(s.map)
+        P = _covariance(s.map)
         laid = points, truth, B @ P @ B.T
         if self._laid is None or not all(map(np.array_equal, laid, self._laid[0])):
             try:
@@ -393,13 +393,17 @@ class History:
 
 
 def _with_places(s, rows):
-    """Landmarks of a map with the rows of their true places: ids, points, true places."""
+    """Landmarks of a map with the rows of their true places: ids, points, true places; and the derivative of the points
+    by the whole map, shape (n d, N)."""
     d = s.robs[0].motion.frame.dim
-    return (
-        list(rows),
-        np.array([s.lmks[id].point(s.map)[0] for id in rows]).reshape(-1, d),
-        np.array([s.sim_lmk.points[row] for row in rows.values()]).reshape(-1, d),
-    )
+    lmks = [s.lmks[id] for id in rows]
+    points, P_l = points_of(s.map, lmks)
+    B = np.zeros((len(lmks), d, s.map.n))
+    for row, lmk, J in zip(B, lmks, P_l, strict=True):
+        if lmk.r is not None:
+            row[:, lmk.r] = J
+    truth = s.sim_lmk.points[list(rows.values())] if rows else points
+    return list(rows), points.reshape(-1, d), truth.reshape(-1, d), B.reshape(-1, s.map.n)
 
 
 def joint_map(s, rows=None):
@@ -419,8 +423,7 @@ def joint_map(s, rows=None):
         Their joint covariance.
     truth : ndarray, shape (n, d)
     """
-    ids, points, truth = _with_places(s, named(s) if rows is None else rows)
-    B = _points_by_states(s, ids)
+    ids, points, truth, B = _with_places(s, named(s) if rows is None else rows)
     return ids, points, B @ _covariance(s.map) @ B.T, truth
 
 
@@ -428,17 +431,6 @@ def _covariance(map):
     """Covariance of all states: a copy. (To ask a compressed map for its P would bring it up to date: who only looks on
     must not change the last digits of a run.)"""
     return map.block(slice(0, map.n))
-
-
-def _points_by_states(s, ids):
-    """Derivative of the points of some landmarks by the whole map, shape (n d, N)."""
-    d = s.robs[0].motion.frame.dim
-    B = np.zeros((len(ids), d, s.map.n))
-    for row, id in zip(B, ids, strict=True):
-        lmk = s.lmks[id]
-        if lmk.r is not None:
-            row[:, lmk.r] = lmk.type.point(lmk.state(s.map))[1]
-    return B.reshape(-1, s.map.n)
 
 
 def _told(s):

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...slam import Matches
 from ...slam.association import fresh_id
+from ..points import points_of
 from .appearance import HALF, affine_maps, warped
 from .consensus import Consensus
 from .matching import corners, find_patch
@@ -101,7 +102,7 @@ class ActiveSearch:
         if not known:
             return []
         camera, looks = rob.frame(map).compose(sen.frame(map))[0], [lmks[o.lmk].appearance for o in known]
-        points = _points(map, [lmks[o.lmk] for o in known])
+        points, _ = points_of(map, [lmks[o.lmk] for o in known])
         with np.errstate(all="ignore"):  # a patch that cannot be seen from here has no image
             maps, found = affine_maps(sensor, looks, points, camera), []
         for o, look, A in zip(known, looks, maps, strict=True):
@@ -140,12 +141,3 @@ class ActiveSearch:
             return np.zeros((0, 2))
         border = max(int(np.ceil(sensor.margin)), HALF) + 5
         return corners(raw.image, taken, n, self.apart, self.quality, border)
-
-
-def _points(map, lmks):
-    """Where landmarks are in the world, shape (n, 3): all of one type at once."""
-    points, kinds = np.empty((len(lmks), 3)), [lmk.type for lmk in lmks]
-    for kind in dict.fromkeys(kinds):
-        these = [i for i, other in enumerate(kinds) if other == kind]
-        points[these] = kind.point(np.array([lmks[i].state(map) for i in these]))[0]
-    return points
