@@ -15,7 +15,7 @@ def points_of(map, lmks):
     -------
     p : ndarray, shape (n, d)
         Metres, in the frame of the map.
-    P_l : list of ndarray, shape (d, ·)
+    P_l : list of ndarray, shape (d, size)
         By the state of each.
 
     See Also
@@ -24,7 +24,7 @@ def points_of(map, lmks):
     """
     p, P_l, kinds = [np.zeros(0)] * len(lmks), [np.zeros((0, 0))] * len(lmks), [lmk.type for lmk in lmks]
     for kind in dict.fromkeys(kinds):
-        these = [i for i, other in enumerate(kinds) if other is kind]
+        these = [i for i, other in enumerate(kinds) if other == kind]
         points, J = kind.point(np.array([lmks[i].state(map) for i in these]))
         for i, point, J_i in zip(these, points, np.broadcast_to(J, (len(these), *J.shape[-2:])), strict=True):
             p[i], P_l[i] = point, J_i
