@@ -33,6 +33,8 @@ class History:
     gauge : str
         'fixed' if the map's frame is that of the truth; or 'free', when the map is to be aligned with the truth
         first; or 'auto', to see whether the robots start where the truth says.
+    truth_std : tuple of 2 float
+        How well the true poses are known themselves, where they are estimates: metres, and radians about each axis.
 
     Examples
     --------
@@ -43,10 +45,10 @@ class History:
     True
     """
 
-    def __init__(self, gauge="auto"):
+    def __init__(self, gauge="auto", truth_std=(0.0, 0.0)):
         if gauge not in ("auto", "free", "fixed"):
             raise ValueError(f"unknown gauge {gauge!r}; known: auto, free, fixed")
-        self._asked = gauge
+        self._asked, self._truth_std = gauge, truth_std
         self._rows, self._states, self._frames = {}, {}, {}
         self._velocities = {}  # of robots that know what is down: velocity, and the covariance of position and velocity
         self._in_map_gauge = {}
@@ -262,12 +264,20 @@ class History:
             As `Track.errors` has them. NaN where there is no gauge: too few landmarks so far, or the true start not
             known.
         P : ndarray, shape (K, 3, 3) or (K, 6, 6)
+            With the covariance of the true poses, where they are estimates themselves.
 
         See Also
         --------
         MapGauge : The gauge of the map.
         start_gauge : The gauge of the start.
         """
+        e, P = self._errors(id)
+        if self.error_of(id) == "pose":
+            d = self._frames[id].dim
+            P = P + np.diag(np.repeat(np.square(self._truth_std), [d, e.shape[1] - d]))
+        return e, P
+
+    def _errors(self, id):
         track = self.track(id)
         if self.gauge == "fixed":
             return track.errors()

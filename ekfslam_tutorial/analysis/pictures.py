@@ -1,8 +1,7 @@
-"""Figures of a run of pictures, whose truth may itself be an estimate with a covariance."""
+"""Figures of a run of pictures: of the one camera, and of the corners of its target."""
 
 import numpy as np
 
-from .consistency import md2
 from .tracks import rmse
 
 
@@ -17,20 +16,15 @@ def picture_figures(history, log):
     Returns
     -------
     dict
-        rotation_rmse_deg, in the gauge of the run; nees_per_dof, of the pose, with the covariance of the truth counted
-        and 1 if all is right; landmark_rmse_aligned_m, of the corners of the target that are still in the map, after
-        alignment of the trajectories. None where the truth is not known.
+        rotation_rmse_deg, in the gauge of the run; landmark_rmse_aligned_m, of the corners of the target that are still
+        in the map, after alignment of the trajectories. None where the truth is not known.
     """
-    figures = dict.fromkeys(("rotation_rmse_deg", "nees_per_dof", "landmark_rmse_aligned_m"))
-    e, P = history.errors(log.robot)
+    figures = dict.fromkeys(("rotation_rmse_deg", "landmark_rmse_aligned_m"))
+    e, _ = history.errors(log.robot)
     known = np.isfinite(e).all(-1)
     if not known.any():
         return figures
-    d = e.shape[1] // 2
-    R = np.diag(np.repeat(log.truth_std, d) ** 2)
-    nees = md2(e[known], P[known] + R)
-    figures["rotation_rmse_deg"] = float(np.rad2deg(rmse(e[known, d:])))
-    figures["nees_per_dof"] = float(np.nanmean(nees) / (2 * d)) if np.isfinite(nees).any() else None
+    figures["rotation_rmse_deg"] = float(np.rad2deg(rmse(e[known, e.shape[1] // 2 :])))
     F, _ = history.alignment()
     corners = corner_errors(history.last, log.corners, F)
     figures["landmark_rmse_aligned_m"] = rmse(corners) if len(corners) else None

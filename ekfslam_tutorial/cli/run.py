@@ -72,7 +72,7 @@ def run_into(folder, options, models, written_data):
     said = tell_notes(notes_before(options, models, written_data, data, recording))
     movie = movie_of(options, data, folder.path)
     tell_computing(options, data)
-    history = KeptHistory()
+    history = KeptHistory(truth_std=getattr(recording, "truth_std", (0.0, 0.0)))
     state = taken_up(options, folder.path, data, recording, history)
     if options.checkpoint is not None:
         history.every = options.checkpoint

@@ -209,6 +209,25 @@ def test_several_robots():
     assert f["robots"]["1"]["n_landmarks"] == 8
 
 
+def test_a_truth_that_is_an_estimate_counts_with_its_covariance():
+    """True poses that somebody else has estimated, 0.2 m and 0.1 rad off: the NEES of a pose is 3 if that is told."""
+    recorder, rng = Recorder(), np.random.default_rng(11)
+    for s in universal_slam(scenario(), seed=5):
+        recorder.add(s)
+    log = recorder.recording("estimated truth")
+    log.truth[1] = log.truth[1] + rng.normal(size=log.truth[1].shape) * [0.2, 0.2, 0.1]
+    blind, told = History("fixed"), History("fixed", truth_std=(0.2, 0.1))
+    for s in universal_slam(scenario(), log):
+        blind.add(s)
+        told.add(s)
+    (e, P), (e_told, P_told) = blind.errors(1), told.errors(1)
+    np.testing.assert_array_equal(e, e_told)
+    np.testing.assert_allclose(P_told - P, np.broadcast_to(np.diag([0.04, 0.04, 0.01]), P.shape), atol=1e-15)
+    n = len(e)
+    assert abs(told.summary()["nees_mean"] - 3) < 4 * np.sqrt(6 / n)  # 4 sigma of the mean of n of 3 degrees
+    assert blind.summary()["nees_mean"] > 20
+
+
 def test_the_honesty_meter_of_a_run():
     meter = run(scenario()).honesty()
     assert meter.verdicts()["symmetric"] == meter.verdicts()["psd"] == "yes"
