@@ -1,0 +1,20 @@
+"""Errors that last: three kinds of one walk, of those that `tools/lasting_errors.py` makes 16 walks of."""
+
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+
+def test_a_factor_for_errors_that_last_and_none_for_white_noise(monkeypatch):
+    """The same seed, the same numbers: bands of a NEES would be those of one walk, so only the order is asked."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "tools"))
+    from lasting_errors import judged, lasting, walk
+
+    data, log = walk(1)
+    kinds = dict(islice(lasting(log, np.random.default_rng(1)), 3))
+    (white, *none), *wrong = [judged(data, each) for each in kinds.values()]
+    assert none == [1.0, 1.0] and white < 1.7
+    for nees, by_map, by_robot in wrong:
+        assert nees > white and by_map > 1 and by_robot > 1
+        assert abs(np.log(nees / max(by_map, by_robot))) < abs(np.log(nees))

@@ -1,0 +1,114 @@
+"""Errors that last, of known kinds: does the factor of `ekfslam tune` make a filter honest, and along which axes?
+
+    python tools/lasting_errors.py              # 16 walks, each with eight kinds of errors: about a minute
+    python tools/lasting_errors.py --walks 2
+
+A robot walks 200 s among the landmarks of the lecture, to the left, to the right and to the left again. To its
+simulated log, whose noise is white and as the filter is told, an error is added that lasts. The filter runs on it; its
+corrections are summed along the axes of the map and of the robot (`analysis.corrections`), and its NEES is divided by
+the factor that each of them gives: what a run with R and U times that factor has. One is right.
+"""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ekfslam_tutorial.analysis import History
+from ekfslam_tutorial.analysis.corrections import SecondSums, correction_ratio
+from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
+
+SCENARIO = Path(__file__).parents[1] / "data" / "scenarios" / "range_bearing_2d.toml"
+WALK = {
+    "time.last": 400,
+    "robot.1.w_deg": [14.4] * 100 + [-10.0] * 120 + [12.0] * 180,
+    "options.md2_threshold": 1e9,  # no gate: an error that lasts is not to be refused
+}
+BAND = 0.5, 1.7
+"""NEES per degree of freedom of a robot that knows how wrong it is, as it is asked of real ones."""
+
+
+def walk(seed):
+    """A walk with white noise: the scenario and the recording."""
+    data, recorder = UserData.from_toml(SCENARIO, WALK), Recorder()
+    for s in universal_slam(data, seed=seed):
+        recorder.add(s)
+    log = recorder.recording(f"walk {seed}")
+    return data, replace(log, robots={1: replace(log.robots[1], U=None)})
+
+
+def lasting(log, rng):
+    """The same log with each kind of error: pairs of a name and a recording."""
+    raw, n = log.raw[1], len(log)
+    frame = np.repeat(np.arange(n), np.diff(raw.offsets))
+    dt = float(np.median(np.diff(log.t)))
+
+    def last(seconds, *shape):
+        """Noise of standard deviation 1 that is correlated over so many seconds, a row for each frame."""
+        a, e = np.exp(-dt / seconds), rng.standard_normal((n, *shape))
+        for k in range(1, n):
+            e[k] = a * e[k - 1] + np.sqrt(1 - a * a) * e[k]
+        return e
+
+    def measured(d_range, d_bearing=0.0):
+        d = np.stack(np.broadcast_arrays(d_range, d_bearing, raw.ids * 0.0)[:2], axis=1)
+        return replace(log, raw={1: RawLog(1, raw.offsets, raw.ids, raw.y + d)})
+
+    def commanded(u):
+        return replace(log, robots={1: replace(log.robots[1], u=u)})
+
+    u, each = log.robots[1].u, 1 + raw.ids.max()
+    yield "none: white noise", log
+    yield "range of each landmark, 0.2 m, 8 s", measured(0.2 * last(8, each)[frame, raw.ids])
+    yield "range of each landmark, 0.2 m, 30 s", measured(0.2 * last(30, each)[frame, raw.ids])
+    yield "all ranges alike, 0.15 m, 30 s", measured(0.15 * last(30)[frame])
+    yield "all bearings alike, 1.5 deg, 30 s", measured(0.0, np.deg2rad(1.5) * last(30)[frame])
+    yield "controls, 0.08 m/s and 1.5 deg/s, 30 s", commanded(u + last(30, 2) * [0.08, np.deg2rad(1.5)])
+    yield "speeds 7 % too large", commanded(u * [1.07, 1.0])
+    yield (
+        "speeds 10 % and ranges 3 % too large",
+        replace(measured(0.03 * raw.y[:, 0]), robots=commanded(u * [1.1, 1]).robots),
+    )
+
+
+def judged(data, log):
+    """NEES per degree of freedom of a run; the factors by the sums along the axes of the map and of the robot."""
+    history = History(gauge="free")
+    sums = [SecondSums(data.frame, along_robot=along) for along in (False, True)]
+    for s in universal_slam(data, log):
+        history.add(s)
+        for _, *poses in s.corrected:
+            for each in sums:
+                each.add(s.t, *poses)
+    ratios = [correction_ratio([each.arrays]) for each in sums]
+    return history.summary()["nees_per_dof"], *(ratio.factor if ratio.sure else 1.0 for ratio in ratios)
+
+
+def study(seeds):
+    """NEES and factors of each kind, shape (walks, 3), by name."""
+    found = {}
+    for seed in seeds:
+        data, log = walk(seed)
+        for name, wrong in lasting(log, np.random.default_rng(seed)):
+            found.setdefault(name, []).append(judged(data, wrong))
+    return {name: np.array(rows) for name, rows in found.items()}
+
+
+def main():
+    """Print a table: for each kind the NEES as it is, and with the factor by the map, by the robot, by the larger."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--walks", type=int, default=16)
+    print(f"{'an error that lasts':40s} {'as it is':>14s} {'map':>14s} {'robot':>14s} {'the larger':>14s}")
+    for name, rows in study(range(1, parser.parse_args().walks + 1)).items():
+        nees, by_map, by_robot = rows.T
+        cells = [nees / c for c in (1.0, by_map, by_robot, np.maximum(by_map, by_robot))]
+        shown = [f"{cell.mean():.2f} ({np.mean((cell > BAND[0]) & (cell < BAND[1])):.0%})" for cell in cells]
+        print(f"{name:40s} " + " ".join(f"{cell:>14s}" for cell in shown))
+    print(
+        f"mean NEES per degree of freedom, 1 is right; in brackets the share of walks between {BAND[0]} and {BAND[1]}"
+    )
+
+
+if __name__ == "__main__":
+    main()
