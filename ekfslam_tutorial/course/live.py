@@ -21,6 +21,7 @@ from .trial import LANDMARKS
 
 GATE = 9.0  # squared Mahalanobis distance: what is farther off is drawn as rejected
 EVERY = 0.7  # seconds between two pictures of a live run
+SHARE = 0.2  # of the time goes into pictures, at most: a slow or busy computer makes fewer of them
 SIZE = 9.0, 7.2  # of each figure, inches
 
 
@@ -38,7 +39,7 @@ class Watch:
         self.title, self.sensor, self.every = title, sensor, every
         self.figs, self.handle = [], None
         self.live = get_ipython() is not None
-        self.drawn = time.perf_counter()
+        self.due = time.perf_counter() + every
 
     def __call__(self, world, before, estimate):
         """Take one frame; draw it if the last picture is old enough. An estimate too wrong to be drawn is left out."""
@@ -49,9 +50,10 @@ class Watch:
 
     def draw_if_due(self):
         """Draw, if the last picture is old enough."""
-        if time.perf_counter() - self.drawn > self.every:
+        if (began := time.perf_counter()) > self.due:
             self.draw(dpi=60)
-            self.drawn = time.perf_counter()
+            ended = time.perf_counter()
+            self.due = ended + max(self.every, (ended - began) * (1 - SHARE) / SHARE)
 
     def draw(self, dpi=None, caption=""):
         """Draw the last frame into the output of the cell, in place of the picture before."""
