@@ -2,7 +2,7 @@
 
 import ast
 import inspect
-from functools import cache
+from functools import cache, wraps
 
 import matplotlib.pyplot as plt
 
@@ -99,10 +99,24 @@ def few_runs(run):
 
 def few_seeds(space):
     """Give the functions that a notebook has made, and that run with many seeds or many times, the first of them."""
-    for f in space.values():
-        if inspect.isfunction(f) and f.__module__ == space["__name__"] and f.__defaults__:
+    for name, f in list(space.items()):
+        if not inspect.isfunction(f) or f.__module__ != space["__name__"]:
+            continue
+        if f.__defaults__:
             names = list(inspect.signature(f).parameters)[: f.__code__.co_argcount][-len(f.__defaults__) :]
             f.__defaults__ = tuple(map(_few, names, f.__defaults__))
+        if f.__code__.co_varnames[: f.__code__.co_argcount][:1] == ("runs",):
+            space[name] = _of_few_runs(f)
+
+
+def _of_few_runs(f):
+    """The same function, asked for no more than a few runs."""
+
+    @wraps(f)
+    def few(runs=1, *args, **more):
+        return f(min(runs, FEW), *args, **more)
+
+    return few
 
 
 def _few(name, default):
