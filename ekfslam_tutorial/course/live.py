@@ -21,6 +21,7 @@ from .trial import LANDMARKS
 
 GATE = 9.0  # squared Mahalanobis distance: what is farther off is drawn as rejected
 EVERY = 0.7  # seconds between two pictures of a live run
+SHARE = 0.2  # of the time goes into pictures, at most: a slow or busy computer makes fewer of them
 SIZE = 9.0, 7.2  # of each figure, inches
 
 
@@ -36,22 +37,26 @@ class Watch:
 
     def __init__(self, title, sensor=None, every=EVERY):
         self.title, self.sensor, self.every = title, sensor, every
-        self.figs, self.handle = [], None
+        self.figs, self.handle, self.last = [], None, None
         self.live = get_ipython() is not None
-        self.drawn = time.perf_counter()
+        self.due = time.perf_counter() + every
 
     def __call__(self, world, before, estimate):
         """Take one frame; draw it if the last picture is old enough. An estimate too wrong to be drawn is left out."""
         if self.live:
             with contextlib.suppress(ValueError, ArithmeticError):
-                self.update(as_snapshot(world, before, estimate))
-                self.draw_if_due()
+                self.take(as_snapshot(world, before, estimate))
 
-    def draw_if_due(self):
-        """Draw, if the last picture is old enough."""
-        if time.perf_counter() - self.drawn > self.every:
+    def take(self, snapshot):
+        """Take one frame; draw it if the last picture is old enough."""
+        self.last = snapshot
+        if (began := time.perf_counter()) <= self.due:
+            self.follow(snapshot)
+        else:
+            self.update(snapshot)
             self.draw(dpi=60)
-            self.drawn = time.perf_counter()
+            ended = time.perf_counter()
+            self.due = ended + max(self.every, (ended - began) * (1 - SHARE) / SHARE)
 
     def draw(self, dpi=None, caption=""):
         """Draw the last frame into the output of the cell, in place of the picture before."""
@@ -64,6 +69,8 @@ class Watch:
     def finish(self, caption):
         """Draw the last frame as it is to be stored, with its caption, and close the figures."""
         if self.figs:
+            with contextlib.suppress(ValueError, ArithmeticError):
+                self.update(self.last)
             self.draw(caption=caption)
             figures.display({"text/plain": figures.textwrap.fill(caption, 100)}, raw=True)
         else:
@@ -71,12 +78,18 @@ class Watch:
         for fig in self.figs:
             plt.close(fig.fig)
 
-    def update(self, snapshot):
-        """Hand a frame to the figures; they are made with the first one."""
+    def follow(self, snapshot):
+        """Let the figures take note of a frame that is not drawn; they are made with the first one."""
         if not self.figs:
             self.figs: list[MapFig | SenFig] = [MapFig(snapshot, labels=False, figsize=SIZE)]
             if snapshot.sens:
                 self.figs.append(SenFig(snapshot, self.sensor, labels=False, figsize=SIZE))
+        for fig in self.figs:
+            fig.follow(snapshot)
+
+    def update(self, snapshot):
+        """Hand a frame that is to be drawn to the figures."""
+        self.follow(snapshot)
         for fig in self.figs:
             fig.update(snapshot)
 
@@ -106,8 +119,7 @@ def watch(snapshots, sensor=None, title=""):
     view, now = Watch(title, sensor), None
     for now in snapshots:
         if view.live:
-            view.update(now)
-            view.draw_if_due()
+            view.take(now)
         yield now
     if now is not None:
         view.finish(figures.one_line(f"{title} {caption(now, sensor)}"))

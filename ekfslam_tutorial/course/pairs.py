@@ -227,6 +227,7 @@ class Table:
         self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
         self.few = few
         self.t, self.s, self.kinds = self._columns()
+        self.blank = list(map(_blank, self.kinds))
         keys = [_key(call.args) for call in self.calls]
         self.unlike = any(isinstance(given, guard.Raised) for kind in self.kinds for _, given, _ in kind)
         rows, values = {}, []
@@ -279,6 +280,9 @@ class Table:
 
     def numbers(self, result, k):
         """The numbers of a result of call k: NaN where it gives something else than numbers of that shape."""
+        blank = self.blank[k]
+        if blank is not None and isinstance(result, guard.Raised):
+            return blank
         row, kind, parts = [], self.kinds[k], self._parts(result)
         parts = [result] if len(kind) == 1 and len(parts) != 1 else parts
         fit = len(parts) == len(kind)
@@ -290,7 +294,7 @@ class Table:
                 row.append(np.ravel(part))
             else:
                 row.append(np.full(np.size(right), np.nan))
-        return np.concatenate(row)
+        return row[0] if len(row) == 1 else np.concatenate(row)
 
     def single(self):
         """The changes that alone give all that the student gave; none if there is no such row."""
@@ -519,12 +523,29 @@ def _chosen(exercise, calls, right, most):
     return [calls[k] for k in chosen]
 
 
+def _blank(kind):
+    """The numbers of a change that fails in a call; None where some are no numbers, and are compared as a whole."""
+    return None if any(one for *_, one in kind) else np.full(sum(np.size(right) for right, *_ in kind), np.nan)
+
+
 def _kind(exercise, call, right):
-    """Which listed mistakes show in a call."""
-    return tuple(exercise.alike(_called(m.answer, call.args), right) for m in exercise.misconceptions)
+    """Which listed mistakes show in a call: computed once for the same arguments, whoever answers."""
+    known, key = _kinds(exercise), _key(call.args)
+    if len(known) > 10 * KEPT:
+        known.clear()
+    if key not in known:
+        known[key] = tuple(exercise.alike(_called(m.answer, call.args), right) for m in exercise.misconceptions)
+    return known[key]
+
+
+@lru_cache(maxsize=8)  # as many as there are of `changes`
+def _kinds(exercise) -> dict:
+    return {}
 
 
 def _floats(value):
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return value
     numbers = guard.numbers(value)
     return numbers.astype(float) if numbers is not None and numbers.dtype.kind in "fiub" else value
 

@@ -111,7 +111,7 @@ class MapFig:
         self.limits = (
             np.array(limits, dtype=float)
             if self._fixed
-            else fit_limits(self._contents(snapshot, lmk_points(snapshot, self.dim)))
+            else fit_limits(self._contents(snapshot, lmk_points(snapshot, self.dim), self._truth.frames(snapshot)))
         )
         self.size = size or np.ptp(self.limits[:2], axis=1).max() / 30
         self.sens = {sen.id: sen for sen in snapshot.sens}
@@ -216,17 +216,18 @@ class MapFig:
 
     # ------------------------------------------------------------------------------------------------ every frame
 
+    def follow(self, snapshot) -> None:
+        """Take note of a frame that is not shown: how far the world reaches, and where the robots are."""
+        self._note(snapshot)
+
     def update(self, snapshot) -> None:
         """Show another frame in the same artists. The caller decides when to draw the canvas."""
-        lmks = lmk_points(snapshot, self.dim)
-        if not self._fixed:
-            self.limits = fit_limits(self._contents(snapshot, lmks), self.limits)
-        robs = {rob.id: rob.frame(snapshot.map) for rob in snapshot.robs}
+        lmks, robs, true = self._note(snapshot)
         sens = {sen.id: robs[sen.robot].compose(sen.frame(snapshot.map))[0] for sen in snapshot.sens}
         region = self.view.show(self.limits, sens)
-        self._update_truth(snapshot, region)
+        self._update_truth(snapshot, true, region)
         for id, frame in robs.items():
-            self._place(self.est_rob[id], self._robot(id), frame, region, snapshot.k)
+            self._place(self.est_rob[id], self._robot(id), frame, region)
         for id, frame in sens.items():
             self._place(self.est_sen[id], self._sensor(id), frame, region)
         self._update_robot_ellipses(snapshot, region)
@@ -239,10 +240,26 @@ class MapFig:
             f"{n} landmark{'s' * (n != 1)}"
         )
 
-    def _update_truth(self, snapshot, region) -> None:
-        frames = self._truth.frames(snapshot)
+    def _note(self, snapshot) -> tuple:
+        """Lengthen the paths and widen the limits; return the landmarks, and the frames of robots and true robots."""
+        lmks, true = lmk_points(snapshot, self.dim), self._truth.frames(snapshot)
+        robs = {rob.id: rob.frame(snapshot.map) for rob in snapshot.robs}
+        if not self._fixed:
+            self.limits = fit_limits(self._contents(snapshot, lmks, true), self.limits)
+        for bodies, frames in ((self.sim_rob, true), (self.est_rob, robs)):
+            for id, body in bodies.items():
+                self._went(body, frames.get(id), snapshot.k)
+        return lmks, robs, true
+
+    def _went(self, body: BodyArtists, frame, k) -> None:
+        """Note where a robot is in frame k."""
+        if body.past and k <= next(reversed(body.past)):  # gone back, or drawn twice
+            body.past = {j: p for j, p in body.past.items() if j < k}
+        body.past[k] = self._nowhere if frame is None else np.array(frame.t)  # a copy: the map lives on
+
+    def _update_truth(self, snapshot, frames, region) -> None:
         for id, body in self.sim_rob.items():
-            self._place(body, self._robot(id), frames.get(id), region, snapshot.k)
+            self._place(body, self._robot(id), frames.get(id), region)
         for sen in snapshot.sim_sens:
             frame = frames[sen.robot].compose(sen.frame)[0]
             self._place(self.sim_sen[sen.id], self._sensor(sen.id), frame, region)
@@ -260,17 +277,14 @@ class MapFig:
         """Return True if the view is from this robot in space: its own body would only stand in the picture."""
         return self.dim == 3 and self.view.name == "self" and self.view.sensor.robot == rob
 
-    def _place(self, body: BodyArtists, faces, frame, region, k=None) -> None:
-        """Move a body to its frame, if that is known, and lengthen its path if it has one."""
+    def _place(self, body: BodyArtists, faces, frame, region) -> None:
+        """Move a body to its frame, if that is known, and show its path if it has one."""
         faces = [] if frame is None else move_faces(faces, frame)
         put(body.outline, clip_curves(outline(faces), region) if faces else np.zeros((0, self.dim)))
         if body.faces is not None:
             body.faces.set_visible(bool(inside(np.concatenate(faces), region).all()))
             body.faces.set_verts(faces)
-        if body.path is not None and k is not None:
-            if body.past and k <= next(reversed(body.past)):  # gone back, or drawn twice
-                body.past = {j: p for j, p in body.past.items() if j < k}
-            body.past[k] = self._nowhere if frame is None else np.array(frame.t)  # a copy: the map lives on
+        if body.path is not None:
             put_path(body.path, np.array(list(body.past.values())), region)
 
     def _update_robot_ellipses(self, snapshot, region) -> None:
@@ -333,12 +347,12 @@ class MapFig:
         height = np.clip(0.0, *limits[2]) if self.dim == 3 else 0.0
         return ground_grid(limits, nice_step(np.ptp(limits[:2], axis=1).max()), height)
 
-    def _contents(self, snapshot, lmks) -> Array:
+    def _contents(self, snapshot, lmks, true) -> Array:
         """Points that the limits must hold: robots, true landmarks, estimates that know where they are."""
         d = self.dim
         robs = [rob.frame(snapshot.map).t for rob in snapshot.robs]
         _, mean, cov = lmks
-        world = np.concatenate([np.array(robs), *(f.t[None] for f in self._truth.frames(snapshot).values())])
+        world = np.concatenate([np.array(robs), *(f.t[None] for f in true.values())])
         edges = self._truth.segments(snapshot).reshape(-1, 3) if d == 3 else np.zeros((0, d))
         world = np.concatenate([world, self._truth.points(snapshot, d), edges])
         spread = self.k * np.sqrt(np.trace(cov, axis1=1, axis2=2))

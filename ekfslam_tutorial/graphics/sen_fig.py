@@ -104,6 +104,10 @@ class SenFig:
             return f"{self.k:g}σ band of Z"
         return f"{sigma_label(self.k, 1 if len(self.sen.model.R) == 1 else 2)} of Z"
 
+    def follow(self, snapshot) -> None:
+        """Take note of a frame that is not drawn: the axes may grow with all that it shows."""
+        self.update(snapshot)
+
     def update(self, snapshot) -> None:
         """Show another frame in the same artists. The caller decides when to draw the canvas."""
         seen = [obs for (sen, _), obs in snapshot.obs.items() if sen == self.sen.id and obs_state(obs)]

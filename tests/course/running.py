@@ -2,12 +2,32 @@
 
 import ast
 import inspect
-from functools import cache
+from functools import cache, wraps
 
-from ekfslam_tutorial.course import build
+import matplotlib.pyplot as plt
+
+from ekfslam_tutorial.course import build, figures, widgets
 from ekfslam_tutorial.course.draws import nb09, nb09_runs, nb10, nb10_runs
 from ekfslam_tutorial.course.logs import nb18, nb19
 from ekfslam_tutorial.datasets import euroc_twin
+
+
+@cache
+def blank():
+    """A picture with nothing on it."""
+    return figures.png(plt.figure(figsize=(1, 1)), 40, quick=True)
+
+
+def without_dots(monkeypatch):
+    """Figures are laid out and drawn to the end, but without dots: those are made where nbval runs the notebook."""
+
+    def picture(fig, dpi=0):
+        fig.draw_without_rendering()
+        plt.close(fig)
+        return blank()
+
+    for module in figures, widgets:
+        monkeypatch.setattr(module, "picture", picture)
 
 
 def tags(cell):
@@ -44,7 +64,7 @@ def uses(cell):
 
 def shorter_logs(monkeypatch):
     """Runs over a twin end sooner: robots that must meet after a third. The twin stays whole: other tests keep it."""
-    nb18.recording()
+    nb18.recording(nb18.TWIN)
     monkeypatch.setitem(nb18.SECONDS, nb18.TWIN, nb18.SECONDS[nb18.TWIN] / 3)
     frames, least = nb18.frames, nb18.SECONDS[nb18.TWIN]  # a cell that says how many seconds gets no more either
     monkeypatch.setattr(
@@ -79,10 +99,24 @@ def few_runs(run):
 
 def few_seeds(space):
     """Give the functions that a notebook has made, and that run with many seeds or many times, the first of them."""
-    for f in space.values():
-        if inspect.isfunction(f) and f.__module__ == space["__name__"] and f.__defaults__:
+    for name, f in list(space.items()):
+        if not inspect.isfunction(f) or f.__module__ != space["__name__"]:
+            continue
+        if f.__defaults__:
             names = list(inspect.signature(f).parameters)[: f.__code__.co_argcount][-len(f.__defaults__) :]
             f.__defaults__ = tuple(map(_few, names, f.__defaults__))
+        if f.__code__.co_varnames[: f.__code__.co_argcount][:1] == ("runs",):
+            space[name] = _of_few_runs(f)
+
+
+def _of_few_runs(f):
+    """The same function, asked for no more than a few runs."""
+
+    @wraps(f)
+    def few(runs=1, *args, **more):
+        return f(min(runs, FEW), *args, **more)
+
+    return few
 
 
 def _few(name, default):

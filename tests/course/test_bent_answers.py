@@ -4,6 +4,8 @@ A result changed, an input not used, an answer for one case only, an input writt
 numbers in lists, or with rounding errors, must pass.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,7 @@ def no_hints(monkeypatch):
     monkeypatch.setattr(Exercise, "_recognised", lambda *_: [])
 
 
+@cache
 def calls_of(exercise):
     """The arguments that the links use on the solution, and its results."""
     f = guard.Guarded(exercise.solution, exercise.may_change)

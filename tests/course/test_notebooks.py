@@ -23,7 +23,7 @@ from ekfslam_tutorial.course.project import Project
 from ekfslam_tutorial.course.quiz import Quiz
 
 from .answers import collector
-from .running import few_runs, few_seeds, needed, shorter_logs, tags, uses
+from .running import few_runs, few_seeds, needed, shorter_logs, tags, uses, without_dots
 
 FOLDER = build.notebooks_folder()
 PATHS = sorted(FOLDER.glob("*.ipynb"))
@@ -142,7 +142,7 @@ def test_the_notebook_goes_on_with_right_answers(path, own_progress, monkeypatch
     hide = lambda *objects, **options: None
     for module in figures, widgets:
         monkeypatch.setattr(module, "display", hide)
-        monkeypatch.setattr(module, "picture", lambda fig, dpi=0: figures.png(fig, 40, quick=True))
+    without_dots(monkeypatch)
     monkeypatch.setattr(fleet, "run", few_runs(fleet.run))
     shorter_logs(monkeypatch)
     for project in filter(lambda e: isinstance(e, Project), registry.everything()):

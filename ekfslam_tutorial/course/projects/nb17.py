@@ -100,8 +100,7 @@ class Honest(Project):
         try:
             for now in universal_slam(run.data, seed=seed):
                 if watch is not None and watch.live:
-                    watch.update(now)
-                    watch.draw_if_due()
+                    watch.take(now)
                 note(trial, now)
         except (ValueError, TypeError) as error:
             trial.failed = Failed(
