@@ -320,7 +320,7 @@ def test_fixes_far_from_zero_count_from_the_first_one(drive, tmp_path):
         ("t,v,v\n1,2,3\n", "two columns of the name 'v'"),
         ("t,v,w\n1,2\n", "3 names in its first line, but 2 cells"),
         ("a,b,c\n1,2,3\n", "which columns are the odometry"),
-        ("v,w,id,range,bearing\n1,0,1,2,0\n", "which column is the time"),
+        ("v,w,id,range,bearing\n1,0,1,2,0\n", "odometry: which column of log.csv is the time"),
         ("t,v,w,id,bearing\n1,0,1,2,0\n2,0,1,2,0\n", "which columns are the scan"),
         ("t,v,w,range\n0,1,0,3\n1,1,0,3\n", "ranges without ids cannot be told apart"),
         (

@@ -5,7 +5,7 @@ import numpy as np
 from ...geometry import Frame3
 from . import looks
 from .earth import to_metres
-from .meaning import NAMES, ROLES
+from .meaning import DESCRIPTOR, NAMES, ROLES
 
 APART = 1e5
 """Times of two tables that are so many seconds apart are in different time bases."""
@@ -64,13 +64,19 @@ class Log:
         part |= {m: part[m] * factor for m, (factor, _) in units.items() if m != "t"}
         if entry.get("clockwise"):
             part |= {m: -part[m] for m in CLOCKWISE if m in part}
+        if "descriptor" in entry:
+            columns = [*table.columns]
+            first, last = map(columns.index, entry["descriptor"])
+            part |= {f"{DESCRIPTOR}{c}": table.columns[c] for c in columns[first : last + 1]}
         needed = [m for m in part if m != "id" or role == "map"]
         whole = np.all([np.isfinite(part[m]) for m in needed], axis=0)
         part = {m: a[whole] for m, a in part.items()}
         lost = int((~whole).sum())
         if not whole.any():
             raise ValueError(f"{role}: no row of {entry['from']} has a number in each of {', '.join(needed)}")
-        words = [f"{role}: {', '.join(f'{m} = {entry[m]}' for m in part)} of {entry['from']}"]
+        named = [f"{m} = {entry[m]}" for m in part if m in entry]
+        named += [f"descriptor = {' to '.join(entry['descriptor'])}"] if "descriptor" in entry else []
+        words = [f"{role}: {', '.join(named)} of {entry['from']}"]
         same = {}  # one line for columns of which the same is said
         for m, (_, text) in units.items():
             same.setdefault(text, []).append(m)
