@@ -375,7 +375,8 @@ def test_times_and_headings_tell_their_units():
     assert time_unit(1e9 * (1.7e9 + np.arange(3.0))) == "ns"
     theta = np.linspace(0, 6, 100)
     x, y = np.cos(theta), np.sin(theta)
-    assert heading_unit(x, y, theta + 1.6) == "rad" and heading_unit(x, y, np.rad2deg(theta)) == "deg"
+    assert heading_unit(x, y, theta + 1.6)[0] == "rad" and heading_unit(x, y, np.rad2deg(theta))[0] == "deg"
+    assert "do not go with the path" in heading_unit(x, -y, theta)[1]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from ...toolbox.messages import recording_of
 from ...toolbox.recordings import Recording
 from .driving import InPlane, InSpace, poses
 from .log import Log
-from .meaning import LINE, NOISE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, find, guess
+from .meaning import LINE, NOISE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, columns_of, find, guess
 from .scans import Scan
 from .tables import read_tables
 
@@ -121,15 +121,23 @@ def completed(plan, tables):
         space = any(OUT_OF_THE_PLANE & set(entry) for role, entry in guessed.items() if role in ("odometry", "scan"))
     place = lambda role, entry: {"from": guessed[role]["from"]} | entry if role in guessed else entry
     told = checked({role: place(role, e) if isinstance(e, dict) else e for role, e in plan.items()}, tables)
-    for role, entry in guessed.items():
-        if role not in plan:
-            told[role] = entry
-        elif role in told and told[role]["from"] == entry["from"]:
-            whole = any(way <= set(told[role]) for way in (SPACE if space else PLANE).get(role, ()))
-            told[role] = {m: c for m, c in entry.items() if not whole or m in ("t", "id")} | told[role]
+    ways = SPACE if space else PLANE
+    for role, entry in told.items():  # what is not said, by the names
+        table = next(table for table in tables if table.name == entry["from"])
+        named = guessed[role] if guessed.get(role, {}).get("from") == table.name else columns_of(table, role, space)
+        whole = any(way <= set(entry) for way in ways.get(role, ()))
+        told[role] = {m: c for m, c in named.items() if not whole or m in ("t", "id")} | entry
+    told |= {role: entry for role, entry in guessed.items() if role not in plan}
     told = {role: {m: c for m, c in e.items() if m not in NOISE or c != str(False)} for role, e in told.items()}
     timed = lambda role, entry: entry if role in ("map", "camera") else _with_time(role, entry, tables)
     told = {role: timed(role, entry) for role, entry in told.items()}
+    for role in {"truth", "gps", "map"} & set(told):
+        if not any(place <= set(told[role]) for place in ({"x", "y"}, {"lat", "lon"})):
+            columns = next(", ".join(table.columns) for table in tables if table.name == told[role]["from"])
+            raise ValueError(
+                f"{role}: x and y are needed: --set {role}.x=COLUMN --set {role}.y=COLUMN, of {columns}; "
+                f"--set {role}=false leaves it out"
+            )
     there = "; ".join(f"{table.name}: {', '.join(table.columns)}" for table in tables)
     for role, (what, more) in WANTED.items():
         if role not in told and not (role == "odometry" and space and plan.get(role) is False):

@@ -77,8 +77,8 @@ def units(entry, table, of_time=None, degrees=False):
         elif turns:
             found[meaning] = 1.0, f"rad/s, times the radius of {entry.get('radius')} m"
         elif meaning == "theta" and {"x", "y"} <= set(entry):
-            unit = heading_unit(*(table.columns[entry[m]] for m in ("x", "y", "theta")))
-            found[meaning] = UNITS[kind][unit], f"{unit}, as the path goes"
+            unit, words = heading_unit(*(table.columns[entry[m]] for m in ("x", "y", "theta")))
+            found[meaning] = UNITS[kind][unit], f"{unit}, {words}"
         else:
             like = next((group for group in TOGETHER if meaning in group and meaning != "theta"), (meaning,))
             a = np.concatenate([table.columns[entry[m]] for m in like if m in entry])
@@ -103,15 +103,24 @@ def _of_noise(meaning, column, found):
 
 
 def heading_unit(x, y, theta):
-    """The unit of headings, "rad" or "deg": by which they go with the path, be it forward or backward; else by size."""
+    """The unit of headings, "rad" or "deg", and how it is known.
+
+    It is the one by which they go with the path, be it forward or backward; if they do not, it is told by their size.
+
+    Returns
+    -------
+    str, str
+    """
+    by_size = "deg" if np.nanmax(np.abs(theta), initial=0) > TURN else "rad"
     way = np.arctan2(np.diff(y), np.diff(x))
     moved = np.hypot(np.diff(x), np.diff(y)) > 0
-    by_size = "deg" if np.nanmax(np.abs(theta), initial=0) > TURN else "rad"
     if not moved.any():
-        return by_size
-    agree = lambda factor: abs(np.nanmean(np.exp(1j * (way - factor * theta[:-1]))[moved]))
-    best = max(UNITS["angle"], key=lambda unit: agree(UNITS["angle"][unit]))
-    return best if agree(UNITS["angle"][best]) > AGREE else by_size
+        return by_size, "by their size"
+    agree = {unit: abs(np.nanmean(np.exp(1j * (way - f * theta[:-1]))[moved])) for unit, f in UNITS["angle"].items()}
+    best = max(agree, key=lambda unit: agree[unit])
+    if agree[best] > AGREE:
+        return best, "as the path goes"
+    return by_size, "by their size; they do not go with the path: is y to the left, and the heading, too?"
 
 
 def _guessed(kind, meaning, a, of_time, degrees):

@@ -220,7 +220,7 @@ def _table(path, name, head, rows, numbers=None):
         )
     names = head or [*map(str, range(1, usual + 1))]
     if not head and _is_tum(kept):
-        names, notes = TUM.split(), [*notes, f"a path in the format of TUM: {TUM}"]
+        names = TUM.split()
     if len(set(names)) < len(names):
         twice = next(n for n in names if names.count(n) > 1)
         raise ValueError(f"{path} has two columns of the name {twice!r}")
