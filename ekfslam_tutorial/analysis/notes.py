@@ -55,7 +55,7 @@ def notes(figures, data, recording=None):
     gross = gross_fault(figures, data)
     if gross:
         return [*found, gross]
-    return [*found, *filter(None, (f(figures, data) for f in (refused, once, nis, ratio, nees, far_lines)))]
+    return [*found, *filter(None, (f(figures, data) for f in (refused, once, rings, nis, ratio, nees, far_lines)))]
 
 
 def ids_left_out(data, recording):
@@ -110,6 +110,18 @@ def once(figures, data):
         f"{n} of {all} landmarks were measured once only. False ones go with --set options.min_search=10 --set "
         "options.min_match_ratio=0.3 and a max_range of the sensor, beyond which nothing is looked for. If true ones "
         "start again and again, the noise is told too small, or the mounting or the sign of bearings or y is wrong"
+    )
+
+
+def rings(figures, data):
+    """Beacons that were heard and are no landmarks."""
+    n = figures.get("n_rings", 0)
+    if not n:
+        return None
+    beacons = "a beacon that was heard is" if n == 1 else f"{n} beacons that were heard are"
+    return (
+        f"{beacons} still a ring of hypotheses, and no landmark: ranges from a straight path do not tell on which side "
+        "it is, and ranges with little noise bend too much for a Gaussian from far away"
     )
 
 

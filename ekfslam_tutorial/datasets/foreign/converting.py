@@ -26,8 +26,12 @@ AGREE = 1.25
 """An odometry goes and turns as far as the truth, up to this factor: slip and noise are less."""
 FEW = 10
 """Seconds that are needed to compare the two."""
+LEAST_WAY = 0.05
+"""A robot moves if it goes so far in a second, m."""
 LEAST_TURN = 0.02
-"""A robot turns if its turns of a second differ by so much, rad."""
+"""A robot turns if its turns of a second are so large, rad."""
+TOGETHER = 0.8
+"""Turns of odometry and truth are of one motion if the cosine between all of them is larger."""
 FAR = 1e4
 """Positions from a receiver that are larger count from somewhere else, m."""
 
@@ -267,32 +271,24 @@ def after(recording):
 
 
 def doubts(log, recording):
-    """Lines on an odometry in the plane that does not go the way of the truth: units, wheels, a sign.
-
-    Ways and turns of whole seconds are compared. Of turns it is the slope, if they go together at all.
-    """
-    if log.space or not recording.truth:
+    """Lines on an odometry in the plane that does not go the way of the truth: units, wheels, a sign."""
+    if log.space or not recording.truth or len(recording.robots[1].u) != len(recording) or len(recording) < FEW:
         return []
-    u, dt = recording.robots[1].u, np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1])
-    steps = (u[:, :2] * dt[:, None]).T if u.shape[1] == 2 else (np.hypot(u[:, 0], u[:, 1]), u[:, 2])
-    ends = np.unique(np.searchsorted(recording.t, np.arange(recording.t[0], recording.t[-1], 1.0)))
-    told = [np.add.reduceat(step[1:], ends[:-1])[: len(ends) - 1] for step in map(np.asarray, steps)]
-    true = recording.truth[1][ends]
-    way, turn = np.linalg.norm(np.diff(true[:, :2], axis=0), axis=1), wrap(np.diff(true[:, 2]))
-    known = np.isfinite(way)
+    told_way, told_turn, way, turn = by_seconds(recording)
     found = []
-    if known.sum() < FEW:
-        return []
-    told_way, told_turn, way, turn = (a[known] for a in (np.abs(told[0]), told[1], way, turn))
+    if len(way) < FEW or max(way.mean(), told_way.mean()) < LEAST_WAY:
+        return found
     ratio = told_way.sum() / max(way.sum(), 1e-9)
     if not 1 / AGREE < ratio < AGREE:
         found.append(
             f"note: the odometry goes {ratio:.2g} times as far as the truth: are the units of speeds, positions and "
             "times right, and the radius of the wheels?"
         )
-    together = np.corrcoef(told_turn, turn)[0, 1] if turn.std() > LEAST_TURN and told_turn.std() > 0 else 0.0
-    slope = (told_turn @ turn) / (turn @ turn) if together else 1.0
-    if abs(together) > 0.8 and not 1 / AGREE < slope < AGREE:
+    size, told_size = np.linalg.norm(turn), np.linalg.norm(told_turn)
+    if size < LEAST_TURN * np.sqrt(len(turn)) or abs(told_turn @ turn) < TOGETHER * size * told_size:
+        return found
+    slope = (told_turn @ turn) / size**2
+    if not 1 / AGREE < slope < AGREE:
         why = "are the units of angles, and the base of the wheels, right?"
         if slope < 0:
             why = (
@@ -301,6 +297,19 @@ def doubts(log, recording):
             )
         found.append(f"note: the odometry turns {slope:.2g} times as far as the truth: {why}")
     return found
+
+
+def by_seconds(recording):
+    """Ways, m, and turns, rad, of each second: of the odometry and of the truth, four arrays as long as each other."""
+    t, u = recording.t, recording.robots[1].u
+    speeds = u.shape[1] == 2  # else steps
+    dt = np.diff(t, prepend=t[0])[:, None]
+    steps = u * dt if speeds else np.column_stack([np.hypot(u[:, 0], u[:, 1]), u[:, 2]])
+    ends = np.unique(np.searchsorted(t, np.arange(t[0], t[-1], 1.0)))
+    told, true = np.diff(np.cumsum(steps, axis=0)[ends], axis=0), np.diff(recording.truth[1][ends], axis=0)
+    known = np.isfinite(true).all(1)
+    way, turn = np.linalg.norm(true[known, :2], axis=1), wrap(true[known, 2])
+    return np.abs(told[known, 0]), told[known, 1], way, turn
 
 
 def at_times(t, times, known):

@@ -1,6 +1,7 @@
 """What a scan measures: the sensor model that fits its columns, its noise by the scatter, its messages."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -95,9 +96,9 @@ class Scan:
 
     def options(self):
         """Table of the filter's options."""
-        table = {"association": "known_ids" if self.known else "nearest_neighbour"}
+        table: dict[str, Any] = {"association": "known_ids" if self.known else "nearest_neighbour"}
         if self.looks is not None and not self.known:
-            table["association"] = {"type": "descriptors", "std": self._look_noise()}
+            table["association"] = {"type": "descriptors", "std": self._look_noise(self.looks)}
         if self.known and len(np.unique(self.part["id"])) > MANY:
             table |= {"joint": True}
             self.log.said.append(f"more than {MANY} landmarks: joint correction, which is much faster then")
@@ -109,18 +110,18 @@ class Scan:
         columns = [a for m, a in self.part.items() if m.startswith(DESCRIPTOR)]
         return np.column_stack(columns) if columns else None
 
-    def _look_noise(self):
+    def _look_noise(self, looks):
         """Noise of one number of a descriptor: as told, or by how near the next scan has one that looks alike."""
         told = self.entry.get("descriptor_std")
         if told is not None:
             return told
         _, start = np.unique(self.part["t"], return_index=True)
-        scans = np.split(self.looks, start[1:])
+        scans = np.split(looks, start[1:])
         near = [np.linalg.norm(a[:, None] - b, axis=2).min(1) for a, b in pairwise(scans)]
         size = float(np.median(np.concatenate(near))) if near else 0.0
-        std = float(f"{max(size / np.sqrt(2 * self.looks.shape[1]), LEAST['look']):.3g}")
+        std = float(f"{max(size / np.sqrt(2 * looks.shape[1]), LEAST['look']):.3g}")
         self.log.said.append(
-            f"  descriptor: {self.looks.shape[1]} numbers, noise of each {std:g}, by the likest ones of next scans; "
+            f"  descriptor: {looks.shape[1]} numbers, noise of each {std:g}, by the likest ones of next scans; "
             "--set scan.descriptor_std=... says otherwise"
         )
         return std
