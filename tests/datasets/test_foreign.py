@@ -66,6 +66,14 @@ def test_points_in_metres_of_landmarks_without_ids(drive, tmp_path):
     assert f["ate_rmse_m"] < 0.2 and f["landmark_rmse_m"] < 0.2
 
 
+def test_points_to_the_right(drive, tmp_path):
+    r, b = drive.seen[:, 2:].T
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    write(tmp_path / "cones.csv", "t x y", np.column_stack([drive.seen[:, 0], r * np.cos(b), -r * np.sin(b)]))
+    done = convert(tmp_path, {"scan": {"clockwise": True}})
+    np.testing.assert_allclose(done.recording.raw[1].y[:, 1], r * np.sin(b), atol=1e-6)
+
+
 def test_degrees_milliseconds_millimetres_and_words_in_one_file(drive, tmp_path):
     """A decimal point, empty cells, names for landmarks, the time of day."""
     lines = [(t, f"{1e3 * t + 1.7e12:.0f};{v:.3f};{np.rad2deg(w):.3f};;;") for t, v, w in drive.odo]
