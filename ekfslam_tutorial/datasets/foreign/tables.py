@@ -218,7 +218,7 @@ def _table(path, name, head, rows, numbers=None):
         notes.append(
             f"{len(rows) - len(kept)} of {len(rows):,} rows have not {usual} cells and are left out, row {first} first"
         )
-    names = [str(name) for name in head or range(1, usual + 1)]
+    names: list = head or [*map(str, range(1, usual + 1))]
     if not head and _is_tum(kept):
         names = TUM.split()
     if len(set(names)) < len(names):
