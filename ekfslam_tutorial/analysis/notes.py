@@ -27,6 +27,8 @@ NEES_CONFIDENCE = 0.99
 """Of the band of the mean NEES. The frames of a run are correlated: they count as one pose."""
 BEYOND = 2.0
 """A prior whose mean is less than so many of its standard deviations reaches over infinity: in 2.3 % of its lines."""
+ONCE = 0.3
+"""If more than this share of the landmarks was measured once only, some are none, or are there twice."""
 ASK = "are units, signs, mounting, ids and noise right?"
 SIGN = "is the sign of the bearing right (positive to the left), and are units, mounting, ids and noise?"
 TUNE = "`ekfslam tune` finds a factor for R and U from the log alone"
@@ -53,7 +55,7 @@ def notes(figures, data, recording=None):
     gross = gross_fault(figures, data)
     if gross:
         return [*found, gross]
-    return [*found, *filter(None, (f(figures, data) for f in (refused, nis, ratio, nees, far_lines)))]
+    return [*found, *filter(None, (f(figures, data) for f in (refused, once, rings, nis, ratio, nees, far_lines)))]
 
 
 def ids_left_out(data, recording):
@@ -96,6 +98,30 @@ def refused(figures, data):
         f"{100 * refused / n:.1f} % of {n:,} innovations did not pass the gate, {100 * right:.2g} % would be right, "
         "and nis_mean does not count them: compare with a run without a gate, --set options.md2_threshold=inf, "
         "and look where they are refused; the noise may be told too small"
+    )
+
+
+def once(figures, data):
+    """Many landmarks were never found again, where nobody says whose a measurement is."""
+    n, all = figures.get("n_seen_once", 0), figures.get("n_landmarks") or 0
+    if getattr(data.options.association, "by_id", False) or n <= max(ONCE * all, 5):
+        return None
+    return (
+        f"{n} of {all} landmarks were measured once only. False ones go with --set options.min_search=10 --set "
+        "options.min_match_ratio=0.3 and a max_range of the sensor, beyond which nothing is looked for. If true ones "
+        "start again and again, the noise is told too small, or the mounting or the sign of bearings or y is wrong"
+    )
+
+
+def rings(figures, data):
+    """Beacons that were heard and are no landmarks."""
+    n = figures.get("n_rings", 0)
+    if not n:
+        return None
+    beacons = "a beacon that was heard is" if n == 1 else f"{n} beacons that were heard are"
+    return (
+        f"{beacons} still a ring of hypotheses, and no landmark: ranges from a straight path do not tell on which side "
+        "it is, and ranges with little noise bend too much for a Gaussian from far away"
     )
 
 

@@ -26,7 +26,10 @@ def main(options):
         return 0
     out = Path(options.out or Path("results") / f"{name}-log")
     writable_folder(out)
-    fitted = None if options.guess else fit(done)
+    rings = done.scenario["landmark"].get("hypotheses")
+    if rings and not options.guess:
+        print("noise: stays as guessed, for with ranges alone each of many runs would carry rings of hypotheses")
+    fitted = None if options.guess or rings else fit(done)
     made = fitted or done
     made.recording.save(out / "recording")
     scenario = out / "scenario.toml"

@@ -56,7 +56,13 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     head |= {"error": "additive, first estimates" if opt.first_estimates else opt.error}
     head |= {"engine": run.engine, "recording": recording.name if recording else None}
     head |= {"complete": not interrupted, "frames_wanted": len(run)}
-    tail = {"n_landmarks_refused": len(history.last.refused), "wall_s": round(seconds, 3)}
+    once = sum(lmk.n_match <= 1 for lmk in history.last.lmks.values())
+    tail = {
+        "n_seen_once": once,
+        "n_rings": len(history.last.rings),
+        "n_landmarks_refused": len(history.last.refused),
+        "wall_s": round(seconds, 3),
+    }
     tail["cpu_s"] = round(sum(costs), 3) if len(costs) else None
     tail["frames_per_s"] = round(1 / np.mean(costs[WARM:]), 1) if len(costs) > WARM and np.mean(costs[WARM:]) else None
     tail |= {"parameters": found} if (found := parameters(history)) else {}

@@ -9,6 +9,7 @@ import pytest
 
 from ekfslam_tutorial.analysis import History
 from ekfslam_tutorial.analysis.notes import ASK, SIGN, far_lines, nis_band, notes
+from ekfslam_tutorial.cli import main
 from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
 
 SCENARIO = Path(__file__).parents[2] / "data" / "scenarios" / "range_bearing_2d.toml"
@@ -138,3 +139,16 @@ def test_plucker_lines_with_a_prior_beyond_infinity(kind, std, n_notes):
     found = far_lines(None, data)
     assert bool(found) == bool(n_notes)
     assert not found or "a standard deviation of 0.15 1/m" in found and "landmark.type=apl_lin" in found
+
+
+def test_landmarks_that_are_none_and_beacons_that_are_rings(tmp_path):
+    """False measurements start landmarks that nobody sees again; a straight path does not tell a beacon's side."""
+    run = ["run", str(SCENARIO), "--set", "sensor.1.clutter=0.5", "--set", "options.association=nearest_neighbour"]
+    assert main([*run, "--out", str(tmp_path / "false")]) == 0
+    assert "landmarks were measured once only" in (tmp_path / "false" / "result.json").read_text()
+    (tmp_path / "beacon.toml").write_text(
+        'time = {last = 20}\nworld = {type = "points", points = [[3.0, 2.0]]}\nlandmark = {hypotheses = 64}\n'
+        '[[robot]]\nmotion = "unicycle"\nv = 1.0\n[[sensor]]\ntype = "range"\nrange_std = 0.1\n'
+    )
+    assert main(["run", str(tmp_path / "beacon.toml"), "--out", str(tmp_path / "ring")]) == 0
+    assert "still a ring of hypotheses" in (tmp_path / "ring" / "result.json").read_text()

@@ -66,6 +66,14 @@ def test_points_in_metres_of_landmarks_without_ids(drive, tmp_path):
     assert f["ate_rmse_m"] < 0.2 and f["landmark_rmse_m"] < 0.2
 
 
+def test_points_to_the_right(drive, tmp_path):
+    r, b = drive.seen[:, 2:].T
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    write(tmp_path / "cones.csv", "t x y", np.column_stack([drive.seen[:, 0], r * np.cos(b), -r * np.sin(b)]))
+    done = convert(tmp_path, {"scan": {"clockwise": True}})
+    np.testing.assert_allclose(done.recording.raw[1].y[:, 1], r * np.sin(b), atol=1e-6)
+
+
 def test_degrees_milliseconds_millimetres_and_words_in_one_file(drive, tmp_path):
     """A decimal point, empty cells, names for landmarks, the time of day."""
     lines = [(t, f"{1e3 * t + 1.7e12:.0f};{v:.3f};{np.rad2deg(w):.3f};;;") for t, v, w in drive.odo]
@@ -149,6 +157,77 @@ def test_wheels_need_their_base(drive, tmp_path):
         convert(tmp_path)
     done = convert(tmp_path, {"odometry": {"base": 0.4}})
     np.testing.assert_allclose(done.recording.robots[1].u[10], [v[10], w[10]], rtol=1e-6)
+    turning = np.column_stack([t, (v - 0.2 * w) / 0.05, (v + 0.2 * w) / 0.05])
+    write(tmp_path / "wheels.csv", "t left_rad_s right_rad_s", turning)
+    with pytest.raises(ValueError, match="need their radius in m: --set odometry.radius="):
+        convert(tmp_path, {"odometry": {"base": 0.4}})
+    done = convert(tmp_path, {"odometry": {"base": 0.4, "radius": 0.05}})
+    np.testing.assert_allclose(done.recording.robots[1].u[10], [v[10], w[10]], rtol=1e-6)
+
+
+def test_a_folder_of_a_stranger(drive, tmp_path):
+    """Prose beside the log, ids in base 16, a map and a truth without names and ids, a table that nobody needs."""
+    (tmp_path / "README.txt").write_text("Wheels, a radar.\nThe map, by hand: x, y; in m, to 2 cm\n")
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    hexed = "\n".join(f"{t:.2f} {int(i) + 160:#x} {r:.4f} {b:.5f}" for t, i, r, b in drive.seen)
+    (tmp_path / "radar.txt").write_text(f"# t id range bearing\n{hexed}\n")
+    np.savetxt(tmp_path / "surveyed.txt", drive.world)
+    t, x, y, theta = drive.true.T
+    nothing = np.zeros(len(t))
+    quaternion = [nothing, nothing, np.sin(theta / 2), np.cos(theta / 2)]
+    np.savetxt(tmp_path / "truth.tum.txt", np.column_stack([t, x, y, nothing, *quaternion]))
+    done = convert(tmp_path)
+    said = "\n".join(done.said)
+    assert "README" not in said and "not used: surveyed.txt" in said
+    assert sorted(set(done.recording.raw[1].ids)) == sorted({int(i) + 160 for i in drive.seen[:, 1]})
+    np.testing.assert_allclose(done.recording.truth[1][-1, 2], theta[-1] - 2 * np.pi * np.round(theta[-1] / 2 / np.pi))
+    done = convert(tmp_path, {"map": {"from": "surveyed.txt", "x": 1, "y": 2}})
+    np.testing.assert_array_equal(done.recording.landmarks.ids, np.arange(1, 13))
+    assert "no id of the map is one of the scan's" in "\n".join(done.said)
+    with pytest.raises(ValueError, match="map: x and y are needed: --set map.x=COLUMN --set map.y=COLUMN, of 1, 2"):
+        convert(tmp_path, {"map": {"from": "surveyed.txt"}})
+
+
+def test_a_word_is_one_landmark_in_all_tables(drive, tmp_path):
+    """The map has a landmark more, the first of the alphabet; the scan must not count without it."""
+    name = lambda i: f"tree {chr(97 + int(i))}"
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    rows = "".join(f"{t:.2f},{name(i)},{r:.4f},{b:.5f}\n" for t, i, r, b in drive.seen)
+    (tmp_path / "scan.csv").write_text(f"t,id,range,bearing\n{rows}")
+    places = [(0, 50.0, 50.0), *((i, *p) for i, p in enumerate(drive.world, 1))]
+    (tmp_path / "map.csv").write_text("id,x,y\n" + "".join(f"{name(i)},{x:.4f},{y:.4f}\n" for i, x, y in places))
+    done = convert(tmp_path)
+    assert played(done)["landmark_rmse_m"] < 0.2 and 1 not in done.recording.raw[1].ids
+
+
+def test_descriptors_tell_landmarks_apart(drive, tmp_path):
+    rng = np.random.default_rng(1)
+    looks = rng.normal(0, 1, (13, 6))[drive.seen[:, 1].astype(int)] + rng.normal(0, 0.1, (len(drive.seen), 6))
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    head = "t range bearing " + " ".join(f"d{k}" for k in range(6))
+    write(tmp_path / "features.csv", head, np.column_stack([drive.seen[:, [0, 2, 3]], looks]))
+    done = convert(tmp_path, {"scan": {"descriptor": ["d0", "d5"]}})
+    association = done.scenario["options"]["association"]
+    assert association["type"] == "descriptors" and association["std"] == pytest.approx(0.1, rel=0.1)
+    np.testing.assert_allclose(done.recording.raw[1].d[3], looks[3], rtol=1e-6)
+    with pytest.raises(ValueError, match="descriptor must be its first and its last column"):
+        convert(tmp_path, {"scan": {"descriptor": "d0"}})
+
+
+@pytest.mark.parametrize(
+    ("factors", "says"),
+    [
+        ([1, 1], None),
+        ([1.3, 1], "goes 1.3 times as far as the truth"),
+        ([1, -1], "turns -1 times as far as the truth: is it counted to the right"),
+    ],
+)
+def test_an_odometry_that_does_not_go_with_the_truth(drive, tmp_path, factors, says):
+    write(tmp_path / "odo.csv", "t v w", drive.odo * [1, *factors])
+    write(tmp_path / "laser.csv", "t id range bearing", drive.seen)
+    write(tmp_path / "truth.csv", "t x y yaw", drive.true)
+    doubts = [line for line in convert(tmp_path).said if line.startswith("note:")]
+    assert len(doubts) == (says is not None) and (says is None or says in doubts[0])
 
 
 def test_arrays_of_matlab_and_numpy(drive, tmp_path):
@@ -303,7 +382,7 @@ def test_fixes_far_from_zero_count_from_the_first_one(drive, tmp_path):
     write(tmp_path / "odo.csv", "Zeit_ms v_km_h yaw_rate_deg_s", drive.odo * [1e3, 3.6, 180 / np.pi])
     write(tmp_path / "laser.csv", "t id range bearing", drive.seen)
     write(tmp_path / "gps.csv", "t east north", drive.true[:, :3] + [0, 5e5, 5.4e6])
-    done = convert(tmp_path, {"odometry": {"t": "Zeit_ms", "v": "v_km_h"}})
+    done = convert(tmp_path, {"odometry": {"v": "v_km_h"}})  # what ends in _ms, and nothing else, is the time
     said = "\n".join(done.said)
     assert "v: kmh, by its name" in said and "w: deg, by its name" in said and "counted from the first one" in said
     np.testing.assert_allclose(
@@ -320,7 +399,7 @@ def test_fixes_far_from_zero_count_from_the_first_one(drive, tmp_path):
         ("t,v,v\n1,2,3\n", "two columns of the name 'v'"),
         ("t,v,w\n1,2\n", "3 names in its first line, but 2 cells"),
         ("a,b,c\n1,2,3\n", "which columns are the odometry"),
-        ("v,w,id,range,bearing\n1,0,1,2,0\n", "which column is the time"),
+        ("v,w,id,range,bearing\n1,0,1,2,0\n", "odometry: which column of log.csv is the time"),
         ("t,v,w,id,bearing\n1,0,1,2,0\n2,0,1,2,0\n", "which columns are the scan"),
         ("t,v,w,range\n0,1,0,3\n1,1,0,3\n", "ranges without ids cannot be told apart"),
         (
@@ -375,7 +454,8 @@ def test_times_and_headings_tell_their_units():
     assert time_unit(1e9 * (1.7e9 + np.arange(3.0))) == "ns"
     theta = np.linspace(0, 6, 100)
     x, y = np.cos(theta), np.sin(theta)
-    assert heading_unit(x, y, theta + 1.6) == "rad" and heading_unit(x, y, np.rad2deg(theta)) == "deg"
+    assert heading_unit(x, y, theta + 1.6)[0] == "rad" and heading_unit(x, y, np.rad2deg(theta))[0] == "deg"
+    assert "do not go with the path" in heading_unit(x, -y, theta)[1]
 
 
 @pytest.mark.parametrize(
@@ -398,12 +478,23 @@ def test_scatter_is_that_of_white_noise():
     """1000 numbers on a parabola: within 10 %, three standard deviations of such an estimate."""
     a = np.linspace(0, 3, 1000) ** 2 + np.random.default_rng(0).normal(0, 0.2, 1000)
     assert scatter(a) == pytest.approx(0.2, rel=0.1)
+    rng = np.random.default_rng(1)  # a beacon that answers now and then
+    t = np.cumsum(rng.exponential(1.0, 1000))
+    assert scatter(2 * t + rng.normal(0, 0.2, 1000), t) == pytest.approx(0.2, rel=0.1)
 
 
 def test_the_truth_has_gaps():
     poses = np.column_stack([np.arange(5.0), np.zeros(5), np.zeros(5)])
     known = np.isfinite(at_times(np.array([-1, 0.5, 5, 10.5, 12]), np.array([0, 1, 2, 10, 11.0]), poses)).all(1)
     assert known.tolist() == [False, True, False, True, False]
+
+
+def test_between_two_rows_the_truth_goes_on_an_arc():
+    t, w, v = np.linspace(0, 4, 41), -0.7, 1.3
+    arc = np.column_stack([v / w * np.sin(w * t), v / w * (1 - np.cos(w * t)), w * t])
+    np.testing.assert_allclose(at_times(t, t[::10], arc[::10]), arc, atol=1e-12)
+    straight = np.column_stack([t, t, 0 * t])
+    np.testing.assert_allclose(at_times(t, t[::10], straight[::10]), straight, atol=1e-12)
 
 
 # --- bags ---

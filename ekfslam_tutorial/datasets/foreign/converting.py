@@ -11,7 +11,7 @@ from ...toolbox.messages import recording_of
 from ...toolbox.recordings import Recording
 from .driving import InPlane, InSpace, poses
 from .log import Log
-from .meaning import LINE, NOISE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, find, guess
+from .meaning import LINE, NOISE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, columns_of, find, guess
 from .scans import Scan
 from .tables import read_tables
 
@@ -21,6 +21,17 @@ WANTED = {
 }
 """What a role needs, in words: in the plane, and in space besides."""
 
+TURN = 2 * np.pi
+AGREE = 1.25
+"""An odometry goes and turns as far as the truth, up to this factor: slip and noise are less."""
+FEW = 10
+"""Seconds that are needed to compare the two."""
+LEAST_WAY = 0.05
+"""A robot moves if it goes so far in a second, m."""
+LEAST_TURN = 0.02
+"""A robot turns if its turns of a second are so large, rad."""
+TOGETHER = 0.8
+"""Turns of odometry and truth are of one motion if the cosine between all of them is larger."""
 FAR = 1e4
 """Positions from a receiver that are larger count from somewhere else, m."""
 
@@ -69,8 +80,10 @@ def convert(path, plan=None, name=None):
     left_out = {
         role: {m: c for m, c in e.items() if c is False} for role, e in (plan or {}).items() if isinstance(e, dict)
     }
+    unwanted = [role for role, entry in (plan or {}).items() if entry is False]
     plan, space = completed(plan or {}, tables)
     log = Log(*in_order(plan, {table.name: table for table in tables}), space)
+    said += not_used(plan, tables, unwanted)
     drive, scan = (InSpace if space else InPlane)(log), Scan(log)
     scenario = scenario_of(log, drive, scan, name or "log")
     recording = recording_from(log, drive, scan, UserData.from_dict(scenario))
@@ -78,7 +91,7 @@ def convert(path, plan=None, name=None):
     recording.notes += [note for table in tables if table.name in used for note in table.notes]
     plan = {role: entry | left_out.get(role, {}) for role, entry in plan.items()}
     scenario |= {"convert": plan | ({"space": True} if space else {})}
-    return Converted(recording, scenario, said + log.said + after(recording))
+    return Converted(recording, scenario, said + log.said + after(recording) + doubts(log, recording))
 
 
 def seen(table):
@@ -87,6 +100,16 @@ def seen(table):
     yield f"{table.name}{kind}: {len(table):,} row{'s' * (len(table) != 1)} of {', '.join(table.columns) or 'nothing'}"
     for note in table.notes:
         yield f"  {note}"
+
+
+def not_used(plan, tables, unwanted):
+    """A line on the tables that no role needs, where a truth or a map is missing that they may be."""
+    used = {entry["from"].partition("/")[0] for entry in plan.values()}
+    rest = [table.name for table in tables if table.name.partition("/")[0] not in used]
+    missing = [role for role in ("truth", "map") if role not in plan and role not in unwanted]
+    if rest and missing:
+        ask = " or ".join(f"--set {role}.from=TABLE" for role in missing)
+        yield f"not used: {', '.join(rest)}; is it the {' or the '.join(missing)}, to compare with? {ask}"
 
 
 def completed(plan, tables):
@@ -102,14 +125,23 @@ def completed(plan, tables):
         space = any(OUT_OF_THE_PLANE & set(entry) for role, entry in guessed.items() if role in ("odometry", "scan"))
     place = lambda role, entry: {"from": guessed[role]["from"]} | entry if role in guessed else entry
     told = checked({role: place(role, e) if isinstance(e, dict) else e for role, e in plan.items()}, tables)
-    for role, entry in guessed.items():
-        if role not in plan:
-            told[role] = entry
-        elif role in told and told[role]["from"] == entry["from"]:
-            whole = any(way <= set(told[role]) for way in (SPACE if space else PLANE).get(role, ()))
-            told[role] = {m: c for m, c in entry.items() if not whole or m in ("t", "id")} | told[role]
+    ways = SPACE if space else PLANE
+    for role, entry in told.items():  # what is not said, by the names
+        table = next(table for table in tables if table.name == entry["from"])
+        named = guessed[role] if guessed.get(role, {}).get("from") == table.name else columns_of(table, role, space)
+        whole = any(way <= set(entry) for way in ways.get(role, ()))
+        told[role] = {m: c for m, c in named.items() if not whole or m in ("t", "id")} | entry
+    told |= {role: entry for role, entry in guessed.items() if role not in plan}
     told = {role: {m: c for m, c in e.items() if m not in NOISE or c != str(False)} for role, e in told.items()}
-    told = {role: entry if role in ("map", "camera") else _with_time(entry, tables) for role, entry in told.items()}
+    timed = lambda role, entry: entry if role in ("map", "camera") else _with_time(role, entry, tables)
+    told = {role: timed(role, entry) for role, entry in told.items()}
+    for role in {"truth", "gps", "map"} & set(told):
+        if not any(place <= set(told[role]) for place in ({"x", "y"}, {"lat", "lon"})):
+            columns = next(", ".join(table.columns) for table in tables if table.name == told[role]["from"])
+            raise ValueError(
+                f"{role}: x and y are needed: --set {role}.x=COLUMN --set {role}.y=COLUMN, of {columns}; "
+                f"--set {role}=false leaves it out"
+            )
     there = "; ".join(f"{table.name}: {', '.join(table.columns)}" for table in tables)
     for role, (what, more) in WANTED.items():
         if role not in told and not (role == "odometry" and space and plan.get(role) is False):
@@ -121,14 +153,15 @@ def completed(plan, tables):
     return told, space
 
 
-def _with_time(entry, tables):
+def _with_time(role, entry, tables):
     """An entry with its column of times, found by its name if need be."""
     if "t" in entry:
         return entry
     table = next(table for table in tables if table.name == entry["from"])
     column = find(table, "t")
     if column is None:
-        raise ValueError(f"{table.name}: which column is the time? t = one of {', '.join(table.columns)}")
+        there = ", ".join(table.columns)
+        raise ValueError(f"{role}: which column of {table.name} is the time? --set {role}.t=COLUMN, one of {there}")
     return entry | {"t": column}
 
 
@@ -198,7 +231,12 @@ def recording_from(log, drive, scan, data):
         recording.fixes = {1: np.column_stack([gps["t"] - t0, p])}
     if "map" in log.parts:
         survey = log.parts["map"]
-        ids, first = np.unique(survey["id"].astype(int), return_index=True)
+        ids = survey["id"] if "id" in survey else np.arange(1, len(survey["x"]) + 1)  # the order of the lines
+        ids, first = np.unique(ids.astype(int), return_index=True)
+        if scan.known and not np.isin(log.parts["scan"]["id"], ids).any():
+            log.said.append(
+                "note: no id of the map is one of the scan's: its landmarks are not compared; do both count alike?"
+            )
         if log.space and "z" not in survey:
             raise ValueError("map: in space its landmarks need z; --set map=false leaves it out")
         recording.landmarks = SimLmk(ids, np.column_stack([survey[m] for m in axes])[first])
@@ -232,8 +270,54 @@ def after(recording):
     return [words + (f", {len(recording.landmarks.ids)} true landmarks" if recording.landmarks else "")]
 
 
+def doubts(log, recording):
+    """Lines on an odometry in the plane that does not go the way of the truth: units, wheels, a sign."""
+    if log.space or not recording.truth or len(recording.robots[1].u) != len(recording) or len(recording) < FEW:
+        return []
+    told_way, told_turn, way, turn = by_seconds(recording)
+    found = []
+    if len(way) < FEW or max(way.mean(), told_way.mean()) < LEAST_WAY:
+        return found
+    ratio = told_way.sum() / max(way.sum(), 1e-9)
+    if not 1 / AGREE < ratio < AGREE:
+        found.append(
+            f"note: the odometry goes {ratio:.2g} times as far as the truth: are the units of speeds, positions and "
+            "times right, and the radius of the wheels?"
+        )
+    size, told_size = np.linalg.norm(turn), np.linalg.norm(told_turn)
+    if size < LEAST_TURN * np.sqrt(len(turn)) or abs(told_turn @ turn) < TOGETHER * size * told_size:
+        return found
+    slope = (told_turn @ turn) / size**2
+    if not 1 / AGREE < slope < AGREE:
+        why = "are the units of angles, and the base of the wheels, right?"
+        if slope < 0:
+            why = (
+                "is it counted to the right (--set odometry.clockwise=true), are left and right wheels swapped, "
+                "or does y of the truth go to the right?"
+            )
+        found.append(f"note: the odometry turns {slope:.2g} times as far as the truth: {why}")
+    return found
+
+
+def by_seconds(recording):
+    """Ways, m, and turns, rad, of each second: of the odometry and of the truth, four arrays as long as each other."""
+    t, u = recording.t, recording.robots[1].u
+    speeds = u.shape[1] == 2  # else steps
+    dt = np.diff(t, prepend=t[0])[:, None]
+    steps = u * dt if speeds else np.column_stack([np.hypot(u[:, 0], u[:, 1]), u[:, 2]])
+    ends = np.unique(np.searchsorted(t, np.arange(t[0], t[-1], 1.0)))
+    told, true = np.diff(np.cumsum(steps, axis=0)[ends], axis=0), np.diff(recording.truth[1][ends], axis=0)
+    known = np.isfinite(true).all(1)
+    way, turn = np.linalg.norm(true[known, :2], axis=1), wrap(true[known, 2])
+    return np.abs(told[known, 0]), told[known, 1], way, turn
+
+
 def at_times(t, times, known):
-    """True poses at some times: straight between two, NaN in gaps and outside.
+    """True poses at some times: on an arc between two in the plane, straight in space; NaN in gaps and outside.
+
+    In the plane the robot turns evenly between two rows, and its way is that of the chord, seen as a number: of a turn
+    by a, the share s of it is (exp(i s a) - 1) / (exp(i a) - 1) of the chord. A path that were straight would be off by
+    a centimetre where one row a second tells of a robot that turns.
 
     Parameters
     ----------
@@ -255,6 +339,13 @@ def at_times(t, times, known):
         known[1:, 3:] *= np.where(np.cumsum(turned) % 2, -1, 1)[:, None]
     at = np.column_stack([np.interp(t, times, column) for column in known.T])
     if known.shape[1] == 3:
+        if len(times) > 1:
+            k = np.clip(np.searchsorted(times, t), 1, len(times) - 1)
+            s = np.clip((t - times[k - 1]) / (times[k] - times[k - 1]), 0, 1)
+            turn, z = known[k, 2] - known[k - 1, 2], known[:, 0] + 1j * known[:, 1]
+            share = s * np.sinc(s * turn / TURN) / np.sinc(turn / TURN) * np.exp(0.5j * (s - 1) * turn)
+            z = z[k - 1] + share * (z[k] - z[k - 1])
+            at[:, :2] = np.column_stack([z.real, z.imag])
         at[:, 2] = wrap(at[:, 2])
     else:
         at[:, 3:] /= np.linalg.norm(at[:, 3:], axis=1, keepdims=True)

@@ -8,6 +8,7 @@ from ...models.motion.odometry3 import screw
 from ...toolbox.messages import Control
 from ..euroc_v101 import WINDOW, controls_between, start
 from ..odometry import OdometryNoise
+from . import looks
 from .meaning import PLANE, SPACE
 from .scans import scatter
 
@@ -55,7 +56,11 @@ def speeds(log):
         )
         return odo["v"], odo["v"] * np.tan(odo["steer"]) / length
     base = _told(log, "base", "speeds of wheels need base, how far they are apart in m")
-    return (odo["left"] + odo["right"]) / 2, (odo["right"] - odo["left"]) / base
+    left, right = odo["left"], odo["right"]
+    if "radius" in log.plan["odometry"] or looks.turning(log.plan["odometry"]):
+        radius = _told(log, "radius", "wheels that tell how fast they turn need their radius in m")
+        left, right = radius * left, radius * right
+    return (left + right) / 2, (right - left) / base
 
 
 def _told(log, key, words):

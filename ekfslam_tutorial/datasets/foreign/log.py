@@ -5,7 +5,7 @@ import numpy as np
 from ...geometry import Frame3
 from . import looks
 from .earth import to_metres
-from .meaning import NAMES, ROLES
+from .meaning import DESCRIPTOR, NAMES, ROLES
 
 APART = 1e5
 """Times of two tables that are so many seconds apart are in different time bases."""
@@ -13,6 +13,8 @@ IN_G = 0.5, 2.0
 """Accelerations whose usual size is in between are multiples of the earth's."""
 G = 9.80665
 CLOCKWISE = "bearing", "theta", "w", "steer", "dtheta", "wz", "daz"
+TO_THE_RIGHT = "y", "cov_xy", "cov_yz"
+"""What changes its sign, too, in a scan of points."""
 
 
 class Log:
@@ -56,21 +58,34 @@ class Log:
         mine, other = (np.nanmedian(np.abs(a)) for a in (table.columns[entry["t"]], of_time[1]))
         return of_time[0] if 0.1 < mine / max(other, 1e-12) < 10 else None
 
-    def _read(self, role, entry, table, units):
+    @staticmethod
+    def _columns(role, entry, table, units):
+        """Columns by meaning, in SI units and radians."""
         part = {m: table.columns[c] for m, c in entry.items() if m in NAMES}
         if "t" in part:
             t = part["t"] * units["t"][0] + float(entry.get("t_offset", 0.0))
             part["t"] = np.round(t, 6)  # what is measured at one time has one time, whatever was added
         part |= {m: part[m] * factor for m, (factor, _) in units.items() if m != "t"}
         if entry.get("clockwise"):
-            part |= {m: -part[m] for m in CLOCKWISE if m in part}
+            flipped = (*CLOCKWISE, *(TO_THE_RIGHT if role == "scan" else ()))
+            part |= {m: -part[m] for m in flipped if m in part}
+        if "descriptor" in entry:
+            columns = [*table.columns]
+            first, last = map(columns.index, entry["descriptor"])
+            part |= {f"{DESCRIPTOR}{c}": table.columns[c] for c in columns[first : last + 1]}
+        return part
+
+    def _read(self, role, entry, table, units):
+        part = self._columns(role, entry, table, units)
         needed = [m for m in part if m != "id" or role == "map"]
         whole = np.all([np.isfinite(part[m]) for m in needed], axis=0)
         part = {m: a[whole] for m, a in part.items()}
         lost = int((~whole).sum())
         if not whole.any():
             raise ValueError(f"{role}: no row of {entry['from']} has a number in each of {', '.join(needed)}")
-        words = [f"{role}: {', '.join(f'{m} = {entry[m]}' for m in part)} of {entry['from']}"]
+        named = [f"{m} = {entry[m]}" for m in part if m in entry]
+        named += [f"descriptor = {' to '.join(entry['descriptor'])}"] if "descriptor" in entry else []
+        words = [f"{role}: {', '.join(named)} of {entry['from']}"]
         same = {}  # one line for columns of which the same is said
         for m, (_, text) in units.items():
             same.setdefault(text, []).append(m)

@@ -22,6 +22,8 @@ TOGETHER = TWIST[:3], TWIST[3:], STEP[3:], ANGLES
 """Columns of one unit: one of them alone may be too small to tell it."""
 SPEEDS = "v", "left", "right", *TWIST[:3]
 RATES_OF_TURN = "w", *TWIST[3:]
+AGREE = 0.5
+"""Headings go with a path if the mean of exp(i difference) is so long; else a sign is wrong, and it tells no unit."""
 JUMP = 20.0
 """A step of a path that is so many times as long as nine in ten is a jump."""
 
@@ -62,7 +64,8 @@ def units(entry, table, of_time=None, degrees=False):
     found = {}
     known = [m for m in entry if m in ROLES["odometry"] + ROLES["scan"] and m not in NOISE]
     for meaning in (m for m in known if KIND.get(m, "length")):
-        kind = KIND.get(meaning, "length")
+        turns = meaning in ("left", "right") and ("radius" in entry or turning(entry))
+        kind = "angle" if turns else KIND.get(meaning, "length")
         said, ending = entry.get(f"{kind}_unit"), plain(entry[meaning])[1]
         if said:
             found[meaning] = UNITS[kind][said], f"{said}, as told"
@@ -71,15 +74,22 @@ def units(entry, table, of_time=None, degrees=False):
             found[meaning] = UNITS["t"][unit], f"{unit}, by the order of the lines{words}"
         elif ending in ENDINGS[kind]:
             found[meaning] = ENDINGS[kind][ending], f"{ending}, by its name"
+        elif turns:
+            found[meaning] = 1.0, f"rad/s, times the radius of {entry.get('radius')} m"
         elif meaning == "theta" and {"x", "y"} <= set(entry):
-            unit = heading_unit(*(table.columns[entry[m]] for m in ("x", "y", "theta")))
-            found[meaning] = UNITS[kind][unit], f"{unit}, as the path goes"
+            unit, words = heading_unit(*(table.columns[entry[m]] for m in ("x", "y", "theta")))
+            found[meaning] = UNITS[kind][unit], f"{unit}, {words}"
         else:
             like = next((group for group in TOGETHER if meaning in group and meaning != "theta"), (meaning,))
             a = np.concatenate([table.columns[entry[m]] for m in like if m in entry])
             factor, words = _guessed(kind, meaning, a, of_time, degrees)
             found[meaning] = factor, words + f"; its unit {ending!r} is not known" * (ending is not None)
     return found | {m: _of_noise(m, entry[m], found) for m in entry if m in NOISE}
+
+
+def turning(entry):
+    """Return True if the speeds of wheels are angles by the names of their columns: `left_rad_s`."""
+    return any(plain(entry[m])[1] in ENDINGS["angle"] for m in ("left", "right") if m in entry)
 
 
 def _of_noise(meaning, column, found):
@@ -93,13 +103,24 @@ def _of_noise(meaning, column, found):
 
 
 def heading_unit(x, y, theta):
-    """The unit of headings, "rad" or "deg": the one with which they go with the path, be it forward or backward."""
+    """The unit of headings, "rad" or "deg", and how it is known.
+
+    It is the one by which they go with the path, be it forward or backward; if they do not, it is told by their size.
+
+    Returns
+    -------
+    str, str
+    """
+    by_size = "deg" if np.nanmax(np.abs(theta), initial=0) > TURN else "rad"
     way = np.arctan2(np.diff(y), np.diff(x))
     moved = np.hypot(np.diff(x), np.diff(y)) > 0
     if not moved.any():
-        return "deg" if np.nanmax(np.abs(theta), initial=0) > TURN else "rad"
-    agree = lambda factor: abs(np.nanmean(np.exp(1j * (way - factor * theta[:-1]))[moved]))
-    return max(UNITS["angle"], key=lambda unit: agree(UNITS["angle"][unit]))
+        return by_size, "by their size"
+    agree = {unit: abs(np.nanmean(np.exp(1j * (way - f * theta[:-1]))[moved])) for unit, f in UNITS["angle"].items()}
+    best = max(agree, key=lambda unit: agree[unit])
+    if agree[best] > AGREE:
+        return best, "as the path goes"
+    return by_size, "by their size; they do not go with the path: is y to the left, and the heading, too?"
 
 
 def _guessed(kind, meaning, a, of_time, degrees):

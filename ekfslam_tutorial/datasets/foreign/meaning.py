@@ -54,7 +54,8 @@ LINE = "line"
 """A column of the order of lines in a file, where these begin with a word: what follows a step was seen at its end."""
 OUT_OF_THE_PLANE = {"elevation", "z", "px", "py", "roll", "pitch", *QUATERNION, "vz", "dz", "dax", "ax", "az"}
 """Who names one of these columns means space."""
-SETTINGS = ("from", "t_unit", "t_offset", "angle_unit", "length_unit", "base", "wheelbase", "clockwise")
+SETTINGS = ("from", "t_unit", "t_offset", "angle_unit", "length_unit", "base", "radius", "wheelbase", "clockwise")
+SETTINGS += ("descriptor", "descriptor_std")
 SETTINGS += ("position", "orientation_deg", "k", "d", "image_size", "baseline", "rectified", "gravity")
 """What can be said beside columns."""
 NAMES = {
@@ -109,7 +110,7 @@ for _a in "xyz":
         f"angular.{_a} angular_velocity.{_a} angular_velocity_{_a} ang_vel_{_a}",
         f"a{_a}": f"a{_a} acc_{_a} accel_{_a} acceleration_{_a} a_rs_s_{_a} linear_acceleration.{_a} "
         f"linear_acceleration_{_a} lin_acc_{_a}",
-        f"da{_a}": f"da{_a} dr{_a} rot_{_a} drot_{_a} delta_rot_{_a}",
+        f"da{_a}": f"da{_a} dr{_a} r{_a} rot_{_a} drot_{_a} delta_rot_{_a}",
     }
 NAMES["dz"] = "dz delta_z"
 for _a in "xyzw":
@@ -141,6 +142,9 @@ FLAT = 1e-3
 TRUE = re.compile(r"truth|(^|[^a-z])(gt|true|mocap|vicon|ground)", re.IGNORECASE)
 MARK = re.compile(r"(^|_)(true|truth|gt)(_|$)")
 """A part of a column's name that says that it is the truth."""
+DESCRIPTOR = "look "
+"""What the columns of a descriptor are called, with their numbers behind."""
+SURVEY = re.compile(r"map|landmark|survey|anchor|beacon", re.IGNORECASE)
 GPS = re.compile(r"gps|gnss|fix", re.IGNORECASE)
 LOOK = re.compile(r"scan|det|laser|lidar|obs|meas|cone|tree|point|sonar|radar|uwb|range|camera|marker|tag|land", re.I)
 STEPS = re.compile(r"odo|wheel|pose_est|dead", re.IGNORECASE)
@@ -152,7 +156,7 @@ def plain(name):
     unit = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]$", word)
     word = re.sub(r"\s*[\[(].*[\])]$", "", word)
     word = re.sub(r"[\s-]+", "_", word)
-    word = re.sub(r"_(deg|rad|m|cm|mm)_s$", r"_\1", word).replace("_km_h", "_kmh")
+    word = re.sub(r"_(deg|rad|grad|m|cm|mm)_s$", r"_\1", word).replace("_km_h", "_kmh")
     if unit:
         unit = re.sub(r"\s*(/s|s\^-1)$", "", unit[1].replace("°", "deg").replace("km/h", "kmh"))
         return word, unit
@@ -173,6 +177,9 @@ def find(table, meaning):
     for column, name in names.items():  # of things in a list: markers.id, detections.range
         if meaning in ("id", "range", "bearing", "elevation") and "." in name and name.rpartition(".")[2] in words:
             return column
+    if meaning == "t":  # in another language: Zeit_ms
+        timed = [column for column in table.columns if plain(column)[1] in ENDINGS["t"]]
+        return timed[0] if len(timed) == 1 else None
     return None
 
 
@@ -190,7 +197,7 @@ def guess_role(table):
         return "camera"
     on_earth = {"lat", "lon"} <= has
     placed = on_earth or {"x", "y"} <= has
-    if "t" not in has and "id" in has and placed:
+    if "t" not in has and placed and ("id" in has or TRUE.search(table.name) or SURVEY.search(table.name)):
         return "map"
     if TRUE.search(table.name) and placed:
         return "truth" if has & {"theta", "qw"} and {"x", "y"} <= has else "gps"
@@ -290,9 +297,16 @@ def columns_of(table, role, space=False):
     if role == "scan":
         kept = {"t", "id", "range", "bearing"} if "range" in found else {"t", "id", "bearing", "x", "y"}
         return {m: c for m, c in found.items() if m in kept or set(NOISE.get(m, "?")) <= kept}
-    if role == "odometry" or (not space and role in ("truth", "gps", "map")):
+    if not space and role in ("odometry", "truth", "gps", "map"):
         return {m: c for m, c in found.items() if m in PLANAR}
     return found
+
+
+def _only_table(entry, role, tables):
+    """The name of the only table that has all columns of an entry; None if there is another one."""
+    named = {str(c) for m, c in entry.items() if m in ROLES.get(role, ()) and c is not False}
+    having = [table.name for table in tables if named <= set(table.columns)]
+    return having[0] if len(having) == 1 and (named or len(tables) == 1) else None
 
 
 def checked(plan, tables):
@@ -313,7 +327,7 @@ def checked(plan, tables):
             continue
         if not isinstance(entry, dict):
             raise ValueError(f"[convert.{role}] must be a table, or false to leave it out, got {entry!r}")
-        name = entry.get("from") or (tables[0].name if len(tables) == 1 else None)
+        name = entry.get("from") or _only_table(entry, role, tables)
         if name is None:
             raise ValueError(f"{role}: from which table? from = one of {', '.join(by_name)}")
         if name not in by_name:
@@ -332,5 +346,21 @@ def checked(plan, tables):
             kind = key.removesuffix("_unit")
             if key.endswith("_unit") and value not in UNITS[kind]:
                 raise ValueError(f"{role}: {key} must be one of {', '.join(UNITS[kind])}, got {value!r}")
+        if "descriptor" in entry:
+            entry["descriptor"] = _first_and_last(entry["descriptor"], by_name[name])
         done[role] = entry
     return done
+
+
+def _first_and_last(told, table):
+    """The first and the last column of a descriptor, checked."""
+    columns = [*table.columns]
+    if not isinstance(told, list) or len(told) != 2 or not {*map(str, told)} <= {*columns}:
+        raise ValueError(
+            f"scan: descriptor must be its first and its last column, [4, 13], got {told!r}; there are "
+            + ", ".join(columns)
+        )
+    first, last = (columns.index(str(name)) for name in told)
+    if first > last:
+        raise ValueError(f"scan: descriptor: column {told[0]} comes after column {told[1]}")
+    return [columns[first], columns[last]]

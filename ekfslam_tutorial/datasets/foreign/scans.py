@@ -1,12 +1,13 @@
 """What a scan measures: the sensor model that fits its columns, its noise by the scatter, its messages."""
 
-from math import comb
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from ...geometry import q2e, wrap
 from ...toolbox.messages import Measurement
-from .meaning import NOISE
+from .meaning import DESCRIPTOR, NOISE
 from .plumb_bob import without_tangential
 
 RANGE, BEARING, ELEVATION = ("range", "range_std"), ("bearing", "bearing_std_deg"), ("elevation", "elevation_std_deg")
@@ -27,7 +28,8 @@ SPACE = {
 }
 CAMERAS = "pin_hole", "pin_hole_depth", "stereo_pin_hole"
 LEAST = {"range": 0.05, "bearing": 0.005, "elevation": 0.005, "std": 0.05, "pixel": 0.5, "depth": 0.05}
-"""No noise is taken for smaller than this: m, rad, rad, m, pixels, m."""
+LEAST["look"] = 1e-3
+"""No noise is taken for smaller than this: m, rad, rad, m, pixels, m, and of a number of a descriptor."""
 UNKNOWN = {"range": 0.1, "bearing": 0.03, "elevation": 0.03, "std": 0.1, "pixel": 1.0, "depth": 0.1}
 """Noise where the log cannot tell it."""
 GATES = {1: 10.8, 2: 13.8, 3: 16.3}
@@ -94,11 +96,35 @@ class Scan:
 
     def options(self):
         """Table of the filter's options."""
-        table = {"association": "known_ids" if self.known else "nearest_neighbour"}
+        table: dict[str, Any] = {"association": "known_ids" if self.known else "nearest_neighbour"}
+        if self.looks is not None and not self.known:
+            table["association"] = {"type": "descriptors", "std": self._look_noise(self.looks)}
         if self.known and len(np.unique(self.part["id"])) > MANY:
             table |= {"joint": True}
             self.log.said.append(f"more than {MANY} landmarks: joint correction, which is much faster then")
         return table | {"md2_threshold": GATES[len(self.fields)]}
+
+    @property
+    def looks(self):
+        """What each measurement looks like, shape (n, k); None if the log does not say."""
+        columns = [a for m, a in self.part.items() if m.startswith(DESCRIPTOR)]
+        return np.column_stack(columns) if columns else None
+
+    def _look_noise(self, looks):
+        """Noise of one number of a descriptor: as told, or by how near the next scan has one that looks alike."""
+        told = self.entry.get("descriptor_std")
+        if told is not None:
+            return told
+        _, start = np.unique(self.part["t"], return_index=True)
+        scans = np.split(looks, start[1:])
+        near = [np.linalg.norm(a[:, None] - b, axis=2).min(1) for a, b in pairwise(scans)]
+        size = float(np.median(np.concatenate(near))) if near else 0.0
+        std = float(f"{max(size / np.sqrt(2 * looks.shape[1]), LEAST['look']):.3g}")
+        self.log.said.append(
+            f"  descriptor: {looks.shape[1]} numbers, noise of each {std:g}, by the likest ones of next scans; "
+            "--set scan.descriptor_std=... says otherwise"
+        )
+        return std
 
     def _mounting(self):
         """Where the sensor is on the robot, as far as it is told or the axes tell."""
@@ -215,8 +241,8 @@ class Scan:
             return UNKNOWN[kind]
         found = []
         for id in np.unique(self.part["id"][self.part["id"] >= 0]):
-            a = self.part[meaning][self.part["id"] == id]
-            found.append(scatter(np.unwrap(a) if meaning == "bearing" else a))
+            a, t = (self.part[m][self.part["id"] == id] for m in (meaning, "t"))
+            found.append(scatter(np.unwrap(a) if meaning == "bearing" else a, t))
         found = [std for std in found if np.isfinite(std)]
         return max(float(np.median(found)), LEAST[kind]) if found else UNKNOWN[kind]
 
@@ -232,7 +258,7 @@ class Scan:
             self.log.said.append(
                 f"{(ids < 0).sum():,} measurements without an id are left out: known_ids cannot use them"
             )
-        R, told = self.own_noise(), [m for m in NOISE if m in scan]
+        R, d, told = self.own_noise(), self.looks, [m for m in NOISE if m in scan]
         if R is not None:
             self.log.said.append(
                 f"{', '.join(told)}: the noise of each measurement; --set scan.{told[0]}=false leaves it out"
@@ -241,18 +267,30 @@ class Scan:
             needed = [f"{m}_std" for m, _ in self.fields]
             self.log.said.append(f"{', '.join(told)}: not used; needed are {', '.join(needed)}, or all of a covariance")
         times, start = np.unique(scan["t"], return_index=True)
-        for a, rows in zip(times, np.split(np.arange(len(y)), start[1:]), strict=True):
+        for time, rows in zip(times, np.split(np.arange(len(y)), start[1:]), strict=True):
             rows = rows[ids[rows] >= 0] if self.known else rows
-            yield Measurement(a, ids[rows], y[rows], R=None if R is None else R[rows])
+            of_rows = lambda a, rows=rows: None if a is None else a[rows]
+            yield Measurement(time, ids[rows], y[rows], R=of_rows(R), d=of_rows(d))
 
 
-def scatter(a):
+def scatter(a, t=None):
     """Standard deviation of white noise on a smooth signal, by its differences; NaN if there are too few.
 
-    The variance of a difference of order k is binomial(2k, k) times that of the noise, and what is left of the signal
-    comes on top: the order of the least is taken.
+    A divided difference of order k is a sum of k + 1 neighbours whose weights take a polynomial of degree k - 1 away,
+    whatever the times between them. It is divided by the length of its weights. What is left of the signal comes on
+    top: the order of the least is taken.
     """
+    t = np.arange(len(a)) if t is None else t
+    apart = np.append(True, np.diff(t) > 0)  # a second one at the same time tells no slope
+    a, t = a[apart], t[apart]
     if len(a) < 8:
         return float("nan")
-    of_order = lambda d, k: 1.4826 * np.median(np.abs(d - np.median(d))) / np.sqrt(comb(2 * k, k))
-    return float(min(of_order(np.diff(a, k), k) for k in (2, 3, 4)))
+
+    def of_order(k):
+        T, A = (np.lib.stride_tricks.sliding_window_view(x, k + 1) for x in (t, a))
+        way = T[:, :, None] - T[:, None] + np.eye(k + 1)
+        w = 1 / way.prod(2)
+        d = (w * A).sum(1) / np.linalg.norm(w, axis=1)
+        return 1.4826 * np.median(np.abs(d - np.median(d)))
+
+    return float(min(map(of_order, (2, 3, 4))))

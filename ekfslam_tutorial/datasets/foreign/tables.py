@@ -1,11 +1,12 @@
 """Files of anybody as tables: named columns of numbers, NaN where a cell has none."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from ...geometry import q2e
 from ...toolbox.files.archives import check_regular, read_npz
 from ...toolbox.user_input import errors_at
 from ..matlab import read_mat
@@ -16,6 +17,10 @@ TEXT = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
 KNOWN = "text in columns (.csv, .tsv, .txt, .dat, .log), .mat, .npz, ROS bags (.bag, .mcap, .db3, or a folder)"
 MOST_KINDS = 12
 """Lines that begin with one of so many words are of so many kinds."""
+PROSE = {"readme", "license", "licence", "copying"}
+"""Files of these names are for people."""
+TUM = "t x y z qx qy qz qw"
+HEX = re.compile(r"0x[0-9a-f]+", re.IGNORECASE)
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)", re.IGNORECASE)
 
 
@@ -36,6 +41,8 @@ class Table:
         Frame in which they are, by their headers.
     mounts : dict of str to (str, ndarray)
         Of `/tf_static`: the frame that carries a frame, and its pose [t; q] there.
+    words : dict of str to dict of str to int
+        Of columns that hold words: the number that stands for each.
     """
 
     name: str
@@ -44,6 +51,7 @@ class Table:
     kind: str = ""
     frame: str = ""
     mounts: dict = field(default_factory=dict)
+    words: dict = field(default_factory=dict)
 
     def __len__(self):
         return len(next(iter(self.columns.values()), ()))
@@ -74,10 +82,10 @@ def read_tables(path):
         return [Table(*parts) for parts in read_bag(path)]
     if path.is_dir():
         files = [p for p in sorted(path.iterdir()) if p.is_file() and p.suffix.lower() in TEXT | {".mat", ".npz"}]
-        files = [p for p in files if p.suffix]
+        files = [p for p in files if p.suffix and p.stem.lower() not in PROSE]
         if not files:
             raise ValueError(f"the folder {path} holds no log; known are {KNOWN}")
-        return [table for file in files for table in read_tables(file)]
+        return with_common_words([table for file in files for table in read_tables(file)])
     kind = path.suffix.lower()
     if kind not in TEXT | {".mat", ".npz"}:
         raise ValueError(f"{path}: files {kind} are not known; known are {KNOWN}")
@@ -86,7 +94,24 @@ def read_tables(path):
     tables = _text(path) if kind in TEXT else _arrays(path, read_mat(path) if kind == ".mat" else _npz(path))
     if not any(len(table) for table in tables):
         raise ValueError(f"{path} holds no rows of numbers")
-    return [table for table in tables if len(table)]
+    return with_common_words([table for table in tables if len(table)])
+
+
+def with_common_words(tables):
+    """Tables in which a word has the same number everywhere: the places in the alphabet of all words of the log."""
+    order = {word: n for n, word in enumerate(sorted({w for t in tables for ws in t.words.values() for w in ws}), 1)}
+
+    def renumbered(table):
+        columns, words = dict(table.columns), {}
+        for name, old in table.words.items():
+            new = np.full(len(old) + 1, np.nan)
+            new[list(old.values())] = [order[word] for word in old]
+            known = np.isfinite(columns[name])
+            columns[name] = np.where(known, new[np.where(known, columns[name], 0).astype(int)], np.nan)
+            words[name] = {word: order[word] for word in old}
+        return replace(table, columns=columns, words=words)
+
+    return [renumbered(table) if table.words else table for table in tables]
 
 
 def _npz(path):
@@ -193,24 +218,40 @@ def _table(path, name, head, rows, numbers=None):
         notes.append(
             f"{len(rows) - len(kept)} of {len(rows):,} rows have not {usual} cells and are left out, row {first} first"
         )
-    names = head or [*map(str, range(1, usual + 1))]
+    names: list = head or [*map(str, range(1, usual + 1))]
+    if not head and _is_tum(kept):
+        names = TUM.split()
     if len(set(names)) < len(names):
         twice = next(n for n in names if names.count(n) > 1)
         raise ValueError(f"{path} has two columns of the name {twice!r}")
     cells = [[float(cell) if _is_number(cell) else np.nan for cell in row] for row in kept]
     a = np.array(cells, float).reshape(len(kept), usual)
     a[np.isinf(a)] = np.nan
+    named = {}
     for k, column in enumerate(names):
         words = {row[k] for row in kept} - {""} if np.isnan(a[:, k]).all() else set()
-        if words:  # names of landmarks: each gets a number
+        if words and all(map(HEX.fullmatch, words)):
+            a[:, k] = [int(row[k], 16) if row[k] else np.nan for row in kept]
+            notes.append(f"column {column} holds hexadecimal numbers")
+        elif words:  # names of landmarks: each gets a number
             number = {word: n for n, word in enumerate(sorted(words), 1)}
             a[:, k] = [number.get(row[k], np.nan) for row in kept]
             if len(number) < len(kept):
                 notes.append(f"column {column} holds words: {len(number)} different, numbered by the alphabet")
+            named[column] = number
     table = dict(zip(names, a.T, strict=True))
+    if names == TUM.split():
+        table["yaw"] = q2e(a[:, [7, 4, 5, 6]])[0][:, 2]
     if numbers:
         table[LINE] = np.array([n for n, length in zip(numbers, lengths, strict=True) if length == usual], float)
-    return Table(name, table, tuple(notes))
+    return Table(name, table, tuple(notes), words=named)
+
+
+def _is_tum(rows):
+    """Return True if rows without names are a time, a position and a unit quaternion each."""
+    if len(rows[0]) != len(TUM.split()) or not all(_is_number(cell) for row in rows for cell in row):
+        return False
+    return bool(np.allclose(np.linalg.norm(np.array(rows, float)[:, 4:], axis=1), 1, atol=1e-3))
 
 
 def _is_number(cell):
