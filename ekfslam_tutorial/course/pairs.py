@@ -225,6 +225,8 @@ class Table:
         right = [exercise.result(exercise.solution, call.args) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)
         self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
+        if _only_raise(exercise, calls, right):  # many slips raise as the student's mistake does: it is none of them
+            all_changes = [change for change in all_changes if change.listed]
         self.few = few
         self.t, self.s, self.kinds = self._columns()
         keys = [_key(call.args) for call in self.calls]
@@ -517,6 +519,12 @@ def _chosen(exercise, calls, right, most):
     bad, good = few(of(True), 2 * most // 3), of(False)
     chosen = [*bad, *few(good, most - len(bad))] if good else bad
     return [calls[k] for k in chosen]
+
+
+def _only_raise(exercise, calls, right) -> bool:
+    """Return True if each call that is not right has raised: then no number tells one mistake from others."""
+    wrong = (call.result for call, t in zip(calls, right, strict=True) if not exercise.alike(call.result, t))
+    return all(isinstance(result, guard.Raised) for result in wrong)
 
 
 def _kind(exercise, call, right):

@@ -9,10 +9,10 @@ import itertools
 import numpy as np
 import pytest
 
+from ekfslam_tutorial.course import edits, registry
 from ekfslam_tutorial.course import pairs as search
-from ekfslam_tutorial.course import registry
 from ekfslam_tutorial.course.exercise import Exercise
-from ekfslam_tutorial.course.exercises import nb05_frame
+from ekfslam_tutorial.course.exercises import nb02_ellipse, nb05_frame
 
 from .test_mutants import inputs
 
@@ -113,6 +113,24 @@ def test_pairs_are_named_where_an_answer_has_few_values_too(id, names):
     exercise = registry.get(id)
     one, other = ([m for m in exercise.misconceptions if m.name == name][0] for name in names)
     assert set(exercise.judge(exercise.composed(one, other)).misconception.split(" + ")) == set(names)
+
+
+@pytest.mark.parametrize("wrapped", [True, False])
+def test_no_slip_is_named_where_wrong_calls_only_raise(wrapped, monkeypatch):
+    """The id taken for the index: there is no such landmark in x. Some slip of `h` raises at the same calls, too."""
+    monkeypatch.setattr("ekfslam_tutorial.course.exercise.PATIENCE", 60.0)  # enough to try every slip
+    exercise = registry.get("02.5")
+    index = [m for m in exercise.misconceptions if m.name == "id taken for the index"][0].edits[0][0]
+    places = [(index, "id"), *([] if wrapped else [("wrap(y[1] - e[1])", "y[1] - e[1]")])]
+    head, body = edits.parts(exercise.solution)
+    verdict = exercise.judge(edits.function(exercise.solution, head + edits.applied(body, places, ""), "id"))
+    assert verdict.status == "failed" and verdict.misconception == "" and "empty" in verdict.hint
+
+
+def test_points_that_are_all_one_are_compared_without_a_word(capfd):
+    points = np.ones((8, 2))
+    assert np.array_equal(nb02_ellipse.as_curve(points), points)
+    assert capfd.readouterr() == ("", "")
 
 
 # --- held back: pairs in a filter that is written otherwise than the reference, new landmarks as they come ---
