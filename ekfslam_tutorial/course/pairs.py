@@ -31,6 +31,7 @@ CELLS = 250  # numbers of the table, of those that are wrong, and of those that 
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
 LIKELY = 3000  # pairs that are tried at most
+BESIDE = 3  # listed mistakes, in the text of which slips are looked for
 FIRST = 40  # pairs of rows of which more than one pair of changes is tried
 ENDLESS_S = 1.0  # a change that takes longer has made a loop endless
 LOOP = re.compile(r"\bwhile\b|\bfor\b.*\.(append|extend|insert)\(", re.DOTALL)  # one that a change can make endless
@@ -107,6 +108,10 @@ def _shortest(start, old, new):
 
 def composed(solution, one, other):
     """Yield the solution with both changes; twice where it matters which one is made first."""
+    if isinstance(other, Beside):
+        if (answer := other.mistake.answer) is not None:
+            yield answer
+        return
     if isinstance(one, Outer) or isinstance(other, Outer):
         inner, outer = (other, one) if isinstance(one, Outer) else (one, other)
         if not isinstance(inner, Outer) and inner.answer is not None:
@@ -189,6 +194,16 @@ OUTER = (
     ("The entries of `{}` are in the wrong order.", lambda a: a[..., ::-1], lambda a: a[..., ::-1]),
     ("`{}` is 1 minus what it should be.", lambda a: 1 - a, lambda a: 1 - a),
 )
+
+
+class Beside:
+    """A slip in the text of a listed mistake: it is there only with that mistake."""
+
+    listed, function = False, None
+
+    def __init__(self, slip):
+        self.mistake = slip
+        self.ends = not LOOP.search(slip.body)
 
 
 def outers(exercise, right):
@@ -313,10 +328,19 @@ class Table:
         other one does not touch. Nor do slips explain what is no number.
         """
         slips = [(k, other) for k, other in ((i, j), (j, i)) if not self.rows[k][0].listed]
-        if slips and (self.few or not np.isfinite(self.s).all() or self.unlike):
+        if slips and not self.tells:
             return False
         shown = lambda k, other: (self.fits[k] & self.wrong & ~self.changed[other]).any()
         return all(shown(*each) for each in slips) or len(slips) == 1 and shown(j, i) and shown(i, j)
+
+    @cached_property
+    def tells(self) -> bool:
+        """The results are numbers with decimals, all of them: no two slips give them by chance."""
+        return not self.few and bool(np.isfinite(self.s).all()) and not self.unlike
+
+    def hidden(self, i, j) -> bool:
+        """Return True if a slip of the two shows in no number alone: both are in all that is wrong."""
+        return self.tells and not self.evident(i, j)
 
     def bits(self) -> float:
         """What the wrong results say: each call as much as few rows of the table have that answer to it."""
@@ -325,8 +349,9 @@ class Table:
             total += np.log2(n / max(int(self.fits[:, about & (self.of_call == k)].all(1).sum()), 1))
         return total
 
+    @cached_property
     def pairs(self):
-        """Yield pairs of rows that may do it together, the likely ones first.
+        """The pairs of rows that may do it together, the likely ones first.
 
         What counts: numbers that are not what the one change that touches them makes of them; and how far the effects
         of both are from adding up, or from multiplying, to that of the student.
@@ -342,8 +367,8 @@ class Table:
         key = np.where(np.tri(len(rows), dtype=bool), np.inf, key).ravel()
         few = np.argpartition(key, min(LIKELY, len(key) - 1))[:LIKELY]
         few = few[np.isfinite(key[few])]
-        for k in few[np.argsort(key[few], kind="stable")]:
-            yield rows[k // len(rows)], rows[k % len(rows)]
+        few = few[np.argsort(key[few], kind="stable")]
+        return list(zip(rows[few // len(rows)], rows[few % len(rows)], strict=True))
 
     def _some_rows(self):
         """The changes that are paired: the listed ones, and those that explain most."""
@@ -395,18 +420,22 @@ def find(table, calls, patience):
     list of Mistake or Slip
         Two, or none.
     """
-    exercise, end, found = table.exercise, time.process_time() + 2 / 3 * patience, []
-    tried, likely = 0, _tried(table)
-    for one, other in itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely):
-        if time.process_time() > end:
-            break
-        tried += 1
-        for answer in composed(exercise.solution, one, other):
-            fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
-            if _in_time(fits, one, other):
-                found.append((one, other))
+    exercise, start, found, tried = table.exercise, time.process_time(), [], 0
+    likely, hidden = _tried(table, table.evident), _tried(table, table.hidden)
+    ways = itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely)
+    for pairs, share in ((ways, 1 / 2), (hidden, 2 / 3), (_beside(table), 3 / 4)):
+        for one, other in pairs:
+            if time.process_time() > start + share * patience:
                 break
-        if found and not table.few:
+            tried += 1
+            for answer in composed(exercise.solution, one, other):
+                fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
+                if _in_time(fits, one, other):
+                    found.append((one, other))
+                    break
+            if found and not table.few:
+                break
+        if found or table.few:
             break
     if table.few:
         found = _sure(table, found, tried)
@@ -419,18 +448,34 @@ def _sure(table, found, tried):
     return found if alone and table.bits() >= SURE_BITS + np.log2(tried) else []
 
 
-def _tried(table):
+def _tried(table, which):
     """Yield pairs of changes, the likely ones first; of the first rows all changes that have the same results.
 
     What is the same alone need not be the same beside another change, and one may be in the other's way.
     """
-    pairs = ((i, j) for i, j in table.pairs() if table.evident(i, j))
+    pairs = ((i, j) for i, j in table.pairs if which(i, j))
     for n, (i, j) in enumerate(pairs):
         for one, other in itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j))):
             if one.function is not other.function or _merged(one, other):
                 yield one, other
                 if n > FIRST:
                     break
+
+
+def _beside(table):
+    """Yield listed mistakes, those that are nearest first, with the slips that are in what they have written anew."""
+    if not table.tells:
+        return
+    exercise, near = table.exercise, []
+    with np.errstate(all="ignore"):
+        for v, row in zip(table.V, table.rows, strict=True):
+            same = _near(np.abs(v), np.abs(table.s)) & table.wrong
+            near += [(same.sum(), change) for change in row if change.listed]
+    for _, change in sorted(near, key=lambda each: -each[0])[:BESIDE]:
+        known = {slip.hint for slip in exercise.slips()}
+        for slip in exercise.slips(change.mistake):
+            if slip.hint not in known:
+                yield change, Beside(slip)
 
 
 def _plain(row, few):

@@ -341,6 +341,7 @@ OPERATIONS = {
         ("A sign is wrong", "-{a} / {b}"),
         ("Divided by the square", "{left} / {b}**2"),
         ("Divided by the root", "{left} / np.sqrt({right})"),
+        ("A factor is missing", "1 / {b}"),
     ),
     ast.Pow: (
         ("The power is missing", "{left}"),
@@ -422,7 +423,11 @@ def _of_entries(node, of):
     else:
         what = "The order"
         for i, entry in enumerate(entries):
-            for wrong, new in (("An entry has the wrong sign", f"-({entry})"), ("An entry is missing", "0")):
+            for wrong, new in (
+                ("An entry has the wrong sign", f"-({entry})"),
+                ("An entry is missing", "0"),
+                ("An entry is 1", "1"),
+            ):
                 yield wrong, row([*entries[:i], new, *entries[i + 1 :]])
     for i in range(len(entries) - 1):
         for j in range(i + 1, len(entries)):
