@@ -107,6 +107,8 @@ def test_a_run_is_smoothed(tmp_path, capsys):
     assert first.startswith("range_bearing_2d: 15 frames, ") and "robot 1, smoother" in said.out
     rows = np.loadtxt(tmp_path / "smoothed-1.csv", delimiter=",", skiprows=1)
     assert rows.shape == (16, 10)
+    path = np.loadtxt(tmp_path / "smoothed-1.tum")
+    assert path.shape == (16, 8) and np.allclose(path[:, :3], rows[:, :3], atol=1e-8)  # nine digits are written
     assert (tmp_path / "smoothed-map.csv").read_text().startswith("id,x,y,P_xx,P_xy,P_yy\n")
     assert (tmp_path / "smooth.png").stat().st_size > 20_000
     filtered, smoothed = json.loads((tmp_path / "smoothed.json").read_text())

@@ -12,6 +12,7 @@ from ..graphics import use_style
 from ..graphics.smoother_picture import smoother_picture
 from .files import save_figure, written
 from .terminal import say, table
+from .trajectories import tum_rows, write_text
 
 COLUMNS = {
     "position_rmse_m": "position RMSE m",
@@ -52,7 +53,7 @@ def smoothed(graph, lag=None):
 
 def write(out, found, name):
     """Write all files; return their names."""
-    names = [_track(out, found, id) for id in found.graph.robots]
+    names = [file for id in found.graph.robots for file in (_track(out, found, id), _path(out, found, id))]
     return [*names, _map(out, found), _scores(out, found), _picture(out, found, name)]
 
 
@@ -132,6 +133,12 @@ def _track(out, found, id):
     with written(out / f"smoothed-{id}.csv", text=True) as file:
         np.savetxt(file, rows, delimiter=",", header=",".join(header), comments="", fmt="%.9g")
     return f"smoothed-{id}.csv"
+
+
+def _path(out, found, id):
+    """Write smoothed-N.tum, as `run` writes trajectory-N.tum, for `evo` and others."""
+    x, _ = found.track(id)
+    return write_text(out / f"smoothed-{id}.tum", tum_rows(found.graph.t, x[:, : found.graph.frames["robot", id].size]))
 
 
 def _map(out, found):

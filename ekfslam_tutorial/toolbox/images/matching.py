@@ -42,6 +42,7 @@ def find_patch(image, patch, e, Z, sigma=3.0, most=25):
     outside = (sigma**2 + 1) * det  # one more: the neighbours of the edge
 
     def md2_det(row, column):
+        """The squared Mahalanobis distance of places in the window, times the determinant."""
         du, dv = left + column - u, top + row - v
         return d * du * du - dv * (2 * b * du) + a * dv * dv
 
@@ -51,6 +52,7 @@ def find_patch(image, patch, e, Z, sigma=3.0, most=25):
         row, column = divmod(int(score.argmax()), wide)
 
     def at(row, column):
+        """The score at a place, -1 outside the ellipse."""
         return -1.0 if md2_det(row, column) > outside else float(score[row, column])
 
     best, y = float(score[row, column]), np.array([left + column, top + row], float)
