@@ -389,6 +389,8 @@ def _of_call(node, of):
     if name == "arctan2" and len(args) == 2:
         quotient = f"{stem or 'np'}.arctan(({args[0]}) / ({args[1]}))"
         yield "`arctan` of the quotient cannot tell ahead from behind", quotient
+    if name in ("inv", "solve") and args:
+        yield "Only the diagonal counts", f"{function}({', '.join([f'np.diag(np.diag({args[0]}))', *args[1:]])})"
     if name == "solve" and len(args) == 2:
         yield "The inverse is missing", f"({args[0]}) @ ({args[1]})"
     for i in range(len(args) - 1 if name not in COUNTING else 0):
@@ -427,6 +429,8 @@ def _of_entries(node, of):
                 ("An entry has the wrong sign", f"-({entry})"),
                 ("An entry is missing", "0"),
                 ("An entry is 1", "1"),
+                ("An entry is twice as much", f"2 * ({entry})"),
+                ("An entry is half as much", f"({entry}) / 2"),
             ):
                 yield wrong, row([*entries[:i], new, *entries[i + 1 :]])
     for i in range(len(entries) - 1):
