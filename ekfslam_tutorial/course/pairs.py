@@ -451,15 +451,16 @@ def _sure(table, found, tried):
 def _tried(table, which):
     """Yield pairs of changes, the likely ones first; of the first rows all changes that have the same results.
 
-    What is the same alone need not be the same beside another change, and one may be in the other's way.
+    What is the same alone need not be the same beside another change, and one may be in the other's way. Of the first
+    rows, two slips are the last to be believed.
     """
-    pairs = ((i, j) for i, j in table.pairs if which(i, j))
-    for n, (i, j) in enumerate(pairs):
-        for one, other in itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j))):
-            if one.function is not other.function or _merged(one, other):
-                yield one, other
-                if n > FIRST:
-                    break
+    good = ((i, j) for i, j in table.pairs if which(i, j))
+    goes = lambda one, other: one.function is not other.function or _merged(one, other)
+    both = lambda i, j: itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j)))
+    first = [pair for rows in itertools.islice(good, FIRST) for pair in both(*rows) if goes(*pair)]
+    yield from sorted(first, key=lambda pair: 2 - pair[0].listed - pair[1].listed)
+    for rows in good:
+        yield from itertools.islice((pair for pair in both(*rows) if goes(*pair)), 1)
 
 
 def _beside(table):
