@@ -149,6 +149,23 @@ def _merged(one, other):
     return [body for body in dict.fromkeys(found) if body not in (one.body, other.body)]
 
 
+def apart(table, one, other):
+    """Yield the solution with both changes, but what one of them alone makes wrong as with that one alone.
+
+    Who writes a formula out at each place may err at one of them: the mistake is not in all results that it would be in.
+    """
+    ways = table.ways(table.row_of[one], table.row_of[other])
+    solution = table.exercise.solution
+    for both in composed(solution, one, other) if 3 in ways else [None]:
+        answers = solution, one.answer, other.answer, both
+
+        def answer(*args, answers=answers):
+            made = {way: answers[way](*map(_copy, args)) for way in set(ways)}
+            return tuple(made[way][p] for p, way in enumerate(ways))
+
+        yield answer
+
+
 class Outer:
     """A slip of one result as a whole, whatever stands in the function: it goes with each other change.
 
@@ -263,9 +280,11 @@ class Table:
                     values.append(v)
                 rows.setdefault(key, []).append(change)
         self.rows = list(rows.values())
+        self.row_of = {change: k for k, row in enumerate(self.rows) for change in row}
         self.V = np.array(values).reshape(len(values), len(self.t))
         self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s)
         self.wrong = ~_near(self.s, self.t)
+        self.wrong_parts = np.array([self.wrong[self.parts == p].any() for p in range(int(self.parts.max()) + 1)])
 
     def _columns(self):
         """What is right, what the student gave, and by call and result whether it is compared number by number."""
@@ -321,16 +340,70 @@ class Table:
         found = np.flatnonzero(good)
         return self.rows[found[0]] if len(found) else []
 
+    @cached_property
+    def apart(self) -> bool:
+        """The answer has several results in all calls, so that a mistake may show in one of them only."""
+        several = [len(kind) for kind in self.kinds]
+        return not self.few and not self.unlike and several[0] > 1 and len(set(several)) == 1
+
+    @cached_property
+    def whole(self):
+        """Which rows give all that the student gave in a result that is wrong, by row and result: no chance."""
+        found = np.zeros((len(self.rows), len(self.wrong_parts)), bool)
+        for p in np.flatnonzero(self.wrong_parts) if self.apart else ():
+            here = self.parts == p
+            wrong = here & self.wrong
+            if (np.abs(self.s - np.round(self.s)) > 1e-9)[wrong].sum() > 1:
+                found[:, p] = self.fits[:, here].all(1)
+        return found
+
+    @cached_property
+    def first(self):
+        """The first result that each row changes: a mistake in it is no other one."""
+        touched = np.stack([self.changed[:, self.parts == p].any(1) for p in range(len(self.wrong_parts))], 1)
+        return touched.argmax(1)
+
+    def ways(self, i, j):
+        """By result: is it right (0), as with row i alone (1), as with row j alone (2), or as with both (3)?
+
+        None if one of them is not needed, or if both are in all that is wrong.
+        """
+        if not (self.apart and self.needs(i, j) and self.needs(j, i)):
+            return None
+        ways = np.select([~self.wrong_parts, self.whole[i], self.whole[j]], [0, 1, 2], 3)
+        return None if (ways == 3).all() else tuple(ways)
+
+    def needs(self, i, j) -> bool:
+        """Return True if row j does not give all that is wrong, so that row i is in some of it, too."""
+        return bool((self.wrong_parts & ~self.whole[j]).any())
+
+    def in_place(self, i, j) -> bool:
+        """Return True if the student's first result that row i changes is wrong, and not as with row j alone."""
+        p = self.first[i]
+        return not self.apart or bool(self.wrong_parts[p] and (self.whole[i, p] or not self.whole[j, p]))
+
+    def alone(self):
+        """The changes that give all that is wrong, if not in each result that they would be in: fewest results first."""
+        good = self.apart & self.whole[:, self.wrong_parts].all(1) & self.wrong_parts[self.first]
+        found = np.flatnonzero(good)
+        spoilt = (self.changed & ~self.fits).sum(1)
+        return self.rows[found[np.argmin(spoilt[found])]] if len(found) else []
+
     def evident(self, i, j) -> bool:
         """Return True if a pair is no guess: one mistake in another formula may be two slips in this one by chance.
 
         Two listed mistakes are none. Of others each slip must show alone: in numbers that it explains, and that the
-        other one does not touch. Nor do slips explain what is no number.
+        other one does not touch, or in a whole result. Nor do slips explain what is no number.
         """
-        slips = [(k, other) for k, other in ((i, j), (j, i)) if not self.rows[k][0].listed]
-        if slips and not self.tells:
+        both = (i, j), (j, i)
+        slips = [(k, other) for k, other in both if not self.rows[k][0].listed]
+        if slips and not self.tells or not all(self.in_place(*each) for each in both):
             return False
-        shown = lambda k, other: (self.fits[k] & self.wrong & ~self.changed[other]).any()
+
+        def shown(k, other):
+            alone = self.whole[k] & ~self.whole[other] & self.wrong_parts
+            return (self.fits[k] & self.wrong & ~self.changed[other]).any() or alone.any()
+
         return all(shown(*each) for each in slips) or len(slips) == 1 and shown(j, i) and shown(i, j)
 
     @cached_property
@@ -340,7 +413,7 @@ class Table:
 
     def hidden(self, i, j) -> bool:
         """Return True if a slip of the two shows in no number alone: both are in all that is wrong."""
-        return self.tells and not self.evident(i, j)
+        return self.tells and not self.evident(i, j) and self.in_place(i, j) and self.in_place(j, i)
 
     def bits(self) -> float:
         """What the wrong results say: each call as much as few rows of the table have that answer to it."""
@@ -357,18 +430,31 @@ class Table:
         of both are from adding up, or from multiplying, to that of the student.
         """
         rows, cells = self._some_rows(), self._some_cells()
-        changed, fits = (a[np.ix_(rows, cells)].astype(np.float32) for a in (self.changed, self.fits))
-        alone, spoils = 1 - changed, changed * (1 - fits)
-        spoiled = spoils @ alone.T
-        missed = (alone * self.wrong[cells]) @ alone.T + spoiled + spoiled.T
         listed = np.array([self.rows[k][0].listed for k in rows])
-        one = np.minimum(self._misses(rows, cells, _difference), self._misses(rows, cells, _ratio))
-        key = missed / self.wrong[cells].sum() + np.minimum(one, 1) - 1e-3 * (listed[:, None] + listed)
+        key = -1e-3 * (listed[:, None] + listed)
+        for p in np.unique(self.parts[cells]) if self.apart else [None]:
+            here = cells if p is None else cells[self.parts[cells] == p]
+            key_here = self._far(rows, here, self.wrong[cells].sum())
+            if p is not None:
+                alone = self.whole[rows, p] | ~self.wrong_parts[p]
+                key_here[alone[:, None] | alone] = 0
+            key = key + key_here
         key = np.where(np.tri(len(rows), dtype=bool), np.inf, key).ravel()
         few = np.argpartition(key, min(LIKELY, len(key) - 1))[:LIKELY]
         few = few[np.isfinite(key[few])]
         few = few[np.argsort(key[few], kind="stable")]
         return list(zip(rows[few // len(rows)], rows[few % len(rows)], strict=True))
+
+    def _far(self, rows, cells, n):
+        """How far pairs of changes are from the student's numbers in these cells: 0 is no distance, of all n it is 1."""
+        changed, fits = (a[np.ix_(rows, cells)].astype(np.float32) for a in (self.changed, self.fits))
+        alone, spoils = 1 - changed, changed * (1 - fits)
+        spoiled = spoils @ alone.T
+        missed = (alone * self.wrong[cells]) @ alone.T + spoiled + spoiled.T
+        if not self.wrong[cells].any():
+            return missed / n
+        one = np.minimum(self._misses(rows, cells, _difference), self._misses(rows, cells, _ratio))
+        return missed / n + np.minimum(one, 1) * self.wrong[cells].sum() / n
 
     def _some_rows(self):
         """The changes that are paired: the listed ones, and those that explain most."""
@@ -422,13 +508,20 @@ def find(table, calls, patience):
     """
     exercise, start, found, tried = table.exercise, time.process_time(), [], 0
     likely, hidden = _tried(table, table.evident), _tried(table, table.hidden)
-    ways = itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely)
-    for pairs, share in ((ways, 1 / 2), (hidden, 2 / 3), (_beside(table), 3 / 4)):
+    whole = lambda one, other: composed(exercise.solution, one, other)
+    in_some = lambda one, other: apart(table, one, other)
+    searches = (
+        (itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely), whole, 0.4),
+        (_tried(table, lambda i, j: table.ways(i, j) is not None and table.evident(i, j)), in_some, 0.5),
+        (hidden, whole, 2 / 3),
+        (_beside(table), whole, 3 / 4),
+    )
+    for pairs, with_both, share in searches:
         for one, other in pairs:
             if time.process_time() > start + share * patience:
                 break
             tried += 1
-            for answer in composed(exercise.solution, one, other):
+            for answer in with_both(one, other):
                 fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
                 if _in_time(fits, one, other):
                     found.append((one, other))
