@@ -152,7 +152,7 @@ def _merged(one, other):
 def apart(table, one, other):
     """Yield the solution with both changes, but what one of them alone makes wrong as with that one alone.
 
-    Who writes a formula out at each place may err at one of them: the mistake is not in all results that it would be in.
+    Who writes a formula out at each place may err at one of them: then the mistake is not in all results.
     """
     ways = table.ways(table.row_of[one], table.row_of[other])
     solution = table.exercise.solution
@@ -341,6 +341,11 @@ class Table:
         return self.rows[found[0]] if len(found) else []
 
     @cached_property
+    def has_decimals(self):
+        """Which of the student's numbers are no whole ones: these are hit by no chance."""
+        return np.abs(self.s - np.round(self.s)) > 1e-9
+
+    @cached_property
     def apart(self) -> bool:
         """The answer has several results in all calls, so that a mistake may show in one of them only."""
         several = [len(kind) for kind in self.kinds]
@@ -353,7 +358,7 @@ class Table:
         for p in np.flatnonzero(self.wrong_parts) if self.apart else ():
             here = self.parts == p
             wrong = here & self.wrong
-            if (np.abs(self.s - np.round(self.s)) > 1e-9)[wrong].sum() > 1:
+            if self.has_decimals[wrong].sum() > 1:
                 found[:, p] = self.fits[:, here].all(1)
         return found
 
@@ -383,7 +388,7 @@ class Table:
         return not self.apart or bool(self.wrong_parts[p] and (self.whole[i, p] or not self.whole[j, p]))
 
     def alone(self):
-        """The changes that give all that is wrong, if not in each result that they would be in: fewest results first."""
+        """The changes that give all that is wrong, though not in each result that they would be in."""
         good = self.apart & self.whole[:, self.wrong_parts].all(1) & self.wrong_parts[self.first]
         found = np.flatnonzero(good)
         spoilt = (self.changed & ~self.fits).sum(1)
@@ -392,19 +397,18 @@ class Table:
     def evident(self, i, j) -> bool:
         """Return True if a pair is no guess: one mistake in another formula may be two slips in this one by chance.
 
-        Two listed mistakes are none. Of others each slip must show alone: in numbers that it explains, and that the
+        Two listed mistakes are none. Beside a slip each must show alone: in numbers that it explains, and that the
         other one does not touch, or in a whole result. Nor do slips explain what is no number.
         """
         both = (i, j), (j, i)
-        slips = [(k, other) for k, other in both if not self.rows[k][0].listed]
-        if slips and not self.tells or not all(self.in_place(*each) for each in both):
+        if not all(self.in_place(*each) for each in both):
             return False
+        return all(self.rows[k][0].listed for k in (i, j)) or self.tells and all(self.shown(*each) for each in both)
 
-        def shown(k, other):
-            alone = self.whole[k] & ~self.whole[other] & self.wrong_parts
-            return (self.fits[k] & self.wrong & ~self.changed[other]).any() or alone.any()
-
-        return all(shown(*each) for each in slips) or len(slips) == 1 and shown(j, i) and shown(i, j)
+    def shown(self, i, j) -> bool:
+        """Return True if row i gives numbers that row j does not touch, or a whole result that j does not give."""
+        alone = self.whole[i] & ~self.whole[j] & self.wrong_parts
+        return bool((self.fits[i] & self.wrong & ~self.changed[j]).any() or alone.any())
 
     @cached_property
     def tells(self) -> bool:
@@ -446,7 +450,7 @@ class Table:
         return list(zip(rows[few // len(rows)], rows[few % len(rows)], strict=True))
 
     def _far(self, rows, cells, n):
-        """How far pairs of changes are from the student's numbers in these cells: 0 is no distance, of all n it is 1."""
+        """How far pairs of changes are from the student's numbers in these cells: 1 if all n are missed."""
         changed, fits = (a[np.ix_(rows, cells)].astype(np.float32) for a in (self.changed, self.fits))
         alone, spoils = 1 - changed, changed * (1 - fits)
         spoiled = spoils @ alone.T
@@ -532,7 +536,26 @@ def find(table, calls, patience):
             break
     if table.few:
         found = _sure(table, found, tried)
-    return sorted((change.mistake for change in found[0]), key=exercise.fails_at) if found else []
+    known = _no_guess(table, calls, *found[0]) if found else []
+    return sorted((change.mistake for change in known), key=exercise.fails_at)
+
+
+def _no_guess(table, calls, one, other):
+    """Of two changes those that no other listed mistake may stand for: one that shows in few values only may be it."""
+    exercise, rows, of = table.exercise, table.rows, table.row_of
+    known = []
+    for change, beside in (one, other), (other, one):
+        if change in of and beside in of:
+            needed = table.wrong & table.changed[of[change]] & ~table.fits[of[beside]]
+            rivals = [row[0] for row in rows if row[0].listed and row[0].mistake.hint != change.mistake.hint]
+            if not table.has_decimals[needed].any() and any(
+                answers(exercise, answer, [*table.calls, *calls])
+                for rival in rivals
+                for answer in composed(exercise.solution, rival, beside)
+            ):
+                continue
+        known.append(change)
+    return known
 
 
 def _sure(table, found, tried):

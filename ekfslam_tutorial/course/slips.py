@@ -18,6 +18,7 @@ from . import edits
 MOST = 1500  # slips of one solution; each costs a compilation
 MOST_TERMS = 12  # that may be added to an angle
 LONGEST = 90  # characters of an expression that is quoted
+LONGEST_FORMULA = 60  # of one that may be written out in place of a name
 
 EXCHANGED = {"sin": "cos", "cos": "sin", "arctan": "tan", "arcsin": "sin", "arccos": "cos",
              "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
@@ -113,6 +114,12 @@ class _Text:
         new = f"({new})" if brackets else new
         return self.text[self.head : start] + new + self.text[end:]
 
+    def with_all(self, nodes, new):
+        body, at = "", self.head
+        for start, end in sorted(map(self.span, nodes)):
+            body, at = f"{body}{self.text[at:start]}({new})", end
+        return body + self.text[at:]
+
 
 def _of(function, text) -> Iterator[tuple[str, str]]:
     """Yield the sentence and the new body of each slip."""
@@ -145,6 +152,7 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
     for node in statements:
         yield from _of_statement(node, text)
     yield from _of_uses(function, nodes, names, text)
+    yield from _of_repeated(statements, nodes, told, text)
     yield from _of_angles(function, statements, text)
     for node in names:
         for other in locals_:
@@ -166,6 +174,19 @@ def _of_uses(function, nodes, names, text):
                 old, changed = text.both(formula, inner, new)
                 place = f"your results are as if `{node.id}` were `{changed}`, not `{old}`, in `{text.of(around)[:60]}`"
                 yield f"{what}: {place}.", text.with_(node, changed)
+
+
+def _of_repeated(statements, nodes, told, text):
+    """A slip of an expression that a line has several times: who gives it a name makes it at all of these places."""
+    inside = lambda node, line: line.lineno <= node.lineno and node.end_lineno <= line.end_lineno
+    for line in (s for s in statements if isinstance(s, ast.Assign | ast.AugAssign | ast.Return)):
+        places: dict[str, list] = {}
+        for node in nodes:
+            if isinstance(node, ast.BinOp) and inside(node, line):
+                places.setdefault(text.of(node), []).append(node)
+        for old, same in places.items():
+            for what, new in _changes(same[0], text) if len(same) > 1 else ():
+                yield told(what, old, new), text.with_all(same, new)
 
 
 def _of_angles(function, statements, text):
@@ -200,7 +221,7 @@ def _terms(function, text):
 
 def _formulas(function):
     """What each name stands for that gets a value once, where that is short."""
-    found: dict[str, ast.expr | None] = {}
+    found: dict[str, ast.expr | None] = dict.fromkeys(_changed_in_place(function))
     for node in ast.walk(function):
         if isinstance(node, ast.Assign) and len(node.targets) == 1:
             target, value = node.targets[0], node.value
@@ -209,9 +230,16 @@ def _formulas(function):
             both = elements and values
             for name, formula in zip(elements, values, strict=False) if both else [(target, value)]:
                 if isinstance(name, ast.Name):
-                    short = isinstance(formula, ast.BinOp | ast.Call) and len(ast.unparse(formula)) <= 40
+                    short = isinstance(formula, ast.BinOp | ast.Call) and len(ast.unparse(formula)) <= LONGEST_FORMULA
                     found[name.id] = formula if short and name.id not in found else None
     return found
+
+
+def _changed_in_place(function):
+    """Names of which an entry is set, or to which something is added: they do not keep their formula."""
+    stores = [n.value for n in ast.walk(function) if isinstance(n, ast.Subscript) and isinstance(n.ctx, ast.Store)]
+    stores += [n.target for n in ast.walk(function) if isinstance(n, ast.AugAssign)]
+    return {n.id for n in stores if isinstance(n, ast.Name)}
 
 
 def _nodes(function):
@@ -329,6 +357,8 @@ OPERATIONS = {
         ("The product of matrices is `@`, and `*` goes entry by entry", "{a} * {b}"),
         ("A transpose too many", "{a}.T @ {b}"),
         ("A transpose too many", "{a} @ {b}.T"),
+        ("Only the diagonal counts", "np.diag(np.diag({left})) @ {b}"),
+        ("Only the diagonal counts", "{a} @ np.diag(np.diag({right}))"),
         ("An inverse", "np.linalg.inv({left}) @ {b}"),
         ("An inverse", "{a} @ np.linalg.inv({right})"),
         ("Twice as much", "2 * ({left} @ {right})"),
@@ -500,6 +530,18 @@ def _of_statement(node, text):
     """Slips of a line: left out, added the wrong way, results in another order."""
     if isinstance(node, ast.Assign | ast.AugAssign | ast.Expr):
         yield f"A step is missing: `{text.of(node)[:LONGEST]}`.", text.with_(node, "pass", False)
+    if isinstance(node, ast.For):
+        over = text.of(node.iter)
+        for which, some in (
+            ("last", "[-1:]"),
+            ("first", "[:1]"),
+            ("all but the first", "[1:]"),
+            ("all but the last", "[:-1]"),
+        ):
+            yield (
+                f"Your results are as if only the {which} of `{over}` counted.",
+                text.with_(node.iter, f"[*({over})]{some}"),
+            )
     if isinstance(node, ast.AugAssign):
         target, value = text.of(node.target), text.of(node.value)
         for sign in ("", "-", "+"):
