@@ -511,7 +511,8 @@ def _of_parameters(function, parameters, text):
             (f"`{p}` is turned into degrees in yours: keep to radians", f"np.degrees({p})"),
         ):
             yield f"{sentence}.", before(f"{p} = {new}")
-        matrix = re.search(rf"\b{p}\b[^.]*?shape \([^),]+,[^),]+\)", text.text[: text.head])
+        shape = re.search(rf"\b{p}\b[^.]*?shape \(([^)]*)\)", text.text[: text.head])
+        matrix = shape and re.fullmatch("[^,]+,[^,]+", shape[1])
         called = (lambda i, p=p: f"column {i} of `{p}`") if matrix else (lambda i, p=p: f"`{p}[{i}]`")
         for i in range(5):
             entry = f"{p} = np.array({p}, float); {p}[..., {i}]"
