@@ -208,7 +208,8 @@ def _of_angles(function, statements, text):
 def _terms(function, text):
     """What may be added to an angle: entries of the parameters, their products, and names that stand for one entry."""
     parameters = {a.arg for a in function.args.args}
-    of_one = lambda n: isinstance(n.value, ast.Name) and n.value.id in parameters and isinstance(n.slice, ast.Constant)
+    number = lambda n: isinstance(n, ast.Constant) and isinstance(n.value, int)
+    of_one = lambda n: isinstance(n.value, ast.Name) and n.value.id in parameters and number(n.slice)
     entries: list[Any] = [n for n in ast.walk(function) if isinstance(n, ast.Subscript) and of_one(n)]
     tuples = [n for n in ast.walk(function) if isinstance(n, ast.Tuple) and isinstance(n.ctx, ast.Store)]
     names = [text.of(e) for n in tuples for e in n.elts if isinstance(e, ast.Name)]
