@@ -458,7 +458,8 @@ class Table:
         if not self.wrong[cells].any():
             return missed / n
         one = np.minimum(self._misses(rows, cells, _difference), self._misses(rows, cells, _ratio))
-        return missed / n + np.minimum(one, 1) * self.wrong[cells].sum() / n
+        open_ = (changed * self.wrong[cells]) @ changed.T  # what both of them change: nothing else tells of these
+        return missed / n + np.minimum(one, 1) * open_ / n
 
     def _some_rows(self):
         """The changes that are paired: the listed ones, and those that explain most."""
