@@ -30,6 +30,7 @@ MANY = 600
 CELLS = 250  # numbers of the table, of those that are wrong, and of those that are right
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
+LISTED = 0.1  # by so much nearer counts a pair for each of the two that is listed
 LIKELY = 3000  # pairs that are tried at most
 BESIDE = 3  # listed mistakes, in the text of which slips are looked for
 FIRST = 40  # pairs of rows of which more than one pair of changes is tried
@@ -435,7 +436,7 @@ class Table:
         """
         rows, cells = self._some_rows(), self._some_cells()
         listed = np.array([self.rows[k][0].listed for k in rows])
-        key = -1e-3 * (listed[:, None] + listed)
+        key = -LISTED * (listed[:, None] + listed.astype(float))
         for p in np.unique(self.parts[cells]) if self.apart else [None]:
             here = cells if p is None else cells[self.parts[cells] == p]
             key_here = self._far(rows, here, self.wrong[cells].sum())
