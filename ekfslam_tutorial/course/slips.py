@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import itertools
 import re
 import types
 from collections.abc import Iterator
@@ -453,6 +454,7 @@ def _of_entries(node, of):
             yield "A row has the wrong sign", matrix([*rows[:i], [f"-({v})" for v in rows[i]], *rows[i + 1 :]])
             yield "A row is missing", matrix([*rows[:i], ["0"] * len(rows[i]), *rows[i + 1 :]])
         what = "Two rows are exchanged"
+        yield from _of_two_entries(rows, matrix)
     else:
         what = "The order"
         for i, entry in enumerate(entries):
@@ -474,6 +476,16 @@ def _of_entries(node, of):
         for j in range(len(rows[0])):
             for words, column in _of_all_entries([r[j] for r in rows], list):
                 yield words, matrix([[*r[:j], new, *r[j + 1 :]] for r, new in zip(rows, column, strict=True)])
+
+
+def _of_two_entries(rows, matrix):
+    """Two entries of a matrix, neither of them a number, that stand in two rows and two columns."""
+    places = [(i, j) for i, r in enumerate(rows) for j, v in enumerate(r) if re.search("[a-z]", v)]
+    for (i, j), (k, m) in itertools.combinations(places, 2):
+        if i != k and j != m and rows[i][j] != rows[k][m]:
+            some = [list(r) for r in rows]
+            some[i][j], some[k][m] = some[k][m], some[i][j]
+            yield "Two entries are exchanged", matrix(some)
 
 
 FACTOR = r"(?<![\w.\]) ]) ?\b{0} \* | [*/] {0}\b(?:\*\*2)?(?! ?[\w(\[.])"
