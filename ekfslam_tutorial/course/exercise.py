@@ -48,7 +48,7 @@ from .expect import Failed
 from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
 PATIENCE = 0.6  # seconds that a table of what each slip does may take, where no listed mistake fits
-LATER_S = 0.2  # that the later links may take, beside a mistake that is known
+LATER_S = 0.2  # that later links may take: they may show another mistake, or that a slip is none
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -261,8 +261,7 @@ class Exercise:
         known = recognise(self, f.calls, failed.part)
         more = guard.Guarded(f.function, self.may_change, self.parameters())
         self._call_more(lambda: self._cases(more), limit)
-        if known:  # what is tested later may show another mistake beside it
-            self._call_more(lambda: self._go_on(more, failed), min(limit, LATER_S * deadline.SLOWER))
+        self._call_more(lambda: self._go_on(more, failed), min(limit, LATER_S * deadline.SLOWER))
         right = right_results(self, more.calls)
         of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
         return recognise_more(self, more.calls if of_cases else f.calls, failed.part, known)

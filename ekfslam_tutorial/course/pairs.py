@@ -337,7 +337,7 @@ class Table:
     def of_part(self, part):
         """The changes that give what is wrong in one result, and spoil nothing that the student has otherwise."""
         here = self.wrong & (self.parts == part)
-        good = self.fits[:, here].all(1) & ~(self.changed & ~self.fits).any(1) & here.any()
+        good = self.fits[:, here].all(1) & ~(self.changed & ~self.fits).any(1) & self.has_decimals[here].any()
         found = np.flatnonzero(good)
         return self.rows[found[0]] if len(found) else []
 
