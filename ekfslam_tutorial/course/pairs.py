@@ -561,9 +561,9 @@ def _no_guess(table, calls, one, other):
 
 
 def _sure(table, found, tried):
-    """The only pair that fits, if the answers say more than chance does: few values fit many pairs."""
+    """The only pair that fits, if the answers say more than chance does: few values fit many pairs, one fits any."""
     alone = len({tuple(sorted(change.mistake.hint for change in pair)) for pair in found}) == 1
-    return found if alone and table.bits() >= SURE_BITS + np.log2(tried) else []
+    return found if alone and len(set(table.s)) > 1 and table.bits() >= SURE_BITS + np.log2(tried) else []
 
 
 def _tried(table, which):
