@@ -48,6 +48,8 @@ from .expect import Failed
 from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
 PATIENCE = 0.6  # seconds that a table of what each slip does may take, where no listed mistake fits
+FEW = 3  # wrong calls of the cases; with fewer, or with none beyond a known mistake, later links are asked, too
+LATER_S = 0.2  # that later links may take: they may show another mistake, or that a slip is none
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -255,11 +257,15 @@ class Exercise:
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
         self.patience = PATIENCE * min(deadline.SLOWER, 3)
         part = wrong_part(self, f.calls, right_results(self, f.calls), failed.part)
-        if few_values(self, f.calls, part):
+        if few := few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)
         known = recognise(self, f.calls, failed.part)
         more = guard.Guarded(f.function, self.may_change, self.parameters())
         self._call_more(lambda: self._cases(more), limit)
+        explained = known[0].answer if known else self.solution
+        left = sum(not self.alike(c.result, self.result(explained, c.args)) for c in more.calls)
+        if not few and left < (1 if known else FEW):
+            self._call_more(lambda: self._go_on(more, failed), min(limit, LATER_S * deadline.SLOWER))
         right = right_results(self, more.calls)
         of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
         return recognise_more(self, more.calls if of_cases else f.calls, failed.part, known)

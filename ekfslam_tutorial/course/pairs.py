@@ -30,7 +30,9 @@ MANY = 600
 CELLS = 250  # numbers of the table, of those that are wrong, and of those that are right
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
+LISTED = 0.1  # by so much nearer counts a pair for each of the two that is listed
 LIKELY = 3000  # pairs that are tried at most
+BESIDE = 3  # listed mistakes, in the text of which slips are looked for
 FIRST = 40  # pairs of rows of which more than one pair of changes is tried
 ENDLESS_S = 1.0  # a change that takes longer has made a loop endless
 LOOP = re.compile(r"\bwhile\b|\bfor\b.*\.(append|extend|insert)\(", re.DOTALL)  # one that a change can make endless
@@ -107,6 +109,10 @@ def _shortest(start, old, new):
 
 def composed(solution, one, other):
     """Yield the solution with both changes; twice where it matters which one is made first."""
+    if isinstance(other, Beside):
+        if (answer := other.mistake.answer) is not None:
+            yield answer
+        return
     if isinstance(one, Outer) or isinstance(other, Outer):
         inner, outer = (other, one) if isinstance(one, Outer) else (one, other)
         if not isinstance(inner, Outer) and inner.answer is not None:
@@ -142,6 +148,23 @@ def _merged(one, other):
             except ValueError:
                 continue
     return [body for body in dict.fromkeys(found) if body not in (one.body, other.body)]
+
+
+def apart(table, one, other):
+    """Yield the solution with both changes, but what one of them alone makes wrong as with that one alone.
+
+    Who writes a formula out at each place may err at one of them: then the mistake is not in all results.
+    """
+    ways = table.ways(table.row_of[one], table.row_of[other])
+    solution = table.exercise.solution
+    for both in composed(solution, one, other) if 3 in ways else [None]:
+        answers = solution, one.answer, other.answer, both
+
+        def answer(*args, answers=answers):
+            made = {way: answers[way](*map(_copy, args)) for way in set(ways)}
+            return tuple(made[way][p] for p, way in enumerate(ways))
+
+        yield answer
 
 
 class Outer:
@@ -191,6 +214,16 @@ OUTER = (
 )
 
 
+class Beside:
+    """A slip in the text of a listed mistake: it is there only with that mistake."""
+
+    listed, function = False, None
+
+    def __init__(self, slip):
+        self.mistake = slip
+        self.ends = not LOOP.search(slip.body)
+
+
 def outers(exercise, right):
     """Return the slips of whole results that change a result of numbers."""
     names, several = exercise.returns, isinstance(right, tuple)
@@ -225,6 +258,8 @@ class Table:
         right = [exercise.result(exercise.solution, call.args) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)
         self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
+        if _only_raise(exercise, calls, right):  # many slips raise as the student's mistake does: it is none of them
+            all_changes = [change for change in all_changes if change.listed]
         self.few = few
         self.t, self.s, self.kinds = self._columns()
         self.blank = list(map(_blank, self.kinds))
@@ -247,9 +282,11 @@ class Table:
                     values.append(v)
                 rows.setdefault(key, []).append(change)
         self.rows = list(rows.values())
+        self.row_of = {change: k for k, row in enumerate(self.rows) for change in row}
         self.V = np.array(values).reshape(len(values), len(self.t))
         self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s)
         self.wrong = ~_near(self.s, self.t)
+        self.wrong_parts = np.array([self.wrong[self.parts == p].any() for p in range(int(self.parts.max()) + 1)])
 
     def _columns(self):
         """What is right, what the student gave, and by call and result whether it is compared number by number."""
@@ -304,21 +341,88 @@ class Table:
     def of_part(self, part):
         """The changes that give what is wrong in one result, and spoil nothing that the student has otherwise."""
         here = self.wrong & (self.parts == part)
-        good = self.fits[:, here].all(1) & ~(self.changed & ~self.fits).any(1) & here.any()
+        good = self.fits[:, here].all(1) & ~(self.changed & ~self.fits).any(1) & self.has_decimals[here].any()
         found = np.flatnonzero(good)
         return self.rows[found[0]] if len(found) else []
+
+    @cached_property
+    def has_decimals(self):
+        """Which of the student's numbers are no whole ones: these are hit by no chance."""
+        return np.abs(self.s - np.round(self.s)) > 1e-9
+
+    @cached_property
+    def apart(self) -> bool:
+        """The answer has several results in all calls, so that a mistake may show in one of them only."""
+        several = [len(kind) for kind in self.kinds]
+        return not self.few and not self.unlike and several[0] > 1 and len(set(several)) == 1
+
+    @cached_property
+    def whole(self):
+        """Which rows give all that the student gave in a result that is wrong, by row and result: no chance."""
+        found = np.zeros((len(self.rows), len(self.wrong_parts)), bool)
+        for p in np.flatnonzero(self.wrong_parts) if self.apart else ():
+            here = self.parts == p
+            wrong = here & self.wrong
+            if self.has_decimals[wrong].sum() > 1:
+                found[:, p] = self.fits[:, here].all(1)
+        return found
+
+    @cached_property
+    def first(self):
+        """The first result that each row changes: a mistake in it is no other one."""
+        touched = np.stack([self.changed[:, self.parts == p].any(1) for p in range(len(self.wrong_parts))], 1)
+        return touched.argmax(1)
+
+    def ways(self, i, j):
+        """By result: is it right (0), as with row i alone (1), as with row j alone (2), or as with both (3)?
+
+        None if one of them is not needed, or if both are in all that is wrong.
+        """
+        if not (self.apart and self.needs(i, j) and self.needs(j, i)):
+            return None
+        ways = np.select([~self.wrong_parts, self.whole[i], self.whole[j]], [0, 1, 2], 3)
+        return None if (ways == 3).all() else tuple(ways)
+
+    def needs(self, i, j) -> bool:
+        """Return True if row j does not give all that is wrong, so that row i is in some of it, too."""
+        return bool((self.wrong_parts & ~self.whole[j]).any())
+
+    def in_place(self, i, j) -> bool:
+        """Return True if the student's first result that row i changes is wrong, and not as with row j alone."""
+        p = self.first[i]
+        return not self.apart or bool(self.wrong_parts[p] and (self.whole[i, p] or not self.whole[j, p]))
+
+    def alone(self):
+        """The changes that give all that is wrong, though not in each result that they would be in."""
+        good = self.apart & self.whole[:, self.wrong_parts].all(1) & self.wrong_parts[self.first]
+        found = np.flatnonzero(good)
+        spoilt = (self.changed & ~self.fits).sum(1)
+        return self.rows[found[np.argmin(spoilt[found])]] if len(found) else []
 
     def evident(self, i, j) -> bool:
         """Return True if a pair is no guess: one mistake in another formula may be two slips in this one by chance.
 
-        Two listed mistakes are none. Of others each slip must show alone: in numbers that it explains, and that the
-        other one does not touch. Nor do slips explain what is no number.
+        Two listed mistakes are none. Beside a slip each must show alone: in numbers that it explains, and that the
+        other one does not touch, or in a whole result. Nor do slips explain what is no number.
         """
-        slips = [(k, other) for k, other in ((i, j), (j, i)) if not self.rows[k][0].listed]
-        if slips and (self.few or not np.isfinite(self.s).all() or self.unlike):
+        both = (i, j), (j, i)
+        if not all(self.in_place(*each) for each in both):
             return False
-        shown = lambda k, other: (self.fits[k] & self.wrong & ~self.changed[other]).any()
-        return all(shown(*each) for each in slips) or len(slips) == 1 and shown(j, i) and shown(i, j)
+        return all(self.rows[k][0].listed for k in (i, j)) or self.tells and all(self.shown(*each) for each in both)
+
+    def shown(self, i, j) -> bool:
+        """Return True if row i gives numbers that row j does not touch, or a whole result that j does not give."""
+        alone = self.whole[i] & ~self.whole[j] & self.wrong_parts
+        return bool((self.fits[i] & self.wrong & ~self.changed[j]).any() or alone.any())
+
+    @cached_property
+    def tells(self) -> bool:
+        """The results are numbers with decimals, all of them: no two slips give them by chance."""
+        return not self.few and bool(np.isfinite(self.s).all()) and not self.unlike
+
+    def hidden(self, i, j) -> bool:
+        """Return True if a slip of the two shows in no number alone: both are in all that is wrong."""
+        return self.tells and not self.evident(i, j) and self.in_place(i, j) and self.in_place(j, i)
 
     def bits(self) -> float:
         """What the wrong results say: each call as much as few rows of the table have that answer to it."""
@@ -327,25 +431,40 @@ class Table:
             total += np.log2(n / max(int(self.fits[:, about & (self.of_call == k)].all(1).sum()), 1))
         return total
 
+    @cached_property
     def pairs(self):
-        """Yield pairs of rows that may do it together, the likely ones first.
+        """The pairs of rows that may do it together, the likely ones first.
 
         What counts: numbers that are not what the one change that touches them makes of them; and how far the effects
         of both are from adding up, or from multiplying, to that of the student.
         """
         rows, cells = self._some_rows(), self._some_cells()
+        listed = np.array([self.rows[k][0].listed for k in rows])
+        key = -LISTED * (listed[:, None] + listed.astype(float))
+        for p in np.unique(self.parts[cells]) if self.apart else [None]:
+            here = cells if p is None else cells[self.parts[cells] == p]
+            key_here = self._far(rows, here, self.wrong[cells].sum())
+            if p is not None:
+                alone = self.whole[rows, p] | ~self.wrong_parts[p]
+                key_here[alone[:, None] | alone] = 0
+            key = key + key_here
+        key = np.where(np.tri(len(rows), dtype=bool), np.inf, key).ravel()
+        few = np.argpartition(key, min(LIKELY, len(key) - 1))[:LIKELY]
+        few = few[np.isfinite(key[few])]
+        few = few[np.argsort(key[few], kind="stable")]
+        return list(zip(rows[few // len(rows)], rows[few % len(rows)], strict=True))
+
+    def _far(self, rows, cells, n):
+        """How far pairs of changes are from the student's numbers in these cells: 1 if all n are missed."""
         changed, fits = (a[np.ix_(rows, cells)].astype(np.float32) for a in (self.changed, self.fits))
         alone, spoils = 1 - changed, changed * (1 - fits)
         spoiled = spoils @ alone.T
         missed = (alone * self.wrong[cells]) @ alone.T + spoiled + spoiled.T
-        listed = np.array([self.rows[k][0].listed for k in rows])
+        if not self.wrong[cells].any():
+            return missed / n
         one = np.minimum(self._misses(rows, cells, _difference), self._misses(rows, cells, _ratio))
-        key = missed / self.wrong[cells].sum() + np.minimum(one, 1) - 1e-3 * (listed[:, None] + listed)
-        key = np.where(np.tri(len(rows), dtype=bool), np.inf, key).ravel()
-        few = np.argpartition(key, min(LIKELY, len(key) - 1))[:LIKELY]
-        few = few[np.isfinite(key[few])]
-        for k in few[np.argsort(key[few], kind="stable")]:
-            yield rows[k // len(rows)], rows[k % len(rows)]
+        open_ = (changed * self.wrong[cells]) @ changed.T  # what both of them change: nothing else tells of these
+        return missed / n + np.minimum(one, 1) * open_ / n
 
     def _some_rows(self):
         """The changes that are paired: the listed ones, and those that explain most."""
@@ -397,42 +516,89 @@ def find(table, calls, patience):
     list of Mistake or Slip
         Two, or none.
     """
-    exercise, end, found = table.exercise, time.process_time() + 2 / 3 * patience, []
-    tried, likely = 0, _tried(table)
-    for one, other in itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely):
-        if time.process_time() > end:
-            break
-        tried += 1
-        for answer in composed(exercise.solution, one, other):
-            fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
-            if _in_time(fits, one, other):
-                found.append((one, other))
+    exercise, start, found, tried = table.exercise, time.process_time(), [], 0
+    likely, hidden = _tried(table, table.evident), _tried(table, table.hidden)
+    whole = lambda one, other: composed(exercise.solution, one, other)
+    in_some = lambda one, other: apart(table, one, other)
+    searches = (
+        (itertools.chain(itertools.islice(likely, FIRST), _with_outer(table), likely), whole, 0.4),
+        (_tried(table, lambda i, j: table.ways(i, j) is not None and table.evident(i, j)), in_some, 0.5),
+        (hidden, whole, 2 / 3),
+        (_beside(table), whole, 3 / 4),
+    )
+    for pairs, with_both, share in searches:
+        for one, other in pairs:
+            if time.process_time() > start + share * patience:
                 break
-        if found and not table.few:
+            tried += 1
+            for answer in with_both(one, other):
+                fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
+                if _in_time(fits, one, other):
+                    found.append((one, other))
+                    break
+            if found and not table.few:
+                break
+        if found or table.few:
             break
     if table.few:
         found = _sure(table, found, tried)
-    return sorted((change.mistake for change in found[0]), key=exercise.fails_at) if found else []
+    known = _no_guess(table, calls, *found[0]) if found else []
+    return sorted((change.mistake for change in known), key=exercise.fails_at)
+
+
+def _no_guess(table, calls, one, other):
+    """Of two changes those that no other listed mistake may stand for: one that shows in few values only may be it."""
+    exercise, rows, of = table.exercise, table.rows, table.row_of
+    known = []
+    for change, beside in (one, other), (other, one):
+        if change in of and beside in of:
+            needed = table.wrong & table.changed[of[change]] & ~table.fits[of[beside]]
+            rivals = [row[0] for row in rows if row[0].listed and row[0].mistake.hint != change.mistake.hint]
+            if not table.has_decimals[needed].any() and any(
+                answers(exercise, answer, [*table.calls, *calls])
+                for rival in rivals
+                for answer in composed(exercise.solution, rival, beside)
+            ):
+                continue
+        known.append(change)
+    return known
 
 
 def _sure(table, found, tried):
-    """The only pair that fits, if the answers say more than chance does: few values fit many pairs."""
+    """The only pair that fits, if the answers say more than chance does: few values fit many pairs, one fits any."""
     alone = len({tuple(sorted(change.mistake.hint for change in pair)) for pair in found}) == 1
-    return found if alone and table.bits() >= SURE_BITS + np.log2(tried) else []
+    return found if alone and len(set(table.s)) > 1 and table.bits() >= SURE_BITS + np.log2(tried) else []
 
 
-def _tried(table):
+def _tried(table, which):
     """Yield pairs of changes, the likely ones first; of the first rows all changes that have the same results.
 
-    What is the same alone need not be the same beside another change, and one may be in the other's way.
+    What is the same alone need not be the same beside another change, and one may be in the other's way. Of the first
+    rows, two slips are the last to be believed.
     """
-    pairs = ((i, j) for i, j in table.pairs() if table.evident(i, j))
-    for n, (i, j) in enumerate(pairs):
-        for one, other in itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j))):
-            if one.function is not other.function or _merged(one, other):
-                yield one, other
-                if n > FIRST:
-                    break
+    good = ((i, j) for i, j in table.pairs if which(i, j))
+    goes = lambda one, other: one.function is not other.function or _merged(one, other)
+    both = lambda i, j: itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j)))
+    first = [pair for rows in itertools.islice(good, FIRST) for pair in both(*rows) if goes(*pair)]
+    yield from sorted(first, key=lambda pair: 2 - pair[0].listed - pair[1].listed)
+    for rows in good:
+        yield from itertools.islice((pair for pair in both(*rows) if goes(*pair)), 1)
+
+
+def _beside(table):
+    """Yield listed mistakes, those that are nearest first, with the slips that are in what they have written anew."""
+    if not table.tells:
+        return
+    exercise, near = table.exercise, []
+    with np.errstate(all="ignore"):
+        for v, row in zip(table.V, table.rows, strict=True):
+            same = _near(np.abs(v), np.abs(table.s)) & table.wrong
+            near += [(same.sum(), change) for change in row if change.listed]
+    for _, change in sorted(near, key=lambda each: -each[0])[:BESIDE]:
+        known = {slip.hint for slip in exercise.slips()}
+        for slip in exercise.slips(change.mistake):
+            if slip.hint not in known:
+                yield change, Beside(slip)
 
 
 def _plain(row, few):
@@ -526,6 +692,12 @@ def _chosen(exercise, calls, right, most):
 def _blank(kind):
     """The numbers of a change that fails in a call; None where some are no numbers, and are compared as a whole."""
     return None if any(one for *_, one in kind) else np.full(sum(np.size(right) for right, *_ in kind), np.nan)
+
+
+def _only_raise(exercise, calls, right) -> bool:
+    """Return True if each call that is not right has raised: then no number tells one mistake from others."""
+    wrong = (call.result for call, t in zip(calls, right, strict=True) if not exercise.alike(call.result, t))
+    return all(isinstance(result, guard.Raised) for result in wrong)
 
 
 def _kind(exercise, call, right):

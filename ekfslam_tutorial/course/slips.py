@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import itertools
 import re
 import types
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from . import edits
 MOST = 1500  # slips of one solution; each costs a compilation
 MOST_TERMS = 12  # that may be added to an angle
 LONGEST = 90  # characters of an expression that is quoted
+LONGEST_FORMULA = 60  # of one that may be written out in place of a name
 
 EXCHANGED = {"sin": "cos", "cos": "sin", "arctan": "tan", "arcsin": "sin", "arccos": "cos",
              "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
@@ -113,6 +115,12 @@ class _Text:
         new = f"({new})" if brackets else new
         return self.text[self.head : start] + new + self.text[end:]
 
+    def with_all(self, nodes, new):
+        body, at = "", self.head
+        for start, end in sorted(map(self.span, nodes)):
+            body, at = f"{body}{self.text[at:start]}({new})", end
+        return body + self.text[at:]
+
 
 def _of(function, text) -> Iterator[tuple[str, str]]:
     """Yield the sentence and the new body of each slip."""
@@ -145,6 +153,7 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
     for node in statements:
         yield from _of_statement(node, text)
     yield from _of_uses(function, nodes, names, text)
+    yield from _of_repeated(statements, nodes, told, text)
     yield from _of_angles(function, statements, text)
     for node in names:
         for other in locals_:
@@ -168,6 +177,19 @@ def _of_uses(function, nodes, names, text):
                 yield f"{what}: {place}.", text.with_(node, changed)
 
 
+def _of_repeated(statements, nodes, told, text):
+    """A slip of an expression that a line has several times: who gives it a name makes it at all of these places."""
+    inside = lambda node, line: line.lineno <= node.lineno and node.end_lineno <= line.end_lineno
+    for line in (s for s in statements if isinstance(s, ast.Assign | ast.AugAssign | ast.Return)):
+        places: dict[str, list] = {}
+        for node in nodes:
+            if isinstance(node, ast.BinOp) and inside(node, line):
+                places.setdefault(text.of(node), []).append(node)
+        for old, same in places.items():
+            for what, new in _changes(same[0], text) if len(same) > 1 else ():
+                yield told(what, old, new), text.with_all(same, new)
+
+
 def _of_angles(function, statements, text):
     """A term too many in the argument of sines and cosines, at all places of one line: a turn that comes too early."""
     turns = ("sin", "cos")
@@ -187,7 +209,8 @@ def _of_angles(function, statements, text):
 def _terms(function, text):
     """What may be added to an angle: entries of the parameters, their products, and names that stand for one entry."""
     parameters = {a.arg for a in function.args.args}
-    of_one = lambda n: isinstance(n.value, ast.Name) and n.value.id in parameters and isinstance(n.slice, ast.Constant)
+    number = lambda n: isinstance(n, ast.Constant) and isinstance(n.value, int)
+    of_one = lambda n: isinstance(n.value, ast.Name) and n.value.id in parameters and number(n.slice)
     entries: list[Any] = [n for n in ast.walk(function) if isinstance(n, ast.Subscript) and of_one(n)]
     tuples = [n for n in ast.walk(function) if isinstance(n, ast.Tuple) and isinstance(n.ctx, ast.Store)]
     names = [text.of(e) for n in tuples for e in n.elts if isinstance(e, ast.Name)]
@@ -200,7 +223,7 @@ def _terms(function, text):
 
 def _formulas(function):
     """What each name stands for that gets a value once, where that is short."""
-    found: dict[str, ast.expr | None] = {}
+    found: dict[str, ast.expr | None] = dict.fromkeys(_changed_in_place(function))
     for node in ast.walk(function):
         if isinstance(node, ast.Assign) and len(node.targets) == 1:
             target, value = node.targets[0], node.value
@@ -209,9 +232,16 @@ def _formulas(function):
             both = elements and values
             for name, formula in zip(elements, values, strict=False) if both else [(target, value)]:
                 if isinstance(name, ast.Name):
-                    short = isinstance(formula, ast.BinOp | ast.Call) and len(ast.unparse(formula)) <= 40
+                    short = isinstance(formula, ast.BinOp | ast.Call) and len(ast.unparse(formula)) <= LONGEST_FORMULA
                     found[name.id] = formula if short and name.id not in found else None
     return found
+
+
+def _changed_in_place(function):
+    """Names of which an entry is set, or to which something is added: they do not keep their formula."""
+    stores = [n.value for n in ast.walk(function) if isinstance(n, ast.Subscript) and isinstance(n.ctx, ast.Store)]
+    stores += [n.target for n in ast.walk(function) if isinstance(n, ast.AugAssign)]
+    return {n.id for n in stores if isinstance(n, ast.Name)}
 
 
 def _nodes(function):
@@ -329,6 +359,8 @@ OPERATIONS = {
         ("The product of matrices is `@`, and `*` goes entry by entry", "{a} * {b}"),
         ("A transpose too many", "{a}.T @ {b}"),
         ("A transpose too many", "{a} @ {b}.T"),
+        ("Only the diagonal counts", "np.diag(np.diag({left})) @ {b}"),
+        ("Only the diagonal counts", "{a} @ np.diag(np.diag({right}))"),
         ("An inverse", "np.linalg.inv({left}) @ {b}"),
         ("An inverse", "{a} @ np.linalg.inv({right})"),
         ("Twice as much", "2 * ({left} @ {right})"),
@@ -341,6 +373,7 @@ OPERATIONS = {
         ("A sign is wrong", "-{a} / {b}"),
         ("Divided by the square", "{left} / {b}**2"),
         ("Divided by the root", "{left} / np.sqrt({right})"),
+        ("A factor is missing", "1 / {b}"),
     ),
     ast.Pow: (
         ("The power is missing", "{left}"),
@@ -388,6 +421,8 @@ def _of_call(node, of):
     if name == "arctan2" and len(args) == 2:
         quotient = f"{stem or 'np'}.arctan(({args[0]}) / ({args[1]}))"
         yield "`arctan` of the quotient cannot tell ahead from behind", quotient
+    if name in ("inv", "solve") and args:
+        yield "Only the diagonal counts", f"{function}({', '.join([f'np.diag(np.diag({args[0]}))', *args[1:]])})"
     if name == "solve" and len(args) == 2:
         yield "The inverse is missing", f"({args[0]}) @ ({args[1]})"
     for i in range(len(args) - 1 if name not in COUNTING else 0):
@@ -419,10 +454,17 @@ def _of_entries(node, of):
             yield "A row has the wrong sign", matrix([*rows[:i], [f"-({v})" for v in rows[i]], *rows[i + 1 :]])
             yield "A row is missing", matrix([*rows[:i], ["0"] * len(rows[i]), *rows[i + 1 :]])
         what = "Two rows are exchanged"
+        yield from _of_two_entries(rows, matrix)
     else:
         what = "The order"
         for i, entry in enumerate(entries):
-            for wrong, new in (("An entry has the wrong sign", f"-({entry})"), ("An entry is missing", "0")):
+            for wrong, new in (
+                ("An entry has the wrong sign", f"-({entry})"),
+                ("An entry is missing", "0"),
+                ("An entry is 1", "1"),
+                ("An entry is twice as much", f"2 * ({entry})"),
+                ("An entry is half as much", f"({entry}) / 2"),
+            ):
                 yield wrong, row([*entries[:i], new, *entries[i + 1 :]])
     for i in range(len(entries) - 1):
         for j in range(i + 1, len(entries)):
@@ -434,6 +476,16 @@ def _of_entries(node, of):
         for j in range(len(rows[0])):
             for words, column in _of_all_entries([r[j] for r in rows], list):
                 yield words, matrix([[*r[:j], new, *r[j + 1 :]] for r, new in zip(rows, column, strict=True)])
+
+
+def _of_two_entries(rows, matrix):
+    """Two entries of a matrix, neither of them a number, that stand in two rows and two columns."""
+    places = [(i, j) for i, r in enumerate(rows) for j, v in enumerate(r) if re.search("[a-z]", v)]
+    for (i, j), (k, m) in itertools.combinations(places, 2):
+        if i != k and j != m and rows[i][j] != rows[k][m]:
+            some = [list(r) for r in rows]
+            some[i][j], some[k][m] = some[k][m], some[i][j]
+            yield "Two entries are exchanged", matrix(some)
 
 
 FACTOR = r"(?<![\w.\]) ]) ?\b{0} \* | [*/] {0}\b(?:\*\*2)?(?! ?[\w(\[.])"
@@ -472,7 +524,8 @@ def _of_parameters(function, parameters, text):
             (f"`{p}` is turned into degrees in yours: keep to radians", f"np.degrees({p})"),
         ):
             yield f"{sentence}.", before(f"{p} = {new}")
-        matrix = re.search(rf"\b{p}\b[^.]*?shape \([^),]+,[^),]+\)", text.text[: text.head])
+        shape = re.search(rf"\b{p}\b[^.]*?shape \(([^)]*)\)", text.text[: text.head])
+        matrix = shape and re.fullmatch("[^,]+,[^,]+", shape[1])
         called = (lambda i, p=p: f"column {i} of `{p}`") if matrix else (lambda i, p=p: f"`{p}[{i}]`")
         for i in range(5):
             entry = f"{p} = np.array({p}, float); {p}[..., {i}]"
@@ -491,6 +544,18 @@ def _of_statement(node, text):
     """Slips of a line: left out, added the wrong way, results in another order."""
     if isinstance(node, ast.Assign | ast.AugAssign | ast.Expr):
         yield f"A step is missing: `{text.of(node)[:LONGEST]}`.", text.with_(node, "pass", False)
+    if isinstance(node, ast.For):
+        over = text.of(node.iter)
+        for which, some in (
+            ("last", "[-1:]"),
+            ("first", "[:1]"),
+            ("all but the first", "[1:]"),
+            ("all but the last", "[:-1]"),
+        ):
+            yield (
+                f"Your results are as if only the {which} of `{over}` counted.",
+                text.with_(node.iter, f"[*({over})]{some}"),
+            )
     if isinstance(node, ast.AugAssign):
         target, value = text.of(node.target), text.of(node.value)
         for sign in ("", "-", "+"):

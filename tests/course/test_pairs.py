@@ -9,10 +9,10 @@ import itertools
 import numpy as np
 import pytest
 
+from ekfslam_tutorial.course import edits, registry
 from ekfslam_tutorial.course import pairs as search
-from ekfslam_tutorial.course import registry
 from ekfslam_tutorial.course.exercise import Exercise
-from ekfslam_tutorial.course.exercises import nb05_frame
+from ekfslam_tutorial.course.exercises import nb02_ellipse, nb05_frame
 
 from .test_mutants import inputs
 
@@ -113,6 +113,52 @@ def test_pairs_are_named_where_an_answer_has_few_values_too(id, names):
     exercise = registry.get(id)
     one, other = ([m for m in exercise.misconceptions if m.name == name][0] for name in names)
     assert set(exercise.judge(exercise.composed(one, other)).misconception.split(" + ")) == set(names)
+
+
+@pytest.mark.parametrize("wrapped", [True, False])
+def test_no_slip_is_named_where_wrong_calls_only_raise(wrapped, monkeypatch):
+    """The id taken for the index: there is no such landmark in x. Some slip of `h` raises at the same calls, too."""
+    monkeypatch.setattr("ekfslam_tutorial.course.exercise.PATIENCE", 60.0)  # enough to try every slip
+    exercise = registry.get("02.5")
+    index = [m for m in exercise.misconceptions if m.name == "id taken for the index"][0].edits[0][0]
+    places = [(index, "id"), *([] if wrapped else [("wrap(y[1] - e[1])", "y[1] - e[1]")])]
+    head, body = edits.parts(exercise.solution)
+    verdict = exercise.judge(edits.function(exercise.solution, head + edits.applied(body, places, ""), "id"))
+    assert verdict.status == "failed" and verdict.misconception == "" and "empty" in verdict.hint
+
+
+def listed(id, *names):
+    """The exercise and its mistakes of these names."""
+    exercise = registry.get(id)
+    return exercise, *(next(m for m in exercise.misconceptions if m.name == name) for name in names)
+
+
+def test_a_mistake_in_one_result_is_named_though_it_would_be_in_others_too():
+    """Who writes the distance out again for Z_h has it with its sign there."""
+    exercise, no_sign, norm = listed("22.2", "distance without sign", "length with c")
+    alone = lambda y, h: (no_sign.answer(y, h)[0], *exercise.solution(y, h)[1:])
+    assert exercise.judge(alone).misconception == no_sign.name
+    both = exercise.composed(no_sign, norm)
+    pair = lambda y, h: (both(y, h)[0], *norm.answer(y, h)[1:])
+    assert exercise.judge(pair).misconception == f"{norm.name} + {no_sign.name}"
+
+
+def test_a_mistake_of_which_the_value_knows_nothing_is_not_named():
+    """PF_t has the sign that p + t would give it, but it is p - t that is turned."""
+    verdict = registry.get("10.1").judge(lambda t, R, p: (R @ (p - t), R.T, R.T))
+    assert verdict.misconception == "slip: A transpose is missing + PF_t with the sign of PF_p"
+
+
+def test_of_two_mistakes_one_that_may_be_another_is_not_named():
+    """True or False tells that the degrees of freedom are wrong; m and n of them fit both."""
+    exercise, root, m = listed("07.3", "not squared", "m degrees of freedom")
+    assert exercise.judge(exercise.composed(root, m)).misconception == root.name
+
+
+def test_points_that_are_all_one_are_compared_without_a_word(capfd):
+    points = np.ones((8, 2))
+    assert np.array_equal(nb02_ellipse.as_curve(points), points)
+    assert capfd.readouterr() == ("", "")
 
 
 # --- held back: pairs in a filter that is written otherwise than the reference, new landmarks as they come ---

@@ -90,6 +90,7 @@ SLIPS = [  # exercise, a part of what is told, the places
     ("13.1", "`P` is squared", ("    H = b", "    P = P**2; H = b")),
     ("18.4", "`P2 - K @ P1` stood where `P1 - K @ P1`", ("P1 - K @ P1", "P2 - K @ P1")),
     ("20.3", "`x[2] + r1` stood where `x[2] + r1 + r2`", ("r1 + r2]", "r1]")),
+    ("20.3", "`x[2]` stood where `x[2] + r1`", ("np.cos(x[2] + r1), np.sin(x[2] + r1)", "np.cos(x[2]), np.sin(x[2])")),
     ("20.3", "Exchanged in yours: `u[1]` and `u[2]`", ("r1, t, r2 = u", "r1, r2, t = u")),
     ("21.1", "distance, not an angle", ("z[1] = wrap(z[1])", "z = wrap(z)")),
     ("21.3", "were the inverse of", ("return new, ", "return C[np.ix_(keep, keep)], ")),
@@ -158,6 +159,16 @@ def test_a_slip_that_fits_by_chance_is_not_named():
 def test_a_column_is_called_so():
     cut = lambda P_0, x_0, l: np.array([[1, 0, x_0[1] - l[1]], [0, 1, l[0] - x_0[0]]]) @ P_0[:, :2]
     assert "Without effect in yours: column 2 of `P_0`" in registry.get("06.4").judge(cut).hint
+
+
+def test_a_number_of_a_vector_is_called_so():
+    assert any("Exchanged in yours: `l[0]` and `l[1]`." in slip.hint for slip in registry.get("06.4").slips())
+
+
+def test_a_loop_over_one_of_several_is_told():
+    exercise = registry.get("15.1")
+    verdict = exercise.judge(lambda x, P, blocks, z, R: exercise.solution(x, P, blocks[:1], z, R))
+    assert "only the first of `blocks` counted" in verdict.hint
 
 
 def test_slips_of_a_solution_are_functions_and_none_stands_twice():

@@ -29,8 +29,12 @@ def as_curve(points):
     if p.ndim != 2 or p.shape[1] != 2 or len(p) < 6 or not np.isfinite(p).all():
         return p
     middle, unit = p.mean(0), p.std()
+    if not unit > 0:  # all points are one; of 0 / 0 LAPACK would print an error
+        return p
     x, y = (p - middle).T / unit
     conic = np.stack([x * x, 2 * x * y, y * y, 2 * x, 2 * y], -1)
+    if not np.isfinite(conic).all():
+        return p
     (a, b, c, d, e), *_ = np.linalg.lstsq(conic, np.ones(len(p)), rcond=None)
     if not a * c - b * b > 1e-9 or np.abs(conic @ [a, b, c, d, e] - 1).max() > 1e-6:
         return p

@@ -64,7 +64,7 @@ blocks = table(
     covariance with the old landmarks | P_lx[:, 3:] | any        | The old landmarks share errors with the robot, the new one does, too: so they share errors with each other.
     """,
     wrong="""
-    zero cross-covariance | return P_lx, -> return 0 * P_lx, | P_ll is right, but P_lx = 0 says: landmark and robot err independently. Yet the landmark was seen from that very pose.
+    zero cross-covariance | return P_lx, -> return 0 * P_lx, | P_lx = 0 says: landmark and robot err independently. Yet the landmark was seen from that very pose.
     mapping formula | P_lx = L_r @ P[:3] -> P_lx = np.zeros((2, len(P))) | That is the mapping formula of notebook 02, for a pose without error. The robot itself is uncertain now: its error enters through L_r, into P_ll and into P_lx.
     pose term only in P_lx | P_ll = P_lx[:, :3] @ L_r.T + L_y -> P_ll = L_y | P_ll has two terms: the pose is uncertain, too. Did you forget L_r P_rr L_r'?
     measurement noise forgotten | L_r.T + L_y @ R @ L_y.T -> L_r.T | P_ll has two terms: the measurement has noise, too. Did you forget L_y R L_y'?

@@ -69,7 +69,7 @@ augmentation = table(
     two in turn      | P[-2:, :-2]         | second     | The second new landmark shares the robot's error with the first one.
     """,
     wrong="""
-    zero cross-covariance | return np -> P_lx = 0 * P_lx; return np | P_ll is right, but zero beside it says: landmark and robot err independently. Yet the landmark was seen from that very pose: P_lx = L_r P[:3].
+    zero cross-covariance | return np -> P_lx = 0 * P_lx; return np | Zero beside P_ll says: landmark and robot err independently. Yet the landmark was seen from that very pose: P_lx = L_r P[:3].
     mapping formula | P_lx = L_r @ P[:3] -> P_lx = 0 * L_r @ P[:3] | That is the mapping formula, for a pose without error. The robot is uncertain, too: its error enters through L_r, into P_ll and into P_lx.
     pose term forgotten | P_ll = P_lx[:, :3] @ L_r.T + L_y -> P_ll = L_y | P_ll has two terms: the pose is uncertain, too. Did you forget L_r P_rr L_r'?
     measurement noise forgotten | L_r.T + L_y @ R @ L_y.T -> L_r.T | P_ll has two terms: did you forget L_y R L_y'?

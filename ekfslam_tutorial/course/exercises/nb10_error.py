@@ -70,7 +70,7 @@ exercise = table(
     Euler angles of dq | q2v( -> q2e( | Roll, pitch and yaw of dq are no rotation vector, if the error is large: use q2v.
     difference of the rotation vectors | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = _short(x[3:]) - _short(truth[3:]) | Rotation vectors of two orientations cannot be subtracted: make dq first.
     position in the axes of the robot | x[:3] - truth[:3] -> Frame3(truth).to_frame(x[:3])[0] | The position error is asked in the axes of the world: t - t_truth.
-    position the other way | x[:3] - truth[:3] -> truth[:3] - x[:3] | The position error is estimate minus truth, t - t_truth. The rotation is right.
+    position the other way | x[:3] - truth[:3] -> truth[:3] - x[:3] | The position error is estimate minus truth, t - t_truth.
     degrees | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = np.degrees(q2v(dq if dq[0] >= 0 else -dq)[0]) | The rotation vector is asked in radians: q2v gives radians.
     """,
 )

@@ -83,6 +83,7 @@ exercise = table(
     only what was seen moves | return x + -> K = np.any(H != 0, axis=0)[:, None] * K; return x + | A state that was not seen moves, too, if it is correlated with one that was: K has a row for every state.
     P not corrected | P - K @ H @ P -> P | A correction makes P smaller: P - K H P.
     K R K' taken off | P - K @ H @ P -> P - K @ R @ K.T | P falls by K Z K' with the whole Z = H P H' + R, not by K R K'.
+    Z left out | P - K @ H @ P -> P - K @ K.T | P falls by K Z K', which is K H P: Z stands between the two gains.
     P grows | P - K @ H -> P + K @ H | Information is gained: P - K H P.
     gain without inverse | np.linalg.solve(Z, H @ P).T -> P @ H.T @ Z | K = P H' inv(Z): Z must be inverted.
     covariances between robots dropped | P - K @ H @ P -> _block_diagonal(P - K @ H @ P, H) | The new P has blocks between all states: do not keep the diagonal ones only.

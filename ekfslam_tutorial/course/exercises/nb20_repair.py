@@ -73,10 +73,10 @@ repair = table(
         [0, 1, t * c], [0, 0, 1]] -> [0, 1, t * s], [0, 0, 1]]
         [[1, 0, -t * s] -> [[1, 0, -t * c]
     the repair of the thread | X_x = np -> c, s = _late(x, u); X_x = np | Sine and cosine are right now. But x[2] has been changed before the Jacobians use it: take the angle before the motion.
-    only X_u is still late | X_u = np -> c, s = _late(x, u); X_u = np | X_x is right. X_u still uses the heading after the motion: one angle, taken before, for both.
-    only X_x is still late | X_x = np -> c, s = _late(x, u); X_x = np | X_u is right. X_x still uses the heading after the motion: one angle, taken before, for both.
+    only X_u is still late | X_u = np -> c, s = _late(x, u); X_u = np | X_u still uses the heading after the motion: one angle, taken before, for both.
+    only X_x is still late | X_x = np -> c, s = _late(x, u); X_x = np | X_x still uses the heading after the motion: one angle, taken before, for both.
         X_u = np -> c, s = _timely(x, u); X_u = np
-    order repaired, sin and cos not | [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, -t * c], [0, 1, t * s], [0, 0, 1]] | The angle is right now. The column of the heading is the derivative: cos becomes -sin, sin becomes cos.
+    order repaired, sin and cos not | [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, -t * c], [0, 1, t * s], [0, 0, 1]] | The column of the heading is the derivative: cos becomes -sin, sin becomes cos.
     signs of the column | [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, t * s], [0, 1, -t * c], [0, 0, 1]] | The derivative of cos is -sin, that of sin is +cos.
     no minus | [[1, 0, -t * s], -> [[1, 0, t * s], | The derivative of cos is -sin: the first entry has a minus.
     r1 forgotten in X_x | [[1, 0, -t * s], [0, 1, t * c], [0, 0, 1]] -> [[1, 0, -t * np.sin(x[2])], [0, 1, t * np.cos(x[2])], [0, 0, 1]] | The robot has turned by r1 when it goes: the angle is theta + r1.

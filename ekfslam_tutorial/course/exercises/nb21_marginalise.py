@@ -65,7 +65,7 @@ exercise = table(
     inverse forgotten | np.linalg.solve(A_gg, A_kg.T).T -> A_kg @ A_gg | Between the two off-diagonal blocks stands the *inverse* of A_gg.
     A_gg left out | np.linalg.solve(A_gg, A_kg.T).T -> A_kg | Between the two off-diagonal blocks stands the inverse of A_gg.
     a block of the covariance | return A_new, b_new -> return np.linalg.inv(A)[np.ix_(keep, keep)], np.linalg.solve(A, b)[keep] | That is the covariance of those that stay. Its inverse is their information.
-    mean instead of b | return A_new, b_new -> return A_new, np.linalg.solve(A, b)[keep] | A is right. b is the information vector, A times the mean, not the mean.
+    mean instead of b | return A_new, b_new -> return A_new, np.linalg.solve(A, b)[keep] | b is the information vector, A times the mean, not the mean.
     only the diagonal of A_gg | solve(A_gg, -> solve(np.diag(np.diag(A_gg)), | The unknowns that go are correlated: take the inverse of the whole block.
     keep sorted | gone = [i -> keep = sorted(keep); gone = [i | Keep the order that is asked for: A[np.ix_(keep, keep)].
     fill-in dropped | return A_new, b_new -> return np.diag(np.diag(A_new)), b_new | The Schur complement connects unknowns that were not connected: do not drop these entries.

@@ -67,7 +67,7 @@ WRONG = r"""
     np.linalg.norm(x[3:]) -> np.linalg.norm(x[4:])
 10.3 half of the old covariance: U_q|quaternion
     J @ P @ J.T -> (J @ P @ J.T + P) / 2
-10.4 position error negative: The rotation is right
+10.4 position error negative: estimate minus truth
     x[:3] - truth[:3] -> truth[:3] - x[:3]
 10.4 half the vector: exactly half
     v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = q2v(dq if dq[0] >= 0 else -dq)[0] / 2
