@@ -22,8 +22,8 @@ SECTIONS = {"calibration", "agreement", "grid", "circuit", "overhead", "monte_ca
 def smoke(tmp_path_factory, interpreted):
     """The smallest run: a folder with its three files.
 
-    Nothing is built for it, and programs are interpreted, as in the tests of `fast`: ten of them would be compiled for a
-    minute. `test_scenarios.py` there holds machine code to the plain steps, and `make bench` each of its own programs.
+    Nothing is built for it, and programs are interpreted, as in the tests of `fast`: to compile ten of them takes a
+    minute. `test_scenarios.py` there holds machine code to the plain steps, `make bench` each of its own programs.
     """
     folder = tmp_path_factory.mktemp("smoke")
     with pytest.MonkeyPatch.context() as patch:
@@ -74,8 +74,8 @@ def test_each_peer_stands_in_its_better_way(smoke):
         us = {way: results.us(n, m, way) for way in ways.WAYS[row["peer"]] if results.us(n, m, way)}
         assert row["way"] == min(us, key=us.get)
         best = {"compiled": ways.ours(results, n, m, kind), "numpy": ways.ours(results, n, m, kind, compiled=False)}
-        for key, ours in best.items():
-            assert row[key] == pytest.approx(us[row["way"]] / ours, rel=1e-3)
+        for key, its in best.items():
+            assert row[key] == pytest.approx(us[row["way"]] / its, rel=1e-3)
     (row,) = results.rows("fair", kind="step", m=10, peer="filterpy")
     report = (smoke / "RESULTS.md").read_text(encoding="utf-8")
     assert report.index("## Times faster than each peer in its better way") < report.index("## Asked for, and measured")

@@ -4,7 +4,7 @@ import pytest
 
 from ekfslam_tutorial.cli import main
 
-pytestmark = pytest.mark.usefixtures("undrawn")
+pytestmark = pytest.mark.usefixtures("undrawn", "interpreted")
 
 COMPILED = ["--set", "time.last=5", "--set", "options.compiled=true"]
 

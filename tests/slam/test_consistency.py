@@ -4,6 +4,8 @@ The sum of N squared Mahalanobis distances of dof numbers is chi-square with N d
 honest. The noise is small, because an extended Kalman filter is honest only where its models are nearly linear.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -38,8 +40,9 @@ STD_U = np.array([0.002, 0.002, np.radians(0.02)])
 SENSOR_2D = RangeBearing(0.01, np.radians(0.1), max_range=5.0)
 
 
+@cache
 def run_2d(seed, use, forget=False):
-    """One run of mapping, localisation or slam. Returns the scene, the true pose and the true posts.
+    """One run of mapping, localisation or slam, made once. Returns the scene, the true pose and the true posts.
 
     With `forget` the correlations between robot and landmarks are set to zero after each frame.
     """
