@@ -151,7 +151,6 @@ LONG_FIRST = (
     "course/test_exercises.py",
     "course/test_nbgrader.py",
     "test_cli.py",
-    "benchmarks/",
     "golden/",
     "fast/",
     "analysis/",

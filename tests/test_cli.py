@@ -278,21 +278,21 @@ def test_version():
     assert out.stdout.startswith("ekfslam 0.")
 
 
-@pytest.mark.parametrize("kind", ["sensor", "landmark", "motion"])
-def test_a_new_model_passes_its_own_test_and_runs_in_a_scenario(kind, tmp_path, capsys):
-    assert ekfslam("new", kind, "MyThing", "--dir", tmp_path) == 0
-    model = tmp_path / "my_thing.py"
-    assert "class MyThing" in model.read_text() and "New" not in model.read_text()
-    test = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
-    assert test.returncode == 0 and "passed" in test.stdout, test.stdout
-    before = model.read_bytes()
-    assert ekfslam("new", kind, "my_thing", "--dir", tmp_path) == 2
-    assert "is there already, and nothing is overwritten" in capsys.readouterr().err and model.read_bytes() == before
+def test_new_models_pass_their_own_tests_and_run_in_a_scenario(tmp_path, capsys):
+    kinds = {"sensor": "MySonar", "landmark": "MyPoint", "motion": "MyCart"}
+    files = {kind: tmp_path / f"my_{name[2:].lower()}.py" for kind, name in kinds.items()}
+    for kind, name in kinds.items():
+        assert ekfslam("new", kind, name, "--dir", tmp_path) == 0
+        assert f"class {name}" in (text := files[kind].read_text()) and "New" not in text
+    words = [sys.executable, "-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider", "."]
+    test = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert test.returncode == 0, test.stdout
+    assert all(f"PASSED test_{file.name}" in test.stdout for file in files.values()), test.stdout
+    for kind, file in files.items():
+        before = file.read_bytes()
+        assert ekfslam("new", kind, file.stem, "--dir", tmp_path) == 2
+        assert "is there already, and nothing is overwritten" in capsys.readouterr().err
+        assert file.read_bytes() == before
 
 
 def test_a_new_model_can_be_called_with_symbols_and_so_be_compiled():
