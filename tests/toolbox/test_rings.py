@@ -157,7 +157,7 @@ def test_bias_and_scale_of_a_beacon_are_states():
     recorder = Recorder()
     for now in universal_slam(
         replace(data, landmark=replace(data.landmark, hypotheses=3))
-    ):  # only what is heard is taken
+    ):
         recorder.add(now)
     log = recorder.recording("faults")
     raw = log.raw[1]
