@@ -87,16 +87,14 @@ def test_sigterm_keeps_what_ctrl_c_keeps(tmp_path, ekfslam_process):
 
 @unix
 def test_sigterm_keeps_the_runs_of_a_series(tmp_path, ekfslam_process):
-    """Sent to the parent and to its workers. A file of the user's own has runs kept at once, not after 5 s."""
-    out, often = tmp_path / "out", tmp_path / "often.py"
-    often.write_text("from ekfslam_tutorial.analysis import series\n\nseries.SAVE_EVERY = 0\n")
-    words = "monte-carlo", "lecture_mapping", "--runs", 10**4, "--workers", 2, "--out", out, "--set", "time.last=3"
-    series = ekfslam_process(*words, "--models", often)
-    wait_for(out / "runs.npz", series)
+    """Sent to the parent and to its workers."""
+    words = "monte-carlo", "lecture_mapping", "--runs", 10**4, "--workers", 2, "--out", tmp_path, "--set", "time.last=3"
+    series = ekfslam_process(*words)
+    wait_for(tmp_path / "runs.npz", series)
     for worker in psutil.Process(series.pid).children(recursive=True):
         if "spawn_main" in " ".join(worker.cmdline()):
             worker.send_signal(signal.SIGTERM)
     series.send_signal(signal.SIGTERM)
     _, err = series.communicate()
     assert series.returncode == 130 and "--resume goes on" in err, err
-    assert json.loads((out / "monte_carlo.json").read_text())["runs"] > 0
+    assert json.loads((tmp_path / "monte_carlo.json").read_text())["runs"] > 0

@@ -155,9 +155,7 @@ def test_bias_and_scale_of_a_beacon_are_states():
     data = scenario(points, last=95, kind=Beacon(bias_std=1.0, scale_std=0.1), turn=4.0)
     faults = {1: (0.8, 0.05), 2: (-0.6, 0.0), 3: (0.3, -0.08)}
     recorder = Recorder()
-    for now in universal_slam(
-        replace(data, landmark=replace(data.landmark, hypotheses=3))
-    ):
+    for now in universal_slam(replace(data, landmark=replace(data.landmark, hypotheses=3))):
         recorder.add(now)
     log = recorder.recording("faults")
     raw = log.raw[1]
