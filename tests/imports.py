@@ -8,6 +8,7 @@ run time only, every module that it may stand for is taken; where nothing is kno
 
 import ast
 from fnmatch import fnmatchcase
+from functools import cache
 from types import SimpleNamespace
 
 CALLS = {
@@ -44,8 +45,13 @@ def imported(path, package):
     Unseen
         If the name of what a call imports cannot be seen at all.
     """
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    here = module_name(path, package).split(".")
+    return _imported(path.read_text(encoding="utf-8"), module_name(path, package))
+
+
+@cache
+def _imported(code, module):
+    """Return what the code of a module imports; three tests ask for it."""
+    tree, here = ast.parse(code), module.split(".")
     space = {"__package__": ".".join(here[:-1]), "__name__": ".".join(here).removesuffix(".__init__")}
     names, aliases = set(), {name: name for name in ("__import__",)}
     for node in ast.walk(tree):
@@ -71,7 +77,7 @@ def imported(path, package):
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and (call := dotted(node.func, aliases)) in CALLS:
             names |= called(node, call, space, f"{'/'.join(here)}.py, line {node.lineno}")
-    return names
+    return frozenset(names)
 
 
 def root(name):

@@ -20,15 +20,16 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from ekfslam_tutorial.cli import doctor, main, views
+from ekfslam_tutorial.cli import doctor, main, robot_views, views
 from ekfslam_tutorial.cli import run as run_command
-from ekfslam_tutorial.cli.files import file_name, find_scenario, replacing, scenarios, shipped
+from ekfslam_tutorial.cli.files import file_name, find_scenario, replacing, save_figure, scenarios, shipped
 from ekfslam_tutorial.cli.notebooks import GIVEN
 from ekfslam_tutorial.cli.templates import motion as new_motion
 from ekfslam_tutorial.cli.templates import sensor as new_sensor
 from ekfslam_tutorial.fast.symbols import Symbol, Tape
 from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
+pytestmark = pytest.mark.usefixtures("undrawn")
 PNG = b"\x89PNG\r\n\x1a\n"
 FIGURES = {
     "scenario", "seed", "engine", "frames", "n_landmarks", "n_landmarks_refused", "ate_rmse_m", "heading_rmse_deg",
@@ -81,8 +82,19 @@ def test_a_number_of_threads_is_a_number(n, capsys):
 # --- run -------------------------------------------------------------------------------------------------------------
 
 
+OF_EACH_KIND = {
+    "range_bearing_2d", "cloister_idp", "euroc_v101", "gps_compass", "house_idp", "lecture_mapping", "mrclam_single",
+    "plaza", "two_robots_four_cameras",
+}  # fmt: skip
+"""Robots in the plane and in space, alone and several, with an IMU, in a map that is aligned, at places that are given:
+their pictures are drawn. Those of the map and of the sensors are drawn for all."""
+
+
 @pytest.mark.parametrize("name", [name for name in scenarios() if name != "monoslam_desk"])  # tests/images runs it
 def test_every_scenario_that_comes_with_the_package_runs(name, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(views, "save_figure", save_figure)
+    if name in OF_EACH_KIND:
+        monkeypatch.setattr(robot_views, "save_figure", save_figure)
     monkeypatch.delenv("EKFSLAM_DATA", raising=False)
     # A beacon is born when enough places have told where on its ring it is; its ranges scatter by 0.6 m.
     # The robot with the IMU stands for a second: its path cannot be laid on the truth before it moves.
@@ -95,8 +107,10 @@ def test_every_scenario_that_comes_with_the_package_runs(name, tmp_path, capsys,
     assert figures["ate_rmse_m"] < far and figures["n_landmarks"] > 0
     assert f"{last} frames" in out.out and f"{last}/{last}" in out.err  # the sentence, and the progress bar
     drawn = [s for s in data.sensors if data.data is None and not hasattr(s.model, "without_lmks")]
-    for file in ("map.png", *(f"sensor-{s.id}.png" for s in drawn)):
-        assert (tmp_path / file).read_bytes().startswith(PNG)
+    pictures = ("map.png", *(f"sensor-{s.id}.png" for s in drawn))
+    for path in tmp_path.glob("*.png") if name in OF_EACH_KIND else map(tmp_path.joinpath, pictures):
+        assert path.read_bytes().startswith(PNG)
+    assert all((tmp_path / file).exists() for file in pictures)
     assert len(rows(tmp_path / "trajectory.csv")) == last * len(figures["robots"])
     mapped = [file for file in ("map.csv", "lines.csv") if (tmp_path / file).exists()]
     assert sum(len(rows(tmp_path / file)) for file in mapped) == figures["n_landmarks"]
@@ -118,7 +132,8 @@ def test_tables_hold_estimates_truths_and_uncertainties(tmp_path):
     assert {row["type"] for row in places} <= {"IdpPnt", "EucPnt"}
 
 
-def test_the_same_seed_gives_the_same_files(tmp_path):
+def test_the_same_seed_gives_the_same_files(tmp_path, monkeypatch):
+    monkeypatch.setattr(views, "save_figure", save_figure)
     a, b, c = (tmp_path / name for name in "abc")
     for folder, seed in ((a, 5), (b, 5), (c, 6)):
         ekfslam("run", "range_bearing_2d", "--out", folder, "--set", "time.last=30", "--seed", seed)
@@ -263,21 +278,21 @@ def test_version():
     assert out.stdout.startswith("ekfslam 0.")
 
 
-@pytest.mark.parametrize("kind", ["sensor", "landmark", "motion"])
-def test_a_new_model_passes_its_own_test_and_runs_in_a_scenario(kind, tmp_path, capsys):
-    assert ekfslam("new", kind, "MyThing", "--dir", tmp_path) == 0
-    model = tmp_path / "my_thing.py"
-    assert "class MyThing" in model.read_text() and "New" not in model.read_text()
-    test = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "."],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
-    assert test.returncode == 0 and "passed" in test.stdout, test.stdout
-    before = model.read_bytes()
-    assert ekfslam("new", kind, "my_thing", "--dir", tmp_path) == 2
-    assert "is there already, and nothing is overwritten" in capsys.readouterr().err and model.read_bytes() == before
+def test_new_models_pass_their_own_tests_and_run_in_a_scenario(tmp_path, capsys):
+    kinds = {"sensor": "MySonar", "landmark": "MyPoint", "motion": "MyCart"}
+    files = {kind: tmp_path / f"my_{name[2:].lower()}.py" for kind, name in kinds.items()}
+    for kind, name in kinds.items():
+        assert ekfslam("new", kind, name, "--dir", tmp_path) == 0
+        assert f"class {name}" in (text := files[kind].read_text()) and "New" not in text
+    words = [sys.executable, "-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider", "."]
+    test = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert test.returncode == 0, test.stdout
+    assert all(f"PASSED test_{file.name}" in test.stdout for file in files.values()), test.stdout
+    for kind, file in files.items():
+        before = file.read_bytes()
+        assert ekfslam("new", kind, file.stem, "--dir", tmp_path) == 2
+        assert "is there already, and nothing is overwritten" in capsys.readouterr().err
+        assert file.read_bytes() == before
 
 
 def test_a_new_model_can_be_called_with_symbols_and_so_be_compiled():

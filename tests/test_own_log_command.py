@@ -7,6 +7,8 @@ import pytest
 from ekfslam_tutorial.cli import main, views
 from ekfslam_tutorial.toolbox import RawLog, Recording
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):

@@ -38,12 +38,13 @@ def test_each_robot_has_its_pictures(run, tmp_path):
     assert set(names) == wanted == {path.name for path in tmp_path.iterdir()}
 
 
-def test_a_recording_with_gps_shows_it_and_what_frames_cost(run, tmp_path):
+def test_a_recording_with_gps_shows_it_and_what_frames_cost(run, tmp_path, request):
     data, history = run
     track = history.track(1)
     fixes = np.column_stack([track.t, track.x[:, :2] + 0.3])
     names = views.write_figures(tmp_path, history, data, {1: fixes}, [1e-3] * 20)
     assert "cost.png" in names and (tmp_path / "cost.png").stat().st_size > 5000
+    request.getfixturevalue("undrawn")
     plain = views.write_figures(tmp_path, history, data)
     assert set(plain) == set(names) - {"cost.png"}
 

@@ -16,6 +16,8 @@ from ekfslam_tutorial.cli import smoothing
 from ekfslam_tutorial.cli.main import main
 from ekfslam_tutorial.toolbox import UserData
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 SHORT = "time.last=15"
 SPACE = {
     "world": {"type": "cloister"},

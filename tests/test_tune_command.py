@@ -10,6 +10,8 @@ import pytest
 from ekfslam_tutorial.cli import main, views
 from ekfslam_tutorial.toolbox import ControlLog, RawLog, Recording, UserData
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch):

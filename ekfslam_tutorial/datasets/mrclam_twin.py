@@ -6,6 +6,7 @@ left over from before, turns that come late and too small, sightings that go wro
 """
 
 import tempfile
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -87,7 +88,7 @@ def write(folder, seed=1, duration=300.0, sparse=(5,), robots=ROBOTS):
     streams = Streams(seed)
     barcodes = np.sort(streams.world.choice(np.arange(5, 73), 20, replace=False))[streams.world.permutation(20)]
     points = _scattered(streams.world)
-    commands, poses = _drive(streams, round(duration / TICK))
+    commands, poses = _drive(seed, round(duration / TICK))
 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -115,8 +116,13 @@ def _scattered(rng, n=15, apart=1.0):
     return points
 
 
-def _drive(streams, n):
-    """Commands [v, w] (n, 5, 2) and true poses (n, 5, 3): every robot goes from one random goal to the next."""
+@lru_cache(maxsize=1)
+def _drive(seed, n):
+    """Commands [v, w] (n, 5, 2) and true poses (n, 5, 3): every robot goes from one random goal to the next.
+
+    One twin after another is asked for, of other robots: the last drive is kept.
+    """
+    streams = Streams(seed)
     rngs = [streams.motion(robot) for robot in ROBOTS]
     low, high = ARENA[:, 0] + 0.5, ARENA[:, 1] - 0.5
     x = np.array([[*rng.uniform(low, high), rng.uniform(-np.pi, np.pi)] for rng in rngs])
@@ -138,6 +144,7 @@ def _drive(streams, n):
         real = np.column_stack([SPEED_SCALE * commands[k, :, 0], TURN_SCALE * commands[max(k - DELAY_TICKS, 0), :, 1]])
         moving = real.any(axis=1, keepdims=True)
         x = Unicycle().move(x, real + np.where(moving, noise[k], 0.0), TICK)[0]
+    commands.flags.writeable = poses.flags.writeable = False
     return commands, poses
 
 

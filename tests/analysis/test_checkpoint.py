@@ -16,6 +16,8 @@ from ekfslam_tutorial.analysis.checkpoint import Checkpoint, resume
 from ekfslam_tutorial.toolbox import UserData, universal_slam
 from ekfslam_tutorial.toolbox.files import value_file
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 SCENARIOS = Path(__file__).resolve().parents[2] / "data" / "scenarios"
 INSTANTS, FREE = 50, 3
 FRAMES = 500  # more than all instants together may bring

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks import __main__ as bench
-from benchmarks import agreement, clock, grid, machine, ways, world
+from benchmarks import agreement, clock, grid, machine, ours, ways, world
 from benchmarks.oracle import Oracle
 from benchmarks.peers import registry
 from benchmarks.report import number, write
@@ -19,13 +19,33 @@ SECTIONS = {"calibration", "agreement", "grid", "circuit", "overhead", "monte_ca
 
 
 @pytest.fixture(scope="module")
-def smoke(tmp_path_factory):
-    """The smallest run: a folder with its three files. Nothing is compiled for it."""
+def smoke(tmp_path_factory, interpreted):
+    """The smallest run: a folder with its three files.
+
+    Nothing is built for it, and programs are interpreted, as in the tests of `fast`: to compile ten of them takes a
+    minute. `test_scenarios.py` there holds machine code to the plain steps, `make bench` each of its own programs.
+    """
     folder = tmp_path_factory.mktemp("smoke")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(registry, "_find_mrpt", lambda peers: peers.missing.update(MRPT="not built by this test"))
         bench.main(["--plan", "smoke", "--out", str(folder)])
     return folder
+
+
+@pytest.fixture(scope="module")
+def interpreted():
+    """Programs are plain Python."""
+    if not ours.COMPILED:
+        yield
+        return
+    from ekfslam_tutorial.fast.compiled import step
+    from tests.fast.interpreter import build, forget
+
+    forget()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(step, "build", build)
+        yield
+    forget()
 
 
 def test_a_run_fills_every_section(smoke):
@@ -54,8 +74,8 @@ def test_each_peer_stands_in_its_better_way(smoke):
         us = {way: results.us(n, m, way) for way in ways.WAYS[row["peer"]] if results.us(n, m, way)}
         assert row["way"] == min(us, key=us.get)
         best = {"compiled": ways.ours(results, n, m, kind), "numpy": ways.ours(results, n, m, kind, compiled=False)}
-        for key, ours in best.items():
-            assert row[key] == pytest.approx(us[row["way"]] / ours, rel=1e-3)
+        for key, its in best.items():
+            assert row[key] == pytest.approx(us[row["way"]] / its, rel=1e-3)
     (row,) = results.rows("fair", kind="step", m=10, peer="filterpy")
     report = (smoke / "RESULTS.md").read_text(encoding="utf-8")
     assert report.index("## Times faster than each peer in its better way") < report.index("## Asked for, and measured")

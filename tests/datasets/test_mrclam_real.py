@@ -133,14 +133,14 @@ def test_five_robots_of_set_7_in_one_map(data_dir):
 def test_robot_3_of_set_9_on_the_known_map(data_dir):
     """Better than with a map of its own (0.058 m). Measured: 0.043 m."""
     here(9)
-    f = run_of(UserData.from_toml(SCENARIO.with_name("mrclam_localisation.toml")))
+    f = run_of(UserData.from_toml(SCENARIO.with_name("mrclam_localisation.toml")), every=10)
     assert f["gauge"] == "fixed" and f["ate_rmse_m"] <= 0.06
 
 
-@pytest.mark.parametrize(("set", "begin", "end", "ate_m"), [(7, 0.25, 0.75, 0.2), (9, 0.1, 0.3, None)])
+@pytest.mark.parametrize(("set", "begin", "end", "ate_m"), [(7, 0.1, 0.3, 0.2), (9, 0.15, 0.25, None)])
 def test_a_piece_of_the_log(data_dir, tmp_path, monkeypatch, set, begin, end, ate_m):
-    """Another start, another order of landmarks, less to calibrate with. Measured: landmarks 0.044 and 0.037 m, poses
-    of set 7 0.155 m; those of this piece of set 9 have no ground truth. All ten pieces tried: docs/data_tuning.md."""
+    """Another start, another order of landmarks, less to calibrate with. Measured: landmarks 0.069 and 0.047 m, poses
+    of set 7 0.147 m; those of this piece of set 9 have no ground truth. Ten longer pieces: docs/data_tuning.md."""
     cut(here(set), tmp_path / f"MRCLAM_Dataset{set}", begin, end)
     monkeypatch.setenv("EKFSLAM_DATA", str(tmp_path))
     f = run_of(UserData.from_toml(SCENARIO.with_name("mrclam_joint.toml"), {"data.set": set}), every=10)

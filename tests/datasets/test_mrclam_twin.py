@@ -20,6 +20,7 @@ def folder(tmp_path_factory):
 
 
 def test_the_same_seed_writes_the_same_files(folder, tmp_path):
+    mrclam_twin._drive.cache_clear()  # or it would not be driven again
     again = mrclam_twin.write(tmp_path / "again", seed=1, duration=120.0)
     names = {f.name for f in folder.iterdir()}
     assert names == {f.name for f in again.iterdir()} and len(names) == 17

@@ -32,11 +32,18 @@ def look(given, wanted):
     """
     assert len(given) == len(wanted)
     for value, kind in zip(given, wanted, strict=True):
-        found = typeof(value)
-        if isinstance(found, types.Array):
-            found = found.copy(readonly=False)
-        if cpu_target.typing_context.can_convert(found, kind) is None:
-            raise TypeError(f"No matching definition: {found} is not {kind}")
+        layout = (value.dtype, value.ndim, value.flags.num) if isinstance(value, np.ndarray) else None
+        if layout is None or (layout, kind) not in _right:  # numba takes as long as the step, and it has been asked
+            found = typeof(value)
+            if isinstance(found, types.Array):
+                found = found.copy(readonly=False)
+            if cpu_target.typing_context.can_convert(found, kind) is None:
+                raise TypeError(f"No matching definition: {found} is not {kind}")
+            _right.add((layout, kind))
+
+
+_right = set()
+"""Layouts of arrays that are right for a type of numba."""
 
 
 def build(signature, arguments, lines):

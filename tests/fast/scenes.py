@@ -65,9 +65,7 @@ class Scenes:
             if whole or isinstance(scene.map, FastMap) or self.times % 5 == 0:
                 assert_same_maps(self.plain.map, scene.map, whole)
             assert_same_lmks(self.plain.lmks, scene.lmks)
-            assert self.plain.obs.keys() == scene.obs.keys()
-            for key, o in self.plain.obs.items():
-                assert_same_obs(o, scene.obs[key])
+            assert_same_obs(self.plain.obs, scene.obs)
 
     def change(self, do):
         """Change the model of all, which may be one and the same."""

@@ -16,7 +16,7 @@ from ekfslam_tutorial.toolbox import UserData
 
 from .scenes import POINTS, Scenes, outcome, raw
 
-pytestmark = pytest.mark.usefixtures("interpreted")
+pytestmark = pytest.mark.usefixtures("interpreted", "undrawn")
 IDS = range(len(POINTS))
 
 

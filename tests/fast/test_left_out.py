@@ -4,6 +4,8 @@ import pytest
 
 from ekfslam_tutorial.cli import main
 
+pytestmark = pytest.mark.usefixtures("undrawn", "interpreted")
+
 COMPILED = ["--set", "time.last=5", "--set", "options.compiled=true"]
 
 

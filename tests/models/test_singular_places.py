@@ -8,8 +8,10 @@ from ekfslam_tutorial.models import observe, retro_project, to_sensor
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
 from ekfslam_tutorial.models.sensors import OmniCam, PinHole, PinHoleDepth, RangeBearingElevation
 
+from .differences import of_stacks
 from .examples import LENSES, OMNI_D, OMNI_K, POINT_PAIRS, K, dim, ready
 
+pytestmark = pytest.mark.usefixtures("all_at_once")
 RDF = e2q(np.radians([-90, 0, -90]))[0]  # a camera that looks ahead
 HALF_TURNS = [np.array([0.0, 1, 0, 0]), np.array([0.0, 0, 1, 0]), np.array([0.0, 0, 0, 1])]
 
@@ -44,7 +46,7 @@ def placed(Rf, Sf, lmk, p, rho=None):
 
 def check_direct(Rf, Sf, sensor, lmk, l, rtol=1e-6):
     """Jacobians of `observe`, against differences. Pixels and their derivatives are large: tolerances are relative."""
-    check_jacobians(lambda R, S, l: observe(R, S, sensor, lmk, l), Rf, Sf, l, rtol=rtol)
+    check_jacobians(lambda R, S, l: of_stacks(observe)(R, S, sensor, lmk, l), Rf, Sf, l, rtol=rtol)
 
 
 def check_inverse(Rf, Sf, sensor, lmk, y, n, **tolerances):
@@ -52,9 +54,9 @@ def check_inverse(Rf, Sf, sensor, lmk, y, n, **tolerances):
     l0 = retro_project(Rf, Sf, sensor, lmk, y, n)[0]
 
     def f(R, S, y, n):
-        l, *Ls = retro_project(R, S, sensor, lmk, y, n)
+        l, *Ls = of_stacks(retro_project)(R, S, sensor, lmk, y, n)
         if isinstance(lmk, IdpPnt):
-            l[4] = l0[4] + wrap(l[4] - l0[4])
+            l[..., 4] = l0[4] + wrap(l[..., 4] - l0[4])
         return l, *Ls
 
     check_jacobians(f, Rf, Sf, y, n, **tolerances)

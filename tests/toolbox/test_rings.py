@@ -142,8 +142,9 @@ def test_in_space():
         time=Time(last=70),
         landmark=Landmark(hypotheses=60),
     )
-    sizes = [len(ring.w) for now in universal_slam(data) for ring in now.rings.values()]
-    *_, now = universal_slam(data)
+    sizes = []
+    for now in universal_slam(data):
+        sizes += [len(ring.w) for ring in now.rings.values()]
     assert sizes[0] == 60 and the_right_one(now, 1, point[0]) < 16.0
     assert np.linalg.norm((now.lmks[1].point(now.map)[0] if now.lmks else now.rings[1].joined(now.map)[0]) - point) < 1
 
@@ -154,7 +155,7 @@ def test_bias_and_scale_of_a_beacon_are_states():
     data = scenario(points, last=95, kind=Beacon(bias_std=1.0, scale_std=0.1), turn=4.0)
     faults = {1: (0.8, 0.05), 2: (-0.6, 0.0), 3: (0.3, -0.08)}
     recorder = Recorder()
-    for now in universal_slam(data):
+    for now in universal_slam(replace(data, landmark=replace(data.landmark, hypotheses=3))):
         recorder.add(now)
     log = recorder.recording("faults")
     raw = log.raw[1]
@@ -180,7 +181,7 @@ def test_a_hypothesis_that_bends_is_cut_and_the_sum_keeps_its_moments():
     def whole():
         return rings.moments(ring.w, ring.states(map), rings.diagonal(map.block(ring.r), len(ring.w)))
 
-    (m, P), n, x, std = whole(), len(ring.w), rob.state(map), 0.06
+    (m, P), n, x, std = whole(), len(ring.w), rob.state(map), 0.08
     rings.cut(map, rob, sen, ring, std, 400)
     assert n < len(ring.w) < 400 and ring.w.sum() == pytest.approx(1)
     assert max(rings.bend(p, C, std) for p, C in zip(*rings.seen(map, rob, sen, ring), strict=True)) <= rings.BENT
