@@ -85,16 +85,38 @@ def test_sigterm_keeps_what_ctrl_c_keeps(tmp_path, ekfslam_process):
     assert not [name for name in names(tmp_path) if name.startswith(".")]
 
 
+def workers_of(series, n=1):
+    """Workers of a series, as soon as there are n of them."""
+    while True:
+        found = psutil.Process(series.pid).children(recursive=True)
+        found = [one for one in found if "spawn_main" in " ".join(one.cmdline())]
+        if len(found) >= n:
+            return found
+        assert series.poll() is None, series.stderr.read()
+        time.sleep(0.02)
+
+
 @unix
 def test_sigterm_keeps_the_runs_of_a_series(tmp_path, ekfslam_process):
-    """Sent to the parent and to its workers."""
+    """Sent to the parent and to its workers; to a worker that has just begun, too, which goes on."""
     words = "monte-carlo", "lecture_mapping", "--runs", 10**4, "--workers", 2, "--out", tmp_path, "--set", "time.last=3"
     series = ekfslam_process(*words)
+    for worker in workers_of(series):
+        worker.send_signal(signal.SIGTERM)
     wait_for(tmp_path / "runs.npz", series)
-    for worker in psutil.Process(series.pid).children(recursive=True):
-        if "spawn_main" in " ".join(worker.cmdline()):
-            worker.send_signal(signal.SIGTERM)
+    for worker in workers_of(series):
+        worker.send_signal(signal.SIGTERM)
     series.send_signal(signal.SIGTERM)
     _, err = series.communicate()
     assert series.returncode == 130 and "--resume goes on" in err, err
     assert json.loads((tmp_path / "monte_carlo.json").read_text())["runs"] > 0
+
+
+@unix
+def test_a_series_whose_worker_is_killed_ends_and_says_so(tmp_path, ekfslam_process):
+    """It does not wait for ever for the other worker, which takes no notice of SIGTERM."""
+    words = "monte-carlo", "lecture_mapping", "--runs", 10**4, "--workers", 2, "--out", tmp_path, "--set", "time.last=3"
+    series = ekfslam_process(*words)
+    workers_of(series, 2)[0].kill()
+    _, err = series.communicate()
+    assert series.returncode == 2 and "a worker process has died" in err, err

@@ -74,18 +74,17 @@ def _executor(options, data):
     if workers == 1 or sys.platform == "emscripten":  # Python in a browser: there is no process but this one
         yield None
         return
-    import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
-    context = multiprocessing.get_context("spawn")  # the same on every system
-    with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(options.models,)) as pool:
+    from .workers import Workers
+
+    with ProcessPoolExecutor(workers, Workers(), initializer=_begin, initargs=(options.models,)) as pool:
         yield pool
 
 
 def _begin(models):
-    """A worker begins: Ctrl-C and SIGTERM are for the parent; the user's own models are known here, too."""
+    """A worker begins: Ctrl-C is for the parent, also on Windows; the user's own models are known here, too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a batch system sends it to all
     for file in models:
         own_models(file)
 
