@@ -8,6 +8,7 @@ import pytest
 
 from ekfslam_tutorial import datasets
 from ekfslam_tutorial.fast import programs, tables
+from ekfslam_tutorial.models.landmarks import HmgPnt
 from ekfslam_tutorial.slam import Jcbb, NearestNeighbour
 from ekfslam_tutorial.toolbox import Data, UserData, universal_slam
 from ekfslam_tutorial.toolbox.run_state import run_state
@@ -155,15 +156,20 @@ def test_a_run_that_is_taken_up_ends_as_if_it_had_not_been_stopped(how):
     assert np.array_equal(end.map.x, whole.map.x) if exact else np.allclose(end.map.x, whole.map.x, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize(("name", "joint"), [("range_bearing_2d", True), ("cloister_idp", False)])
-def test_the_same_with_numba(name, joint):
-    """What is interpreted everywhere else is compiled here: by the first takes a second, each of the second two."""
+@pytest.mark.parametrize(
+    ("name", "joint", "kind"),
+    [("range_bearing_2d", True, None), ("cloister_idp", False, None), ("omnicam", True, HmgPnt())],
+)
+def test_the_same_with_numba(name, joint, kind):
+    """What is interpreted everywhere else is compiled here: by the first takes a second, each of the others two."""
     pytest.importorskip("numba", reason="numba, the extra `compiled`, is not installed")
     from ekfslam_tutorial.fast.compiled import step
 
     from .interpreter import build
 
     assert step.build is not build
-    assert_same_runs(scenario(name, joint=joint), frames=25, hows=(HOW["compiled"],))
+    data = scenario(name, joint=joint)
+    data = data if kind is None else replace(data, landmark=replace(data.landmark, model=kind))
+    assert_same_runs(data, frames=25, hows=(HOW["compiled"],))
     made = {write for (write, *_), (_, program) in programs.known.items() if program}
     assert {step._write_expected, step._write_born, step._write_inside} <= made
