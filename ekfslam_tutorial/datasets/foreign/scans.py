@@ -287,6 +287,7 @@ def scatter(a, t=None):
         return float("nan")
 
     def of_order(k):
+        """Scatter of the divided differences of k + 1 neighbours, each with the variance of one number."""
         T, A = (np.lib.stride_tricks.sliding_window_view(x, k + 1) for x in (t, a))
         way = T[:, :, None] - T[:, None] + np.eye(k + 1)
         w = 1 / way.prod(2)

@@ -102,6 +102,7 @@ def with_common_words(tables):
     order = {word: n for n, word in enumerate(sorted({w for t in tables for ws in t.words.values() for w in ws}), 1)}
 
     def renumbered(table):
+        """The table with the numbers of all."""
         columns, words = dict(table.columns), {}
         for name, old in table.words.items():
             new = np.full(len(old) + 1, np.nan)
