@@ -6,7 +6,7 @@ It prints
     range: mm: up to 4.82e+03
     bearing: deg: up to 175
     6 different ids, each 16 to 44 times
-    6 landmarks, robot off by 0.13 m
+    6 landmarks, robot off by 0.15 m
 """
 
 import tempfile

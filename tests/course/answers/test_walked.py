@@ -282,7 +282,7 @@ TWO = [  # exercise, the names of both, the places
         ("observe(x_first, i)", "observe(x, i)"),
         ("    z[1] = wrap(z[1])\n", ""),
     ),
-    ("12.3", "z turned round + beyond, not before", ("p[:, 2] > 0", "p[:, 2] < 0"), ("(r < fold)", "(r > fold)")),
+    ("12.3", "x ahead + the fold itself", ("p[:, 2] > 0", "p[:, 0] > 0"), ("(r < fold)", "(r <= fold)")),
     ("15.3", "half a turn forgotten + F2 not inverted", ("b12 + np.pi - b21", "b12 - b21"), ("F2.inverse()[0]", "F2")),
     (
         "18.1",
@@ -327,3 +327,9 @@ def test_a_slip_is_told(id, name, pattern, slips):
 def test_two_slips_are_told_both(id, names, slips):
     verdict = registry.get(id).judge(answer(id, *slips))
     assert verdict.status == "failed" and verdict.misconception == names and "Two things, in this order" in verdict.hint
+
+
+def test_an_answer_that_is_all_one_names_none():
+    """With both slips nothing is ever seen: so it is with many others, and which they are is a guess."""
+    verdict = registry.get("12.3").judge(answer("12.3", ("p[:, 2] > 0", "p[:, 2] < 0"), ("(r < fold)", "(r > fold)")))
+    assert verdict.status == "failed" and verdict.misconception == "" and "must be seen" in verdict.hint
