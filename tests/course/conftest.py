@@ -32,6 +32,7 @@ def own_progress(tmp_path, monkeypatch):
 def time_to_search(monkeypatch):
     """A slow computer searches four times as long for two mistakes at once: what is found shall not depend on it."""
     monkeypatch.setattr(exercise, "PATIENCE", 4 * exercise.PATIENCE)
+    monkeypatch.setattr(exercise, "LATER_S", 20 * exercise.LATER_S)  # by the clock on the wall
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ from ekfslam_tutorial.course.exercises import nb02_ellipse, nb05_frame
 
 from .test_mutants import inputs
 
-pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
+pytestmark = [pytest.mark.filterwarnings("ignore::RuntimeWarning"), pytest.mark.usefixtures("time_to_search")]
 SEED, MOST = 7, 1  # pairs of an exercise; two took three minutes, and told the same
 WITH_EDITS = [
     e for e in registry.everything() if isinstance(e, Exercise) and sum(bool(m.edits) for m in e.misconceptions) > 1

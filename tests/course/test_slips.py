@@ -10,6 +10,8 @@ from ekfslam_tutorial.course import registry, slips
 from ekfslam_tutorial.course.diagnose import diagnose
 from ekfslam_tutorial.geometry import Frame2, wrap
 
+pytestmark = pytest.mark.usefixtures("time_to_search")
+
 SPACE = {"np": np, "wrap": wrap, "Frame2": Frame2}
 
 TEXTS = {

@@ -14,6 +14,8 @@ from ekfslam_tutorial.course.exercises.nb08_fej import observe
 from ekfslam_tutorial.course.exercises.nb12_pin_hole import pin_hole
 from ekfslam_tutorial.geometry import Frame2, wrap
 
+pytestmark = pytest.mark.usefixtures("time_to_search")
+
 SPACE = {"np": np, "chi2": chi2, "wrap": wrap, "Frame2": Frame2, "observe": observe, "pin_hole": pin_hole}
 
 TEXTS = {
