@@ -604,3 +604,11 @@ def test_a_live_view_draws_every_frame_asked_for(monkeypatch):
             live.add(snapshot)
         assert len(live.figures) == 2
     assert drawn == [0.001, 0.001, 0.001, True] and views.plt.get_fignums() == before
+
+
+def test_known_landmarks_that_nobody_has_seen_are_no_false_ones(tmp_path, capsys):
+    """With unknown ids a note is on landmarks that were measured once only; those of a known map have not begun."""
+    words = "--set", "options.association=nearest_neighbour", "--set", "time.last=8", "--out", str(tmp_path)
+    assert main(["run", "localisation_2d", *words]) == 0
+    assert "measured once only" not in capsys.readouterr().err
+    assert json.loads((tmp_path / "result.json").read_text())["n_seen_once"] == 0
