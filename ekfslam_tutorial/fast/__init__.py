@@ -1,7 +1,8 @@
 """The wing for speed: the steps of `slam` and the filter of `ekf`, quicker. One law: **fast is plain**.
 
 Whatever is done with these steps and maps, events, messages and numbers (to rounding) are those of the plain ones; the
-tests in `tests/fast` are that law. So nothing here has to be read to understand what the package does.
+tests in `tests/fast` are that law. (One exception is chosen: a compressed map with the invariant error, `carrying.py`.)
+So nothing here has to be read to understand what the package does.
 
 The steps, with the signatures of `slam`: `move`, `correct_known_lmks`, `init_new_lmks`, `new_map`.
 
