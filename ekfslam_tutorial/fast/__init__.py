@@ -10,7 +10,7 @@ The steps, with the signatures of `slam`: `move`, `correct_known_lmks`, `init_ne
 * `tables.py` asks what a sensor should see of all landmarks at once and makes a table of it, `sightings.py`; one row
   of it, an `Obs`, is in `obs.py`. `gating.py` finds those landmarks that any measurement can belong to.
 * `expectation.py` is the observation chain for stacks, `frames.py` normalises frames, `tidy.py` looks after landmarks.
-* `checks.py` finds out quickly that input is good; if it is not, the core says what is wrong.
+* `refused.py` finds out quickly that input is good; if it is not, the core says what is wrong.
 * `notes.py` is what is remembered from one step to the next: of frames, of landmarks in groups.
 
 The filter and its maps, which have the public interface of `ekf.Map`; all functions of the core work on them.

@@ -3,7 +3,6 @@
 import numpy as np
 
 from . import core
-from .checks import check_map
 from .core import (
     EUCLIDEAN,
     Event,
@@ -18,6 +17,7 @@ from .core import (
 from .extra import compiled
 from .filter import augment
 from .frames import frame_of, frame_range
+from .refused import check_map
 from .straight import inside, retro_projected
 
 NOTHING = np.zeros(0), np.zeros((0, 0))

@@ -119,12 +119,12 @@ class CompressedMap:
 
     @property
     def used(self):
-        """Which states are in use, shape (n,), bool."""
+        """Mask of the states that are in use, shape (n,), bool."""
         return self._whole.used
 
     @property
     def robs(self):
-        """Who has been put into it as a robot, as in `ekf.Map`: a list."""
+        """The robots that have been put into it, as in `ekf.Map`: a list."""
         return self._whole.robs
 
     @property

@@ -119,7 +119,7 @@ class FastMap:
 
     @property
     def used(self):
-        """Which states are in use, shape (n,), bool."""
+        """Mask of the states that are in use, shape (n,), bool."""
         return self._used[: self.n]
 
     @property

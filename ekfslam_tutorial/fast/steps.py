@@ -6,7 +6,6 @@ import numpy as np
 
 from . import core
 from .carrying import all_parts, before, follow
-from .checks import check_measurements, check_motion
 from .compressed_map import CompressedMap
 from .core import note_first_estimates, transport, travel
 from .extra import compiled
@@ -15,6 +14,7 @@ from .filter import predict
 from .frames import normal_frame, normalize, normalized_state
 from .joint import correct_jointly
 from .one_by_one import correct_one_by_one
+from .refused import check_measurements, check_step
 from .straight import moved
 
 LARGEST = np.finfo(float).max  # as a gate: what is too far away for a float does not pass, everything else does
@@ -37,7 +37,7 @@ def new_map(capacity=None, *, compiled=False, compressed=False):
 
 def move(map, rob, dt):
     """Motion of a robot by its control: see `slam.move`."""
-    check_motion(map, rob, dt)
+    check_step(map, rob, dt)
     kind = rob.motion.frame
     if kind.dim == 3:
         map.notes.forget_normal()

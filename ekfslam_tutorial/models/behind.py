@@ -6,7 +6,7 @@ import numpy as np
 
 
 class _Behind:
-    """What a frame with parameters behind it does otherwise: the numbers of the frame itself come first."""
+    """A frame with parameters behind it: the numbers of the frame itself come first."""
 
     x: Any
     dim: Any

@@ -83,7 +83,7 @@ class Calibrated:
         return 0.0 if name == "delay" else getattr(self.model, name)
 
     def slices(self):
-        """Where each parameter is among all, by name.
+        """Slice of each parameter among all, by name.
 
         See Also
         --------
@@ -120,7 +120,7 @@ class Calibrated:
         return point + dof * (getattr(self.model, "asks_robot", "") == "moving")
 
     def project(self, v):
-        """What the model measures of [v; parameters]. Returns y, Y_v; derivatives by the parameters come last."""
+        """Measurement by the model of [v; parameters]. Returns y, Y_v; derivatives by the parameters come last."""
         v, model, bias, there = self._parted(v, self._size())
         y, Y_v = model.project(v)
         if not there:
@@ -157,7 +157,7 @@ class Calibrated:
 
 
 def seen_with(Rf, Sf, sensor, v, V_r, V_s, V_l):
-    """What a sensor sees, and behind it what else it asks for: its velocity, its parameters.
+    """Point that a sensor sees, and behind it all else that it asks for: its velocity, its parameters.
 
     Parameters
     ----------

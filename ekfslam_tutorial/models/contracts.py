@@ -103,9 +103,9 @@ def _check_sensor(model, dim, rng):
     check_jacobians(model.project, p[0])
     if written(model, "residual"):
         check_residual(model, y)
-    reach = getattr(model, "max_range", np.inf)
-    if np.isfinite(reach) and written(model, "visible"):
-        far = p * (2 * reach / np.linalg.norm(p, axis=-1, keepdims=True))
+    max_range = getattr(model, "max_range", np.inf)
+    if np.isfinite(max_range) and written(model, "visible"):
+        far = p * (2 * max_range / np.linalg.norm(p, axis=-1, keepdims=True))
         assert not np.any(seen(model, far)), "visible() accepts points beyond max_range"
     if written(model, "retro"):  # without, it corrects with landmarks that other sensors have started
         check_retro(model, p, y)

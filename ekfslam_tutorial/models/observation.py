@@ -70,7 +70,7 @@ def fits(sensor, lmk):
 
 
 class ItsRobot:
-    """What stands in the place of a landmark, without a state, for a sensor that sees none: its own frame, F.x.
+    """Stand-in for a landmark, without a state, for a sensor that sees none: its own frame, F.x.
 
     GPS, a compass, a wheel: `without_lmks` sensors. They get F.x, and behind it what else they ask for.
 

@@ -26,7 +26,7 @@ class AnyRobot:
         self.frame, self.size = frame, frame.size + frame.dof
 
     def velocity(self, x, u):
-        """What stands behind the frame."""
+        """Velocity behind the frame."""
         return x[self.frame.size :], np.eye(self.frame.dof, self.size, self.frame.size)
 
 

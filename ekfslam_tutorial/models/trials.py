@@ -40,7 +40,7 @@ def random_points(dim, rng, sensor=None):
 
 
 def seen(sensor, p):
-    """Which of some points a sensor can see: one bool for each."""
+    """Return True for each point that a sensor can see."""
     y = of_stack(lambda p: sensor.project(p)[0], "project", p)
     assert np.shape(y)[:-1] == (len(p),), f"project gives shape {np.shape(y)} of {len(p)} points; {AXES}"
     visible = of_stack(sensor.visible, "visible", y, p)
@@ -70,7 +70,7 @@ def check_complete(model, role):
 
 @contextmanager
 def told_dim(model, dim):
-    """Where an array has a wrong shape and a model has no `dim`, that is most likely why."""
+    """Name the likely cause where an array has a wrong shape: a model without `dim`."""
     try:
         yield
     except (AssertionError, ValueError, IndexError) as error:
@@ -87,7 +87,7 @@ def check_three(out, name, wanted):
 
 
 def of_stack(f, name, *args):
-    """What f makes of a stack of arguments; a sentence, if it only takes them one by one."""
+    """Call f with a stack of arguments; say in a sentence if it only takes them one by one."""
     try:
         return f(*args)
     except (ValueError, TypeError, IndexError) as error:

@@ -85,7 +85,7 @@ def correct_invariant(map, rob, lmks, PHt, inn, opt):
 
 
 def gauge(map, rob, lmks):
-    """How the state changes if the whole world is moved by a small g, shifted and turned about its axes: B = dx/dg.
+    """Derivative of the state by a small motion g of the whole world, a shift and a turn about its axes: B = dx/dg.
 
     Points go along and round the origin, and so do poses, which turn, too; of velocities the motion model knows. The
     frame of a sensor on its robot stays what it is. For a landmark its `to_frame` says it: to move the landmark is to

@@ -15,7 +15,9 @@ from ekfslam_tutorial.toolbox.scenario.keys import exported, functions, paramete
 from ekfslam_tutorial.toolbox.scenario.reading import SECTIONS
 
 ASSOCIATIONS = KnownIds, NearestNeighbour, Jcbb, Descriptors, ActiveSearch
-PAGE = (Path(__file__).parents[2] / "docs" / "scenarios.md").read_text(encoding="utf-8")
+REPOSITORY = Path(__file__).parents[2]
+PAGE = (REPOSITORY / "docs" / "scenarios.md").read_text(encoding="utf-8")
+GALLERY = (REPOSITORY / "docs" / "write_your_own.md").read_text(encoding="utf-8").partition("\n## Gallery\n")[2]
 
 
 def section(title):
@@ -85,3 +87,19 @@ def test_parameters_that_may_be_states_are_named():
 def test_landmark_types_are_all_named():
     named = {name for cell in keys("`[landmark]`")["type"] for name, _ in cell}
     assert named == set(exported(landmarks))
+
+
+# --- the gallery of docs/write_your_own.md ---
+
+
+@pytest.mark.parametrize("role, module", [("sensor", sensors), ("landmark", landmarks), ("motion", motion)])
+def test_the_gallery_has_every_model_and_a_scenario_of_it(role, module):
+    table = GALLERY.partition(f"\n| {role} |")[2].partition("\n\n")[0]
+    rows = [re.split(r"(?<!\\) \| ", line) for line in table.splitlines() if line.startswith("| `")]
+    names = [re.findall(r"`(\w+)`", row[0]) for row in rows]
+    assert sorted(name for row in names for name in row) == sorted(exported(module))
+    for those, row in zip(names, rows, strict=True):
+        files = [REPOSITORY / "data" / "scenarios" / f"{name}.toml" for name in re.findall(r"`(\w+)`", row[-1])]
+        text = row[-1] + "".join(file.read_text(encoding="utf-8") for file in files)
+        default = those == ["euc_pnt"]  # the landmarks of a scenario that names none
+        assert default or files and [name for name in those if f'"{name}"' not in text] == []

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.ekf.covariances import check_covariance
-from ekfslam_tutorial.fast.checks import positive_definite
 from ekfslam_tutorial.fast.compiled import program, step
+from ekfslam_tutorial.fast.refused import positive_definite
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing

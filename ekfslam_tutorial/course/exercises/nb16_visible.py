@@ -6,7 +6,7 @@ from ..table import table
 
 
 def beacon_visible(y, p, max_range, fov):
-    """Whether a range-only sensor can see points.
+    """Return True for each point that a range-only sensor can see.
 
     y, shape (..., 1): the ranges (m) of the points p, shape (..., 2), in the frame of the sensor (m); any number of
     leading axes, also none. The antenna looks along the x axis. It sees a point that is not further away than

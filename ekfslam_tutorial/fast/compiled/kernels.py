@@ -154,7 +154,7 @@ def within(indices, n):
 
 @compiled
 def columns_of(r, s, n_r, n_s, n_l, known):
-    """Which columns of a Jacobian [E_r E_s E_l] belong to states in the map, and those of robot and sensor: where."""
+    """Find the columns of a Jacobian [E_r E_s E_l] of states in the map, and those of robot and sensor among them."""
     cols, at, q = np.empty(n_r + n_s + n_l, np.int64), np.empty(n_r + n_s + n_l, np.int64), 0
     for c in range(n_r + n_s + n_l):
         if c < n_r:

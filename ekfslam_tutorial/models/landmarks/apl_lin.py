@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .lines import cross
+from .lines import vector_product
 from .plk_lin import PlkLin, perpendicular
 
 LINE = PlkLin()
@@ -65,7 +65,7 @@ class AplLin:
         --------
         from_rays : The inverse.
         """
-        c, C_x, C_v = cross(l[..., :3], l[..., 6:])
+        c, C_x, C_v = vector_product(l[..., :3], l[..., 6:])
         return l[..., 3:6] + c, np.concatenate([C_x, np.broadcast_to(np.eye(3), C_x.shape), C_v], -1)
 
     def support(self, l):

@@ -90,7 +90,7 @@ class Beacon:
         return np.concatenate([p, l[..., self.dim :]], -1), D.T @ P_f, D.T @ P_p @ D + O
 
     def point(self, l):
-        """Where it is. Returns p, P_l.
+        """Place of the beacon. Returns p, P_l.
 
         See Also
         --------
@@ -103,7 +103,7 @@ class Beacon:
         return self.point(l)
 
     def apparent(self, l):
-        """Where a range sensor at the origin sees it: (1 + s + b / |p|) p. Returns v, V_l.
+        """Apparent place, where a range sensor at the origin sees it: (1 + s + b / |p|) p. Returns v, V_l.
 
         See Also
         --------

@@ -13,7 +13,7 @@ import numpy as np
 from ...geometry import hat, unit
 
 
-def cross(a, b):
+def vector_product(a, b):
     """Vector product c = a x b. Returns c, C_a, C_b."""
     return np.cross(a, b), -hat(b), hat(a)
 
@@ -22,7 +22,7 @@ def plane_base(n):
     """Two unit vectors in the plane of the unit normal n, e1 without a part along z. Returns e1, e2, E1_n, E2_n."""
     e1, E1_c = unit(np.cross(n, [0.0, 0.0, 1.0]))
     E1_n = E1_c @ -hat(np.array([0.0, 0.0, 1.0]))
-    e2, C_n, C_e1 = cross(n, e1)
+    e2, C_n, C_e1 = vector_product(n, e1)
     return e1, e2, E1_n, C_n + C_e1 @ E1_n
 
 
@@ -64,7 +64,7 @@ def abscissas(lmk, l, c, m):
 
 
 def offsets(lmk, l, a, b):
-    """How far a line is from the true one through a and b: its four degrees of freedom, in metres.
+    """Error of a line, if the true one goes through a and b: its four degrees of freedom, in metres.
 
     In the plane across the true line at a, and in that at b, two coordinates of the point where the line goes through:
 
@@ -102,6 +102,11 @@ class TwoPoints:
 
     A line type that inherits says which points, `kind`, and how many numbers of their anchor they share, `anchor`. All
     the line can do follows from what the points can do.
+
+    See Also
+    --------
+    IdpLin, HmgLin, AhmLin : Those of the package.
+    PlkLin : A line without points.
     """
 
     dim = 3
@@ -159,7 +164,7 @@ class TwoPoints:
         from_rays : The inverse.
         """
         (u1, U1_l), (u2, U2_l) = (self._image(l, S) for S in self._parts())
-        n, N_u1, N_u2 = cross(u1, u2)
+        n, N_u1, N_u2 = vector_product(u1, u2)
         return n, N_u1 @ U1_l + N_u2 @ U2_l
 
     def _image(self, l, S):

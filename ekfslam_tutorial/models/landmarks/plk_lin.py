@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...geometry import hat, unit
-from .lines import cross, plane_base
+from .lines import plane_base, vector_product
 
 
 def perpendicular(a, b):
@@ -59,7 +59,7 @@ class PlkLin:
         """
         v, V_f, V_vf = F.from_frame(l[..., 3:], 0.0)
         m, M_f, M_nf = F.from_frame(l[..., :3], 0.0)
-        c, C_t, C_v = cross(F.t, v)
+        c, C_t, C_v = vector_product(F.t, v)
         return _stack(m + c, v, M_f + C_t @ np.eye(3, F.size) + C_v @ V_f, V_f, M_nf, C_v @ V_vf, V_vf)
 
     def normal(self, l):
@@ -76,7 +76,7 @@ class PlkLin:
         n, v = l[..., :3], l[..., 3:]
         d, D_v = unit(v)
         vv = (v * v).sum(-1)[..., None]
-        c, C_v, C_n = cross(v, n)
+        c, C_v, C_n = vector_product(v, n)
         p0 = c / vv
         P0_v = (C_v - 2 * p0[..., :, None] * v[..., None, :]) / vv[..., None]
         return p0, d, np.concatenate([C_n / vv[..., None], P0_v], -1), D_v @ np.eye(6)[3:]
@@ -91,7 +91,7 @@ class PlkLin:
         --------
         normal : The inverse.
         """
-        c, C_1, C_2 = cross(v[..., :3], v[..., 3:])
+        c, C_1, C_2 = vector_product(v[..., :3], v[..., 3:])
         m, M_c = unit(c)
         e1, e2, E1_m, E2_m = plane_base(m)
         b1, b2 = n[..., :1], n[..., 1:]

@@ -58,7 +58,7 @@ class ConstantTurn:
         return x2, X_x, X_u
 
     def turning(self, x):
-        """How v and w change if the world turns: not at all, they are the robot's own. Zeros, shape (..., 2, 1).
+        """Derivative of v and w by a turn of the world: none, they are the robot's own. Zeros, shape (..., 2, 1).
 
         See Also
         --------

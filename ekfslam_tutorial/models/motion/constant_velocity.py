@@ -56,7 +56,7 @@ class ConstantVelocity:
         return x2, X_x, X_u
 
     def turning(self, x):
-        """How v and w change if the whole world turns by a small angle about its axes: v turns, too, w does not.
+        """Derivative of v and w by a small turn of the whole world about its axes: v turns, too, w does not.
 
         Returns
         -------

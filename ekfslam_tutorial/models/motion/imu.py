@@ -95,7 +95,7 @@ class Imu:
         return x2, X_x, X_u
 
     def turning(self, x):
-        """How v and the biases change if the world turns by a small angle about its axes: v turns, too, they do not.
+        """Derivative of v and the biases by a small turn of the world about its axes: v turns, too, they do not.
 
         Returns
         -------

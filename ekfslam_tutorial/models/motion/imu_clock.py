@@ -63,7 +63,7 @@ class ImuClock(Imu):
         return x2, X_x, X_u
 
     def turning(self, x):
-        """How v, the biases and the clock change if the world turns: see `Imu.turning`. Shape (..., 10, 3)."""
+        """Derivative of v, the biases and the clock by a turn of the world: see `Imu.turning`. Shape (..., 10, 3)."""
         turned = super().turning(x)
         return np.concatenate([turned, np.zeros_like(turned[..., :1, :])], -2)
 

@@ -14,6 +14,7 @@ class Odometry2:
     """Robot state [x, y, theta]; control u = [dx, dy, dtheta], a step in the robot frame (m, m, rad).
 
     The new pose is the composition of the old one with the step: the 2D twin of `Odometry3`.
+    R. Smith, M. Self, P. Cheeseman, "Estimating uncertain spatial relationships in robotics", 1990, compounding.
 
     See Also
     --------

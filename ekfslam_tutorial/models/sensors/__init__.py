@@ -3,8 +3,9 @@
 from .bearing_only2 import BearingOnly2
 from .compass import Compass
 from .davison_cam import DavisonCam
-from .doppler import Doppler, RangeRate
+from .doppler import Doppler
 from .gps import Gps
+from .ground_flow import GroundFlow
 from .omni_cam import OmniCam
 from .pin_hole import PinHole
 from .pin_hole_depth import PinHoleDepth
@@ -12,9 +13,10 @@ from .point import PointXY, PointXYZ
 from .range import Range
 from .range_bearing import RangeBearing
 from .range_bearing_elevation import RangeBearingElevation
+from .range_rate import RangeRate
 from .segment_cam import SegmentCam
 from .stereo_pin_hole import StereoPinHole
-from .wheel_speed import GroundFlow, WheelSpeed
+from .wheel_speed import WheelSpeed
 
 __all__ = [
     "BearingOnly2",

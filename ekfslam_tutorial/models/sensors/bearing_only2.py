@@ -15,6 +15,9 @@ from .range_bearing import polar
 class BearingOnly2:
     """Direction beta of a point (rad, counter-clockwise from the sensor's x axis).
 
+    y = atan2(p_y, p_x): the second number of `RangeBearing`. T. Bailey, "Constrained initialisation for bearing-only
+    SLAM", ICRA 2003, has what follows from the missing range.
+
     Parameters
     ----------
     bearing_std : float

@@ -24,3 +24,10 @@ class OwnState:
     def visible(self, y, v):
         """Return True, for all."""
         return np.full(np.shape(y)[:-1], True)
+
+
+def speeds(v, n, factor):
+    """The first n numbers of the velocity behind a frame in the plane, v = [F.x; v_s; w_s], times a factor."""
+    Y_v = np.zeros((n, v.shape[-1]))
+    Y_v[:, 3 : 3 + n] = factor * np.eye(n)
+    return factor * v[..., 3 : 3 + n], Y_v

@@ -14,6 +14,8 @@ from .pin_hole import PinHole
 class PinHoleDepth(PinHole):
     """Camera that measures [u, v, depth]: pixel, and the distance along its optical axis (not the range).
 
+    F. Endres et al., "3-D mapping with an RGB-D camera", IEEE T-RO 30(1), 2014.
+
     Parameters
     ----------
     k, d, c, image_size, pixel_std

@@ -13,6 +13,8 @@ from .parameters import check_positive
 class PointXY:
     """Place y = [x, y] of a point in the sensor's frame, m: y = p. What an object detector or a scan matcher tells.
 
+    The source is the sensor frame itself: nothing is between the point and the numbers.
+
     Parameters
     ----------
     std : float

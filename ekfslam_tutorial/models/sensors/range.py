@@ -15,7 +15,8 @@ class Range:
 
     One range tells no direction, so there is no `retro`: the sensor corrects with landmarks that are in the map
     already. Another sensor may have started them; or they were born as a ring of hypotheses (`toolbox.rings`), which
-    asks for `distance`.
+    asks for `distance`. J. Djugash et al., "Range-only SLAM for robots operating cooperatively with sensor networks",
+    ICRA 2006.
 
     Parameters
     ----------

@@ -37,6 +37,8 @@ def polar(p):
 class RangeBearing:
     """Distance r (m) and direction beta (rad, counter-clockwise from the sensor's x axis) of a point.
 
+    y = [|p|, atan2(p_y, p_x)]. S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", 2005, section 6.6.
+
     Parameters
     ----------
     range_std, bearing_std : float

@@ -15,6 +15,7 @@ class RangeBearingElevation:
     """Distance r (m), bearing beta and elevation eps (rad) of a point; axes x ahead, y left, z up.
 
     y = [|p|, atan2(y, x), atan2(z, hypot(x, y))]: spherical coordinates. The bearing has no meaning straight above.
+    T. D. Barfoot, "State Estimation for Robotics", 2017, section 6.4.3.
 
     Parameters
     ----------

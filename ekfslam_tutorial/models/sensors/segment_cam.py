@@ -22,6 +22,8 @@ class SegmentCam(Imager):
 
         z_i = [u_i, v_i, 1] e / |[a, b]|
 
+    J. Solà et al., "Impact of landmark parametrization on monocular EKF-SLAM with points and lines", IJCV 97, 2012.
+
     With a lens that distorts, straight lines have bent images. The measured ends go back through the lens then, to the
     *ideal* image, and all this is meant there.
 

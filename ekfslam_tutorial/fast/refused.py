@@ -14,7 +14,7 @@ def check_map(map):
         raise TypeError(f"the steps of `fast` need a map of `fast`: take fast.new_map(), got {type(map).__name__}")
 
 
-def check_motion(map, rob, dt):
+def check_step(map, rob, dt):
     """Refuse a control, a control covariance or a duration that no robot can move by."""
     check_map(map)
     noted, u, U = map.notes.of(rob), rob.u, rob.U
