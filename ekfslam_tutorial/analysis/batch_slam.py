@@ -116,7 +116,7 @@ def why_not_batched(data):
     for what, it, wanted in (
         ("robot", robot, {"in_map": True, "noise_factor": 1.0, "clock_offset": 0.0}),
         ("sensor", sensor, {"frame_in_map": False, "clutter": 0.0, "noise_factor": 1.0, "bias": None, "lasting": 0.0}),
-        ("landmark", data.landmark, {"in_map": True}),
+        ("landmark", data.landmark, {"in_map": True, "surveyed": []}),
         ("options", opt, ONLY),
     ):
         for name, value in wanted.items():

@@ -346,14 +346,14 @@ class GraphMaker:
         self.last: Any = None  # snapshot
 
     def _begin(self, now):
-        """What is known before the first frame: starts and mountings."""
+        """Note what is known before the first frame: starts, mountings and surveyed landmarks."""
         data, self.graph, self.k = self.data, Graph(), 0
         starts = {} if self.recording is None else Replay(data, self.recording).starts
-        map, robs, sens, _, _ = create_slam_structures(data, now.sim_lmk, starts)
+        map, robs, sens, lmks, _ = create_slam_structures(data, now.sim_lmk, starts)
         self.opt, self.sightings, self.births, self.types = data.slam_options(), [], {}, {}
         self.graph.frames |= {("robot", rob.id): rob.motion.frame for rob in robs}
         self.graph.frames |= {("sensor", sen.id): sen.frame_type for sen in sens}
-        for kind, things in (("robot", robs), ("sensor", sens)):
+        for kind, things in (("robot", robs), ("sensor", sens), ("landmark", lmks.values())):
             for thing in things:
                 if thing.r is not None:
                     key = (kind, thing.id, 0) if kind == "robot" else (kind, thing.id)
@@ -394,6 +394,7 @@ class GraphMaker:
             elif event.kind == "deletion":
                 self.sightings = [s for s in self.sightings if s[3] != event.lmk or s[4]]
                 self.births.pop(event.lmk, None)
+                self._forget_survey(event.lmk)
             elif event.kind == "recovery" and event.lmk == -1:
                 self._loosen(now.map, event.rob)
             elif event.kind == "meeting" and event.flag:
@@ -402,6 +403,13 @@ class GraphMaker:
                     self.sightings.append((self.k, sen.robot, sen.id, event.lmk, True, np.array(y), np.array(R)))
         self.heard = {id: self.heard.get(id) or self._first_range(ring, raw_of) for id, ring in now.rings.items()}
         self.last = now
+
+    def _forget_survey(self, id):
+        """A landmark has left the map: what was known of it before the run goes with it."""
+        key = "landmark", id
+        self.graph.stiff = [f for f in self.graph.stiff if not (isinstance(f, Prior) and f.keys == [key])]
+        self.graph.values.pop(key, None)
+        self.graph.filtered.pop(key, None)
 
     def _moved(self, now, rob):
         """The step of a robot, and where it leads."""

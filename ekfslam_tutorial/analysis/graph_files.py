@@ -67,6 +67,8 @@ def parts_of(graph):
             parts.fixed.append(_number(factor.keys[0]))
         elif isinstance(factor, Motion):
             parts.steps.append((_number(factor.before), _number(factor.after), *_step(graph, factor)))
+        elif isinstance(factor, Prior) and factor.keys[0][0] == "landmark":
+            raise ValueError(f"landmark {factor.keys[0][1]} is surveyed: there is no edge for that")
         elif not isinstance(factor, Prior):
             raise ValueError(f"{type(factor.sensor).__name__} measures directions only: there is no edge for it")
     for n, look in enumerate(graph.looks):

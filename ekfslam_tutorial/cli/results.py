@@ -58,7 +58,7 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     head |= {"complete": not interrupted, "frames_wanted": len(run)}
     own = [lmk for lmk in history.last.lmks.values() if lmk.r is not None]  # known ones need not be seen at all
     tail = {
-        "n_seen_once": sum(lmk.n_match <= 1 for lmk in own),
+        "n_seen_once": sum(lmk.n_match == 1 for lmk in own),
         "n_rings": len(history.last.rings),
         "n_landmarks_refused": len(history.last.refused),
         "wall_s": round(seconds, 3),

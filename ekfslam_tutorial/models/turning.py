@@ -50,7 +50,7 @@ def _turned(motion, x, of_the_world):
 
 
 def _found(motion):
-    """Find the fields that are vectors of the world: X_x B(x) = B(x2), about the vertical, as gravity has a direction."""
+    """Find the fields that are vectors of the world: X_x B(x) = B(x2), about the vertical: gravity has a direction."""
     rng, F = np.random.default_rng(1), motion.frame
     x = np.concatenate([random_frame(F, rng).x, rng.normal(size=motion.size - F.size)])
     x2, X_x, _ = motion.move(x, np.zeros(sum(motion.control_fields.values())), 0.1)

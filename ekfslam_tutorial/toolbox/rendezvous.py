@@ -99,7 +99,7 @@ def _alone(data, robot, at_origin):
         data,
         robots=[replace(robot, **origin) if at_origin else robot],
         sensors=[s for s in data.sensors if s.robot == robot.id],
-        landmark=replace(data.landmark, in_map=True),
+        landmark=replace(data.landmark, in_map=True, surveyed=[]),
         time=replace(data.time, last=None),  # the starts need as much of the log as they need, however short the run
     )
 

@@ -38,7 +38,7 @@ def create_slam_structures(data, landmarks=None, poses=None):
     sens = [_create_sen(map, sensor, data.frame) for sensor in data.sensors]
     first, last = data.time.first, data.time.last
     tim = Tim(first, first + SIMULATED_FRAMES - 1 if last is None else last, data.time.dt)
-    return map, robs, sens, _known_lmks(data, landmarks), tim
+    return map, robs, sens, _known_lmks(data, landmarks) | _surveyed_lmks(map, data), tim
 
 
 def _create_rob(map, robot, data, pose):
@@ -74,6 +74,16 @@ def _known_lmks(data, landmarks):
     type = EucPnt(data.frame.dim)
     pairs = zip(landmarks.ids.tolist(), landmarks.points, strict=True)
     return {id: Lmk(id, type, x=np.array(p), slot=slot) for slot, (id, p) in enumerate(pairs)}
+
+
+def _surveyed_lmks(map, data):
+    """Put those landmarks into the map whose places have been measured before; nobody has looked for them yet."""
+    lmks = {}
+    for slot, entry in enumerate(data.landmark.surveyed):
+        kind, l, P = entry.start(data.landmark.model, data.frame.dim)
+        counts = dict.fromkeys(("n_search", "n_match", "n_inlier"), 0)
+        lmks[entry.id] = Lmk(entry.id, kind, r=map.add(l, P), slot=slot, **counts)
+    return lmks
 
 
 def create_sim_structures(data, streams):

@@ -6,7 +6,7 @@ whole.
 
 from .overrides import parse_override
 from .robots import Robot, Sensor
-from .sections import Data, FigureOptions, Landmark, Options, Time, World
+from .sections import Data, FigureOptions, Landmark, Options, Surveyed, Time, World
 from .userdata import UserData
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "Options",
     "Robot",
     "Sensor",
+    "Surveyed",
     "Time",
     "UserData",
     "World",

@@ -149,7 +149,8 @@ def _check_births(data):
     lookers = [s for s in data.sensors if not hasattr(s.model, "without_lmks")]
     able = [can_start(s.model, started_by(data, s)) or _rings(data, s) for s in lookers]
     unable = [s for s, ok in zip(lookers, able, strict=True) if not ok]
-    bad = [s for s in unable if s.landmark is not None] or (unable if not any(able) else [])  # no lookers: none
+    nothing = not any(able) and not data.landmark.surveyed
+    bad = [s for s in unable if s.landmark is not None] or (unable if nothing else [])  # no lookers: none
     if bad:
         sensor, kind = type(bad[0].model).__name__, type(started_by(data, bad[0])).__name__
         why = "one ray does not fix them; take a landmark type with a prior, for example idp_pnt or ahm_pnt"
@@ -177,8 +178,11 @@ def _check_capacity(data):
     capacity = data.options.capacity
     needed = sum(robot.motion.size for robot in data.robots if robot.in_map)
     needed += sum(data.frame.size + len(sensor.params()[0]) for sensor in data.sensors if sensor.in_map)
+    surveyed = [entry.start(data.landmark.model, data.frame.dim)[1] for entry in data.landmark.surveyed]
+    needed += sum(map(len, surveyed))
     if capacity is not None and capacity < needed:
-        raise ValueError(f"options: capacity {capacity} is less than the {needed} states of robots and sensors")
+        what = "robots, sensors and surveyed landmarks" if surveyed else "robots and sensors"
+        raise ValueError(f"options: capacity {capacity} is less than the {needed} states of {what}")
 
 
 def _check_view(figure, dim, has_sensor):

@@ -35,7 +35,7 @@ from .keys import (
 )
 from .overrides import override
 from .robots import Robot, Sensor, std_key
-from .sections import Data, FigureOptions, Landmark, Options, Time, World
+from .sections import Data, FigureOptions, Landmark, Options, Surveyed, Time, World
 
 DEEP = "this is nested too deeply"
 SECTIONS = ("name", "seed", "time", "world", "robot", "sensor", "landmark", "options", "figure", "data", "convert")
@@ -133,12 +133,12 @@ def _section(table, name, read):
         return read(dict(table.get(name, {})))
 
 
-def _entries(table, name, read):
-    """Read the entries [[name]]; one without an id gets its number, from 1."""
+def _entries(table, name, read, inside=""):
+    """Read the entries [[name]], or [[inside.name]]; one without an id gets its number, from 1."""
     entries = table.get(name, [])
     entries = [entries] if isinstance(entries, dict) else entries
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise ValueError(f"{name} must be tables, each written [[{name}]], got {short_text(entries)}")
+        raise ValueError(f"{name} must be tables, each written [[{inside}{name}]], got {short_text(entries)}")
     made = []
     for number, entry in enumerate(entries, 1):
         with errors_at(f"{name} {short_text(entry.get('id', number))}"):
@@ -224,6 +224,9 @@ class Known:
             params, entry = _split({k: v for k, v in entry.items() if k != "type"}, cls, own, key="type")
             made["model"] = self.landmark_type({"type": snake(cls.__name__)} | params, frame)
         check_keys(entry, ["type", *own])
+        if "surveyed" in entry:
+            made["surveyed"] = _entries(entry, "surveyed", partial(_without_models, Surveyed), "landmark.")
+            del entry["surveyed"]
         return construct(Landmark, entry, **made)
 
     def landmark_type(self, entry, frame):

@@ -6,9 +6,21 @@ from typing import Any
 
 import numpy as np
 
+from ...ekf import check_covariance
+from ...models.landmarks import EucPnt
 from ...slam import Options as SlamOptions
 from ..engines import check_engine
-from ..user_input import check_model, finite_array, is_whole, short_text, std_vector
+from ..user_input import (
+    check_id,
+    check_kind,
+    check_model,
+    errors_at,
+    finite_array,
+    is_whole,
+    short_text,
+    sized_vector,
+    std_vector,
+)
 
 
 @dataclass(kw_only=True)
@@ -69,6 +81,66 @@ class Time:
 
 
 @dataclass(kw_only=True)
+class Surveyed:
+    """Landmark whose place has been measured before the run: it is in the map from the start.
+
+    Parameters
+    ----------
+    id : int
+    position : sequence
+        Metres.
+    position_std : float or sequence, optional
+        How well it is known: a standard deviation for all coordinates, or one for each, m.
+    covariance : array_like, optional
+        Instead of `position_std`, m^2.
+    """
+
+    id: int
+    position: Any
+    position_std: Any = None
+    covariance: Any = None
+
+    def __post_init__(self):
+        check_id("the id of a surveyed landmark", self.id)
+
+    def start(self, kind, dim):
+        """Say how the map stores it, and what is known of it.
+
+        Parameters
+        ----------
+        kind : LmkType
+            That of new landmarks. A type with faults of its own, such as `Beacon`, is kept, with what it says of them
+            before the first range; all others are Euclidean points, because a place is known, and no ray.
+        dim : int
+            2 or 3.
+
+        Returns
+        -------
+        kind : LmkType
+        l, P : ndarray, shape (k,) and (k, k)
+
+        Raises
+        ------
+        ValueError
+        """
+        with errors_at(f"the surveyed landmark {self.id}"):
+            p = sized_vector("position", self.position, dim)
+            if (self.position_std is None) == (self.covariance is None):
+                raise ValueError("its position_std or its covariance must be given, one of them")
+            if self.covariance is None:
+                P = np.diag(std_vector("position_std", self.position_std, dim) ** 2)
+            else:
+                P = finite_array("covariance", self.covariance, 2)
+                check_covariance(P, dim, "covariance")
+        if not hasattr(kind, "N"):
+            return EucPnt(dim), p, P
+        l, L_p, _ = kind.from_point(p)
+        P_l = L_p @ P @ L_p.T
+        P_l[-len(kind.N) :, -len(kind.N) :] += kind.N
+        return kind, l, P_l
+
+
+@dataclass(kw_only=True)
 class Landmark:
     """Landmarks as they are stored (manual: Landmark, and Opt.init).
 
@@ -84,6 +156,8 @@ class Landmark:
         A sensor that measures a range and no more, such as `Range`, starts its landmarks as a ring of so many
         hypotheses at most, as many as it needs (see `toolbox.rings`); 0: it starts none. In the plane 64 are enough for
         a ring 50 m wide and 0.1 m of noise; in space take 200.
+    surveyed : list of Surveyed
+        Landmarks that are in the map from the start, with what is known of their places.
     """
 
     model: Any = None
@@ -91,8 +165,16 @@ class Landmark:
     non_obs_mean: Any = 0.01
     non_obs_std: Any = 0.5
     hypotheses: int = 0
+    surveyed: list = field(default_factory=list)
 
     def __post_init__(self):
+        for entry in self.surveyed:
+            check_kind("each of surveyed", entry, Surveyed)
+        ids = [entry.id for entry in self.surveyed]
+        if twice := [i for i in ids if ids.count(i) > 1]:
+            raise ValueError(f"two surveyed landmarks have the id {twice[0]}")
+        if ids and not self.in_map:
+            raise ValueError("surveyed landmarks are in the map: with in_map = false all are known exactly")
         if not is_whole(self.hypotheses) or not (self.hypotheses == 0 or self.hypotheses >= 3):
             wanted = "a whole number, 3 or more, or 0 for no births from a range"
             raise ValueError(f"hypotheses must be {wanted}, got {self.hypotheses!r}")
