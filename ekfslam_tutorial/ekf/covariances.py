@@ -1,4 +1,4 @@
-"""What is a number, and what a covariance: symmetric, positive semi-definite, finite."""
+"""What counts as a number, and what as a covariance: symmetric, positive semi-definite, finite."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ TINY = 1e-8  # of the largest number: asymmetry, and eigenvalues below zero, tha
 
 
 def real(name, a):
-    """Return an array of floats, or refuse what would be read as something else than it says.
+    """Return an array of floats, or refuse what numpy would silently read as something else.
 
     Parameters
     ----------

@@ -200,7 +200,7 @@ def carry(map, r, B, B2):
     B, B2 : ndarray, shape (n, k)
         At the estimate before the correction, and at that after it.
     """
-    Q, R = np.linalg.qr(B[r])  # of what was shifted first and then turned: exact, however far from the origin it is
+    Q, R = np.linalg.qr(B[r])  # E is the inverse of B_r by QR, shifts first: exact, however far from the origin
     D, E = B2 - B, np.linalg.solve(R, Q.T)
     TP = map.P + D @ (E @ map.P[r])
     map.P = symmetric(TP + (TP[:, r] @ E.T) @ D.T)

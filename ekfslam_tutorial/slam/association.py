@@ -1,9 +1,9 @@
 """Data association: which raw measurement belongs to which landmark, and which may start a new one.
 
 An association is called with the map, the expectations of all landmarks, the raw measurements of one sensor in one
-frame, and the sensor model. Only visible landmarks are matched; but a measurement near one that should just be out of
-view starts no other. Distances are squared Mahalanobis distances of innovations: what is
-near is decided in the measurement space, in units of sigma, and angles are wrapped by the sensor's own residual.
+frame, and the sensor model. Only visible landmarks are matched; but a measurement near a landmark that should be just
+out of view starts no new one. Distances are squared Mahalanobis distances of innovations: what is near is decided in
+the measurement space, in units of sigma, and angles are wrapped by the sensor's own residual.
 """
 
 from dataclasses import dataclass, field
@@ -25,8 +25,8 @@ class Matches:
     new : list of int
         Indices of the raw measurements that may start a landmark, in the order in which they should.
     refused : set of int
-        Ids of those landmarks among the pairs whose measurement must not be used: they count as found, and as not
-        fitting, whatever the gate says. It does not fit the others.
+        Ids of those landmarks among the pairs whose measurement must not be used, because it does not fit the others:
+        they count as found, and as not fitting, whatever the gate says.
     """
 
     pairs: dict = field(default_factory=dict)

@@ -8,7 +8,7 @@ from .objects import Event
 
 
 def retry_lmks(map, rob, events, opt, lmks):
-    """Make a landmark more uncertain when its measurements have been refused too often in a row, as a lost robot.
+    """Make a landmark more uncertain when its measurements have been refused too often in a row: as for a lost robot.
 
     One wrong measurement, or one that has passed the gate by chance, can put a landmark where no right one passes any
     more. A step of no motion and large noise opens the gate again: the landmark keeps its mean, and only its own
@@ -50,7 +50,7 @@ def retry_lmks(map, rob, events, opt, lmks):
 
 
 def _loosen(map, lmk, std, dim):
-    """Noise of a shift in the world: L_t of the landmark is what `from_frame` says of the origin's own position."""
+    """Add the noise of a shift in the world: L_t is the derivative of `from_frame` by the position of the frame."""
     l = lmk.state(map)
     L_t = lmk.type.from_frame(ORIGIN[dim], l)[1][:, :dim]
     predict(map, lmk.r, l, np.eye(len(l)), L_t, std**2 * np.eye(dim))

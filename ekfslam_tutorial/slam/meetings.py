@@ -1,4 +1,4 @@
-"""What is seen, and is no landmark: other robots, whose position is a landmark that moves, and one's own."""
+"""Measurements of robots: of others, whose position is a landmark that moves, and of the one that measures."""
 
 import numpy as np
 
@@ -62,8 +62,8 @@ def correct_met_robots(map, rob, sen, robs, raw, opt, lmks=None):
     opt : Options
         The gate `md2_threshold`, and the error.
     lmks : dict of int to Lmk, optional
-        The landmarks in the map, which have no part in the measurement: with the invariant error the covariance of all
-        that such a correction moves has to be with it.
+        The landmarks in the map. They have no part in the measurement, but the correction moves them; so with the
+        invariant error their covariance is carried along, too.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def correct_met_robots(map, rob, sen, robs, raw, opt, lmks=None):
 
 
 def correct_without_lmks(map, rob, sen, obs, raw, opt, lmks):
-    """Correct the map with what sensors measure that see no landmark, but their own robot: GPS, a compass, a wheel.
+    """Correct the map with measurements of the robot itself, by sensors that see no landmark: GPS, a compass, a wheel.
 
     As a landmark is observed, but there is none: e = h(F) or h(F, V), with the frame F of the sensor in the world and
     its velocity V. One after the other, each projected from the map as corrected so far, gated and corrected.

@@ -49,7 +49,7 @@ class _Shown:
 
 
 def short(value):
-    """A value in few words."""
+    """A value in a few words."""
     if isinstance(value, np.ndarray):
         return np.array2string(value, precision=3, threshold=40)
     if isinstance(value, slice):
@@ -73,7 +73,7 @@ class Rob(_Shown):
     u, U : ndarray
         Control of this frame and its covariance; or several, one after the other, a row for each.
     dt : float or ndarray
-        For how many seconds it acts, or each of them.
+        How many seconds it acts, or each of several.
     sensors : list of int
         Ids of the sensors it carries.
     n_refused : int

@@ -67,10 +67,10 @@ class Options:
         A landmark that was not found so many times in a row is lost and leaves the map: tracks in images come and go;
         None for never.
     keep_lost : int
-        So many of the lost ones stay in the map, those that were used most often.
+        At most so many of the lost ones stay in the map, those that were used most often.
     wander : float
-        Landmarks are no points that stand still, but tracks that creep over what they are on: process noise of a random
-        walk of each that was found last time, m/sqrt(s).
+        Landmarks do not stand still, they are tracks that creep over what they are on: process noise of a random walk
+        of each that was found last time, m/sqrt(s).
     min_rho : float
         An inverse distance that a correction turned negative is set to this (1/m).
     error : str or None

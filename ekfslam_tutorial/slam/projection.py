@@ -87,9 +87,9 @@ def correct_invariant(map, rob, lmks, PHt, inn, opt):
 def gauge(map, rob, lmks):
     """Derivative of the state by a small motion g of the whole world, a shift and a turn about its axes: B = dx/dg.
 
-    Points go along and round the origin, and so do poses, which turn, too; of velocities the motion model knows. The
-    frame of a sensor on its robot stays what it is. For a landmark its `to_frame` says it: to move the landmark is to
-    move the frame back.
+    Points are shifted, and go round the origin; so do poses, whose orientation turns as well. How velocities turn is
+    said by the motion model. The frame of a sensor on its robot stays what it is. For a landmark its `to_frame` says
+    it: to move the landmark is to move the frame back.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def _project(map, rob, sen, lmks):
     if rob.first is not None:
         E_ = first_jacobians(rob, sen, Sf, lmks)
     v = v if lmks[0].par is None else _ends_seen(map, Rf.compose(Sf)[0], lmks)
-    r, visible = frame_range(rob, Rf), np.broadcast_to(sen.model.visible(e, v), (len(lmks),))  # True alone: of all
+    r, visible = frame_range(rob, Rf), np.broadcast_to(sen.model.visible(e, v), (len(lmks),))  # one True stands for all
     for k, (lmk, E_r, E_s, E_l) in enumerate(zip(lmks, *E_, strict=True)):
         blocks = (r, E_r), (sen.r, E_s), (lmk.r, E_l)
         E = covariance(cross(map, blocks), blocks)

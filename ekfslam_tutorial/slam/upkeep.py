@@ -43,14 +43,14 @@ def tidy(map, lmk, camera, opt):
 
 
 VAGUE = 0.05
-"""The ends of a line are vague while their standard deviation is more than this part of its length."""
+"""The ends of a line are vague while their standard deviation is more than this fraction of its length."""
 
 
 def tidy_line(map, rob, sen, lmk, y, opt):
     """Bring a line to its normal form, if it has one, and note where its ends are: those of the segment y, or more.
 
     Each end is the point of the line that is nearest to the ray of its pixel. While the line is vague, what is seen now
-    replaces what was remembered: it would be extended for ever by a first bad guess of its distance. Of a line that is
+    replaces what was remembered: else a first bad guess of its distance would extend it for ever. Of a line that is
     seen in parts, the stretch between the outermost ends is kept.
 
     Parameters
@@ -102,7 +102,7 @@ def delete_bad(map, rob, sen, lmks, seen, opt):
 
 
 def let_go(map, rob, sen, lmks, events, opt):
-    """Let landmarks leave the map that have been lost: tracks come and go, and a map has a budget. Returns the events.
+    """Let landmarks that have been lost leave the map: tracks come and go, and a map has a budget. Returns the events.
 
     Parameters
     ----------
