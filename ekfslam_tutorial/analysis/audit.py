@@ -76,7 +76,7 @@ class RunErrors:
 
 @dataclass(frozen=True)
 class Finding:
-    """What one kind of numbers says: its mean over all, per degree of freedom, and the band of an honest estimator.
+    """Verdict on one kind of numbers: its mean over all, per degree of freedom, and the band of an honest estimator.
 
     Parameters
     ----------

@@ -291,7 +291,7 @@ class _Slam:
             self.batch.carry(ROB, B, self._gauge())
 
     def _gauge(self):
-        """How the states of all runs move with the world, shape (R, n, 3); see `slam.gauge`."""
+        """Derivatives of the states of all runs by a motion of the world, shape (R, n, 3); see `slam.gauge`."""
         x, B = self.x, np.zeros((*self.x.shape, 3))
         B[:, 0, 0], B[:, 1, 1], B[:, 2, 2], B[:, 3::2, 0], B[:, 4::2, 1] = 1.0, 1.0, 1.0, 1.0, 1.0
         B[:, 0, 2], B[:, 1, 2], B[:, 3::2, 2], B[:, 4::2, 2] = -x[:, 1], x[:, 0], -x[:, 4::2], x[:, 3::2]

@@ -45,7 +45,7 @@ GROSS = 1.5
 
 @dataclass(frozen=True)
 class CorrectionRatio:
-    """How much larger than expected the sums of the corrections are.
+    """Ratio of the sums of the corrections to what was expected of them.
 
     Parameters
     ----------

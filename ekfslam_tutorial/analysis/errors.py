@@ -205,7 +205,7 @@ class History:
         return np.array(self._nis[id], float).reshape(-1, 3)
 
     def correction_ratio(self, robots=None):
-        """How much larger than expected the sums of corrections are, of some robots or of all: a `CorrectionRatio`."""
+        """Ratio of the sums of corrections to what was expected, of some robots or of all: a `CorrectionRatio`."""
         return correction_ratio([self._sums[id].arrays for id in (self.robots if robots is None else robots)])
 
     @property
@@ -294,7 +294,7 @@ class History:
         return (e, P) if np.asarray(k)[:1].all() else (e * np.nan, P * np.nan)
 
     def error_of(self, id):
-        """What `errors` are of: "pose", or of a robot with an IMU in a gauge of its own "position and velocity"."""
+        """Kind of the `errors`: "pose"; "position and velocity", of a robot with an IMU in a gauge of its own."""
         own = self.gauge == "free" and id in self._velocities and not len(self._surveyed()[0])
         return "position and velocity" if own else "pose"
 
@@ -332,7 +332,7 @@ class History:
         return head | self._figures(self.robots, F, free) | tail
 
     def _left_over(self):
-        """How landmarks and true ones were paired, and how many of both have no partner."""
+        """Say how landmarks and true ones were paired, and how many of both have no partner."""
         s = self.last
         if s.sim_lmk is None:
             return {"landmarks_by": None, "n_left_over": None, "n_not_found": None}

@@ -32,7 +32,7 @@ NO_LMK = ItsRobot()
 
 @dataclass
 class Prior:
-    """What is known of some variables: mean and covariance."""
+    """Prior of some variables: mean and covariance."""
 
     keys: list
     x: np.ndarray
@@ -139,7 +139,7 @@ class Birth:
 
 @dataclass
 class Guess:
-    """What was believed of the last numbers of a landmark before its first range: bias and scale of a beacon."""
+    """Prior of the last numbers of a landmark, before its first range: bias and scale of a beacon."""
 
     k: int
     lmk: tuple
@@ -155,7 +155,7 @@ class Guess:
 
 @dataclass(frozen=True)
 class OnTheMove:
-    """What stands in the place of a robot's frame, for a sensor that asks for its velocity, too."""
+    """Stand-in for a robot's frame, for a sensor that asks for its velocity, too."""
 
     motion: Any
     u: np.ndarray
@@ -172,7 +172,7 @@ class OnTheMove:
 
 @dataclass
 class Look:
-    """What a sensor measured of landmarks of one type in frame k: y - h(x), each with its own R.
+    """Measurements by a sensor of landmarks of one type in frame k: y - h(x), each with its own R.
 
     A sensor that sees no landmark, as GPS, has measured its own robot, `ItsRobot`: a landmark without a state.
     """
@@ -189,7 +189,7 @@ class Look:
 
     @property
     def alike(self):
-        """What it shares with those that are one call of the models with it; a robot on the move is alone."""
+        """Key shared by those that are one call of the models; a robot on the move is alone."""
         robot, mount = self.frames[0], self.mount if isinstance(self.mount, tuple) else id(self.mount)
         return self.type, id(self.sensor), mount, robot if robot in PLAIN else id(self)
 

@@ -21,7 +21,7 @@ times that, plus i."""
 
 
 class Parts(NamedTuple):
-    """What both formats can say: poses and points by number, those that are known, and edges.
+    """Content that both formats can hold: poses and points by number, those that are known, and edges.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ OF_THE_START = "position_std", "orientation_std", "orientation_std_deg", "vel_st
 
 @dataclass
 class NoiseFit:
-    """What was found.
+    """Result of a fit.
 
     Parameters
     ----------

@@ -73,7 +73,7 @@ def ids_left_out(data, recording):
 
 
 def gross_fault(figures, data):
-    """What shows that the log is not what the scenario takes it for."""
+    """Find signs that the log is not what the scenario takes it for."""
     n, refused = figures["n_innovations"], figures["n_refused"]
     if not n and figures["frames"] > FEW:
         return f"no landmark was measured a second time: {ASK}"

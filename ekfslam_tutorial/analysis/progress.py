@@ -10,7 +10,7 @@ EVERY = 0.1  # seconds between two drawings of a bar
 
 
 class Bar:
-    """How much is done. `shown` draws it; without, it only counts."""
+    """Progress of some work. `shown` draws it; without, it only counts."""
 
     def __init__(self, total: int, what: str, n: int = 0, shown=None):
         self.total, self.what, self.n, self._shown, self._drawn = total, what, n, shown, 0.0
@@ -88,7 +88,7 @@ def speed():
     from rich.text import Text
 
     class Speed(ProgressColumn):
-        """How many are done in a second."""
+        """Count of what is done in a second."""
 
         def render(self, task):
             """Return the speed, once it is known."""

@@ -26,7 +26,7 @@ SMALL = 1e-10
 
 @dataclass(frozen=True)
 class Smoothed:
-    """What a smoother has found.
+    """Result of a smoother.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def _lmks(factor):
 
 
 def _marginalised(graph, gone, priors, factors, looks, k):
-    """What the priors, the measurements of frame k and the steps from it say of all that stays: one prior."""
+    """Join what the priors, the measurements of frame k and the steps from it say of all that stays: one prior."""
     steps = [f for f in factors[k + 1] if isinstance(f, Motion)]
     inside = [*priors, *(f for f in factors[k] if not isinstance(f, Motion)), *steps]
     keys = {key: None for prior in priors for key in prior.keys}

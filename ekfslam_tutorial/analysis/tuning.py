@@ -84,7 +84,7 @@ class Finding:
 
 @dataclass
 class Tuning:
-    """What was found.
+    """Result of `tune`.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ class _Search:
     # --- what is found by likelihood ---
 
     def clock(self):
-        """How late the controls are, all alike.
+        """Delay of the controls, the same for all.
 
         Runs are compared whose controls are whole frames apart, or nearly. In between, two controls are averaged, which
         makes their noise smaller: such runs look better than they are.

@@ -60,7 +60,7 @@ def fit(done):
 
 
 def plan(options):
-    """What the user says of the columns: the section `[convert]` of a file, then the changes of the command line."""
+    """Words of the user about the columns: the section `[convert]` of a file, then the changes of the command line."""
     table = {}
     if options.plan:
         with errors_at(options.plan):

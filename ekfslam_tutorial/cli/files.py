@@ -53,7 +53,7 @@ def find_scenario(name):
 
 
 def told(path):
-    """What a scenario file says of itself: the beginning of its first line, as far as that is a phrase."""
+    """Title that a scenario file gives itself: the beginning of its first line, as far as that is a phrase."""
     line = path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
     phrase = re.match(r".{20,}?(?=[.:;,] |[.:;,]$)", line)
     return phrase[0] if phrase else line

@@ -97,7 +97,7 @@ def _few(numbers):
 
 
 def parameters(history):
-    """What was estimated of sensors: value, standard deviation, and the true value where it is known.
+    """Estimated parameters of sensors: value, standard deviation, and the true value where it is known.
 
     Parameters of their models by name, and of their mounting the `position`, m, where it was not known.
 

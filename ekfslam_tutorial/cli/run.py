@@ -133,7 +133,7 @@ def smoothed(folder, summary, graph, written):
 
 @dataclass
 class Watchers:
-    """Who is shown each frame: what becomes the result, and what was asked for besides; None if it was not."""
+    """Receivers of each frame: what becomes the result, and what was asked for besides; None if it was not."""
 
     history: KeptHistory
     replay: views.Replay
@@ -205,7 +205,7 @@ def smooth_next(options):
 
 
 def notes_before(options, models, written, data, recording):
-    """What is to be said before the run: of the recording, of what is not used of it, of settings without effect.
+    """Remarks to be made before the run: of the recording, of what is not used of it, of settings without effect.
 
     `written` is the scenario as it was read; `data` has the robots of the recording.
     """
@@ -319,7 +319,7 @@ ASK = "does each model of your own pass its test? EKFSLAM_TRACEBACK=1 shows wher
 
 @contextmanager
 def told_by_name(files):
-    """What is raised inside a model of one of these files, whatever its kind, becomes one sentence with its name.
+    """Turn whatever is raised inside a model of one of these files into one sentence with its name.
 
     Everything else goes on as it is: a mistake of the package must show its traceback.
     """
@@ -346,7 +346,7 @@ def method_of(error, files):
 
 @contextmanager
 def suspected(files):
-    """Where models of the user's own are in use, what goes wrong in a run is most likely theirs."""
+    """Blame models of the user's own, where such are in use, for what goes wrong in a run: it is most likely theirs."""
     try:
         yield
     except ValueError as error:

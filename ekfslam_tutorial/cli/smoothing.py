@@ -104,7 +104,7 @@ def rmse(x, truth):
 
 
 def laid_on(truth, x):
-    """What shifts and turns true positions to lie on the estimated ones: for a log whose start nobody has surveyed."""
+    """Shift and turn that lay true positions on the estimated ones: for a log whose start nobody has surveyed."""
     known = np.isfinite(truth).all(1)
     try:
         F = align(truth[known], x[known])

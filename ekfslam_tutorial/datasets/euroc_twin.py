@@ -79,7 +79,7 @@ def path(t, moves=1.0, turns=1.0):
 
 
 def _measured(R, v, h, motion, rng):
-    """What the IMU measures at each instant: the means from this one to the next, with biases and noise."""
+    """Measurements of the IMU at each instant: the means from this one to the next, with biases and noise."""
     turns = (R[:-1].inv() * R[1:]).as_rotvec() / h
     middle = R[:-1] * Rotation.from_rotvec(turns * h / 2)
     forces = middle.inv().apply(np.diff(v, axis=0) / h - np.array(motion.gravity))

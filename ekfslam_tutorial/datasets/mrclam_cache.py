@@ -71,7 +71,7 @@ def read_cached(source, robots, calibrate):
 
 
 def _place(source, robots):
-    """Where the set lies, and which robots of it are read: one copy of these is enough."""
+    """Place of the set, and the robots of it that are read: one copy of these is enough."""
     return hashlib.sha256(f"{source.path.resolve()} {list(robots)}".encode()).hexdigest()[:8]
 
 

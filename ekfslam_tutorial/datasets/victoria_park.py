@@ -25,7 +25,7 @@ MAX_RANGE, MAX_DIAMETER = 40.0, 1.3
 
 @dataclass(frozen=True)
 class ParkCalibration:
-    """What the files do not say: found by one least squares of laser and odometry, without GPS (docs/data_tuning.md).
+    """Values that the files do not give, by one least squares of laser and odometry, without GPS (docs/data_tuning.md).
 
     Parameters
     ----------

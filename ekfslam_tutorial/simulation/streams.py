@@ -54,7 +54,7 @@ class Streams:
         return _child(self._clutter, sensor)
 
     def looks(self, sensor=None):
-        """What landmarks look like; or the noise of what a sensor sees of that."""
+        """Random numbers for what landmarks look like; or for the noise of what a sensor sees of that."""
         return np.random.default_rng(self._looks) if sensor is None else _child(self._looks, sensor)
 
 

@@ -103,7 +103,7 @@ class Room:
         self.rays = sensor.retro(pixels)[0]
 
     def image(self, camera, noise=0.0, rng=None):
-        """What a camera sees.
+        """Image that a camera sees.
 
         Parameters
         ----------
@@ -130,7 +130,7 @@ class Room:
         return np.rint(grey).clip(0, 255).astype(np.uint8)
 
     def points(self, camera, pixels):
-        """What is where in the world: the points that a camera sees at some pixels, and the boards that they are on.
+        """Points of the world that a camera sees at some pixels, and the boards that they are on.
 
         Parameters
         ----------

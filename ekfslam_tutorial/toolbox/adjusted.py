@@ -106,7 +106,7 @@ def places(u, motion):
 
 
 def sightings_from_one_place(log, place):
-    """Which sightings are of one landmark from one place: group of each, shape (M,), and size of each group.
+    """Groups of sightings of one landmark from one place: group of each, shape (M,), and size of each group.
 
     A sighting of an unknown landmark is a group of its own.
 

@@ -111,7 +111,7 @@ class Descriptors:
         return Matches(pairs, far(J, gate(self.new_confidence, m + n)))
 
     def _unlike(self, obs, raw):
-        """How unlike each measurement is to each landmark, squared and in units of its noise, shape (k, len(obs))."""
+        """Difference in looks of measurements from landmarks, squared, in units of its noise, shape (k, len(obs))."""
         S = np.full((len(raw.y), len(obs)), float(raw.d.shape[1]))  # of one that nobody has seen, what is expected
         for j, o in enumerate(obs):
             look = raw.lmks[o.lmk].appearance

@@ -197,7 +197,7 @@ def _imported(path):
 
 
 def _code_of(thing, module, seen):
-    """What a class or function of a notebook does: its code, and that of all it uses from the same module."""
+    """Content of a class or function of a notebook: its code, and that of all it uses from the same module."""
     thing = inspect.unwrap(thing) if callable(thing) else thing
     if id(thing) in seen:
         return thing.__qualname__

@@ -17,7 +17,7 @@ from .user_input import finite_array, short_text
 
 @dataclass(frozen=True, eq=False)
 class Control:
-    """What a robot did until a time, from its control before.
+    """Control of a robot until a time, from its control before.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Control:
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """What a sensor saw at a time; without rows: it looked, and saw nothing.
+    """Measurements of a sensor at a time; without rows: it looked, and saw nothing.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ class Timeline:
             del mine[: max(0, self._index(robot, np.nextafter(t, np.inf)) - 1)]
 
     def step(self, robot, a, b):
-        """What a robot does from a to b; none of its controls ends in between.
+        """Control of a robot from a to b; none of its controls ends in between.
 
         Returns
         -------
@@ -314,7 +314,7 @@ def merged(measurements):
 
 
 def _all_or_none(measurements, name, what):
-    """What measurements of one sensor and one time may have or not, one after the other; None if none has it."""
+    """Join what measurements of one sensor and one time may have or not, one after the other; None if none has it."""
     values, m = [getattr(m, name) for m in measurements], measurements[0]
     there = [value is not None for value in values]
     if any(there) and not all(there):
@@ -323,7 +323,7 @@ def _all_or_none(measurements, name, what):
 
 
 def content(m):
-    """What is in a message, to be compared: two with the same content are one that was sent twice."""
+    """Content of a message, to be compared: two with the same content are one that was sent twice."""
     if isinstance(m, Control):
         return m.t, m.robot, m.u.tobytes(), m.U.tobytes()
     rest = (b"" if a is None else a.tobytes() for a in (m.R, m.d))

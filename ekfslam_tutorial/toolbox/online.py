@@ -249,7 +249,7 @@ class OnlineSlam:
             self._kept.append(self._keep())
 
     def _seen(self, looks, of_robots):
-        """What the sensors saw at one time, by sensor."""
+        """Measurements of one time, by sensor."""
         sensors = {m.sensor for m in looks if m.of_robots == of_robots}
         return {id: merged([m for m in looks if (m.sensor, m.of_robots) == (id, of_robots)]) for id in sensors}
 

@@ -48,7 +48,7 @@ class Frame:
 
 
 class Told:
-    """What the filter is told of the noise of a simulation, where that is not what the simulator draws with.
+    """Noise of a simulation as the filter is told it, where that is not what the simulator draws with.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def read_bag(path):
 
 @dataclass
 class Topic:
-    """What the messages of a topic hold: rows, notes, their type, their frame, what is mounted where."""
+    """Content of the messages of a topic: rows, notes, their type, their frame, what is mounted where."""
 
     kind: str
     rows: list = field(default_factory=list)
@@ -118,7 +118,7 @@ def frame_of(message):
 
 
 def mounted(message):
-    """What is mounted where: {frame: (frame that carries it, pose [t; q] in it)}."""
+    """Mountings: {frame: (frame that carries it, pose [t; q] in it)}."""
     found = {}
     for tf in message.transforms:
         t, q = tf.transform.translation, tf.transform.rotation

@@ -174,7 +174,7 @@ class Log:
 
     @property
     def t0(self):
-        """When the robot starts: one step of the odometry before the first of its messages, s."""
+        """Time at which the robot starts: one step of the odometry before the first of its messages, s."""
         first = float(self.parts["scan"]["t"][0])
         if "odometry" not in self.parts:
             return first

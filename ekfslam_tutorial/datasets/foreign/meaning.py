@@ -191,7 +191,7 @@ def true_columns(table):
 
 
 def guess_role(table):
-    """What a table may be, by the names of its columns and its own; None if it is nothing."""
+    """Guess what a table is, by the names of its columns and its own; None if it is nothing."""
     has = {meaning for meaning in NAMES if find(table, meaning)}
     if {"fx", "fy", "cx", "cy"} <= has:
         return "camera"
@@ -258,7 +258,7 @@ def guess(tables, space=None):
 
 
 def _worth(table, role, space):
-    """How well a table says what a role needs: the number of its way, from the end; 0 if it has none whole."""
+    """Rank of a table by what a role needs: the number of its way, from the end; 0 if it has none whole."""
     ways = (SPACE if space else PLANE).get(role, ())
     found = {m for m in ROLES[role] if find(table, m)}
     return max((len(ways) - k for k, way in enumerate(ways) if way <= found and alive(table, way)), default=0)

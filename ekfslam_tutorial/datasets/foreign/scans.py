@@ -41,7 +41,7 @@ AHEAD = [-90.0, 0.0, -90.0]
 
 
 class Scan:
-    """What the sensor of a log is.
+    """Sensor of a log.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class Scan:
 
     @property
     def looks(self):
-        """What each measurement looks like, shape (n, k); None if the log does not say."""
+        """Descriptors of the measurements, shape (n, k); None if the log does not say."""
         columns = [a for m, a in self.part.items() if m.startswith(DESCRIPTOR)]
         return np.column_stack(columns) if columns else None
 
@@ -127,7 +127,7 @@ class Scan:
         return std
 
     def _mounting(self):
-        """Where the sensor is on the robot, as far as it is told or the axes tell."""
+        """Mounting of the sensor on the robot, as far as it is told or the axes tell."""
         told = {key: self.entry[key] for key in ("position", "orientation_deg") if key in self.entry}
         pose = None if told else self.log.mount()
         if pose is not None:

@@ -45,7 +45,7 @@ def look_at(image, pixel, camera, given=False):
 
 
 def affine_maps(sensor, appearances, points, camera):
-    """How patches change on their way to the present image, to first order about their centres.
+    """Change of patches on their way to the present image, to first order about their centres.
 
     Each patch is taken for a piece of a plane through its landmark that faced the camera at birth. That plane gives a
     homography from the first image to the present one; lens included it is followed for a few pixels to each side, and

@@ -64,7 +64,7 @@ def find_patch(image, patch, e, Z, sigma=3.0, most=25):
 
 
 def summit(before, at, after):
-    """Where the parabola through three values is highest, from the middle one, -0.5 to 0.5."""
+    """Summit of the parabola through three values, from the middle one, -0.5 to 0.5."""
     bend = before - 2 * at + after
     return min(max(0.5 * (before - after) / bend, -0.5), 0.5) if bend < 0 else 0.0
 

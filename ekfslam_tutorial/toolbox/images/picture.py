@@ -8,7 +8,7 @@ import numpy as np
 
 @dataclass
 class App:
-    """What was looked for, and what was found: the appearance of a landmark in an image (manual: Obs.app).
+    """Patch that was looked for, and what was found: the appearance of a landmark in an image (manual: Obs.app).
 
     Parameters
     ----------

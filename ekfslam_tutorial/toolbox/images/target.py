@@ -65,7 +65,7 @@ class Target:
         return None
 
     def place(self, pixels, sensor):
-        """Where the corners are in the frame of the camera, from their pixels.
+        """Corners in the frame of the camera, from their pixels.
 
         A small rectangle tells its distance well and badly how it is turned: turned towards the camera on one side or
         on the other it looks nearly the same. Both are solutions; the corners get the mean and the covariance of both,
@@ -157,7 +157,7 @@ def in_order(q):
 
 
 def _contrast(image, outline):
-    """How much darker the inside is than what is around, less how uneven it is."""
+    """Contrast of the inside with what is around, darker is more, less how uneven it is."""
     cv2 = opencv()
     inside = np.zeros_like(image)
     cv2.drawContours(inside, [outline], -1, 255, -1)

@@ -50,7 +50,7 @@ class ControlLog:
         return len(self.u) if self.offsets is None else len(self.offsets) - 1
 
     def rows(self, k):
-        """Which row frame k has: its number, or with `offsets` a slice."""
+        """Row of frame k: its number, or with `offsets` a slice."""
         return k if self.offsets is None else slice(self.offsets[k], self.offsets[k + 1])
 
 

@@ -88,7 +88,7 @@ def _check_digits(data):
 
 
 def noise_at_one_metre(sensor, dim):
-    """How well a sensor measures the place of a point that is one metre away, in its best direction, m.
+    """Noise of the place of a point, as a sensor measures it one metre away, in its best direction, m.
 
     Parameters
     ----------

@@ -274,7 +274,7 @@ class FigureOptions:
 
 @dataclass(kw_only=True)
 class Data:
-    """Which real log to use instead of the simulator: the name of a data set, and what its loader needs to know."""
+    """Real log to use instead of the simulator: the name of a data set, and what its loader needs to know."""
 
     name: str
     params: dict = field(default_factory=dict)
