@@ -8,7 +8,7 @@ import numpy as np
 
 from ekfslam_tutorial.models import retro_project
 from ekfslam_tutorial.models.landmarks import AhmLin, AplLin, HmgLin, IdpLin, PlkLin
-from ekfslam_tutorial.models.landmarks.lines import cross, ends
+from ekfslam_tutorial.models.landmarks.lines import ends, vector_product
 from ekfslam_tutorial.models.sensors import SegmentCam, pin_hole
 
 from .adapters_geometry import by_frame
@@ -118,9 +118,9 @@ def started_by_line(lmk):
         normal, w = h[:2] / (h[:2] @ h[:2]), np.array([-h[1], h[0]])
         y = np.concatenate([-h[2] * normal, -h[2] * normal + w])
         u, v = np.append(y[:2], 1), np.append(y[2:], 1)
-        line, H_u, H_v = cross(u, v)
+        line, H_u, H_v = vector_product(u, v)
         if line @ h < 0:
-            y, (line, H_u, H_v) = np.roll(y, 2), cross(v, u)
+            y, (line, H_u, H_v) = np.roll(y, 2), vector_product(v, u)
         l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, SegmentCam(tuple(k)), lmk, y, beta)
         H_y = np.concatenate([H_u[:, :2], H_v[:, :2]], 1) * np.sqrt((h @ h) / (line @ line))
         return l, by_frame(L_r, Rf), by_frame(L_s, Sf), Skip(NOT_HERE), L_y @ np.linalg.pinv(H_y), L_n
