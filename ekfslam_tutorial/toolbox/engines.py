@@ -1,6 +1,7 @@
 """The two engines of the loop: the steps as they are written in `slam`, and the same steps made quick in `fast`.
 
-Only this file knows that there are two. Both give the same estimate, to rounding.
+Only this file knows that there are two. Both give the same estimate, to rounding; with `compressed` and the invariant
+error, to an effect of the second order.
 """
 
 from collections.abc import Callable

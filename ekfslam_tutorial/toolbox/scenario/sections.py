@@ -202,7 +202,7 @@ class Options(SlamOptions):
         "fast", or "plain" for the steps as they are written in `slam`: the same estimate, to rounding.
     compressed : bool
         Of the fast engine: keep the landmarks that are seen now apart from the others. Much faster in large maps with
-        `joint`.
+        `joint`. With the invariant error the estimate differs from the plain one by an effect of the second order.
     compiled : bool
         Of the fast engine: let numba compile the arithmetic of the steps. Several times faster in small maps. Needs the
         extra `compiled`.
