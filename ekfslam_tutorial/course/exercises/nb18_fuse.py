@@ -48,7 +48,7 @@ fusion = table(
     fuse,
     hints=(
         "A Kalman correction: the state is l1 with P1, the measurement is l2 with R = P2, and H is the identity.",
-        "The innovation is l2 - l1, its covariance Z = P1 + P2, the gain K = P1 Z^-1. Or add informations: P^-1 = P1^-1 + P2^-1.",
+        "The innovation is l2 - l1, its covariance Z = P1 + P2, the gain K = P1 Z^-1. Or add the information: P^-1 = P1^-1 + P2^-1.",
         "l = l1 + K (l2 - l1) and P = P1 - K P1, with the whole matrices: not 2 x 2 blocks, not diagonals.",
     ),
     returns="l, P",
