@@ -8,7 +8,7 @@ from ...geometry import Frame2
 from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, UPDATED, StateLog, line, plot_ellipse, points, sigma_label
 from ...graphics.artists import HALO
 from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
-from ...graphics.style import ROBOTS as HUES
+from ...graphics.style import ROBOTS as COLOURS
 from ..controls import Choice, Float, Toggle
 from ..logs.nb18 import ROBOTS, SECONDS, TWIN, frames, recording, survey
 from ..widgets import explorable
@@ -18,6 +18,7 @@ from .parts import say as say
 WAYS = ("alone", "five filters that\ntell each other", "one filter,\nlandmarks only", "one filter,\nrobots see robots")
 LOOKS = ((GREY, ".."), (ORANGE, "//"), (SKY_BLUE, "\\\\"), (BLUE, ""))
 POINTS = 150  # of a path that is drawn
+HUES = COLOURS[: len(ROBOTS)]
 DASHES = ("-", (0, (6, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
 
 
