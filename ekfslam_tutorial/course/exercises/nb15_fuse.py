@@ -47,7 +47,7 @@ exercise = table(
     cases={"any": lambda rng: [case(rng, n) for n in (2, 3, 1)]},
     checks="",
     wrong="""
-    informations added: Adding the information is right for *independent* estimates. Here nobody knows that: each gets its weight, w and 1 - w.
+    information added: Adding the information is right for *independent* estimates. Here nobody knows that: each gets its weight, w and 1 - w.
         x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> P = np.linalg.inv(Ia + Ib); x = P @ (Ia @ xa + Ib @ xb)
     average, as if independent | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 4 | (Pa + Pb) / 4 is the covariance of the mean of *independent* estimates. And the mean leaves open which one is better.
     average of both | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 2 | Not covariances are averaged, but information, with a w that fits the two.
