@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.collections import PathCollection, PolyCollection
+from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 from mpl_toolkits.mplot3d import proj3d
@@ -19,6 +20,8 @@ from .ellipses import nan_separated
 Array = np.ndarray
 MARK = 3.0
 """Half the width of a mark beside which a text stands, points."""
+HALO: dict[str, Any] = {"path_effects": [withStroke(linewidth=3, foreground="white")]}
+"""A text over paths and marks can be read."""
 
 
 def dim_of(ax) -> int:
@@ -83,14 +86,17 @@ class Labels(PathCollection):
     apart : bool
         In the plane: a text that would hide another one or a point moves round its own point; if there is no room
         anywhere, it is left out. The limits of the axes have to be set before `put`. The first keys choose first.
+    marks : (n, 2)
+        Points besides those of the texts that no text may hide, if they stand apart.
     **style
         As for a matplotlib collection.
     """
 
-    def __init__(self, ax, size: float = 10, shift=(7.0, 5.0), apart: bool = False, **style: Any):
+    def __init__(self, ax, size: float = 10, shift=(7.0, 5.0), apart: bool = False, marks=(), **style: Any):
         super().__init__([], offsets=np.zeros((0, 2)), offset_transform=ax.transData, linewidth=0, **style)
         self.set_transform(Affine2D().scale(1 / 72) + ax.figure.dpi_scale_trans)
         self.size, self.shift, self.apart = float(size), tuple(shift), apart and dim_of(ax) == 2
+        self.marks = np.array(marks, dtype=float)
         self.where: dict[Any, Array] = {}  # point of each text that is shown, by key
         self.names: dict[Any, str] = {}
         ax.add_collection(self, autolim=False)
@@ -110,10 +116,11 @@ class Labels(PathCollection):
     def _shifts(self) -> dict[Any, tuple[float, float]]:
         """Find for each text a place beside its point where it hides nothing; without a key there is none."""
         ax: Any = self.axes
-        at = 72 / ax.figure.dpi * ax.transData.transform(np.array(list(self.where.values())).reshape(-1, 2))
+        points = np.array([*self.where.values(), *self.marks]).reshape(-1, 2)
+        at = 72 / ax.figure.dpi * ax.transData.transform(points)
         taken = [np.concatenate([at - MARK, at + MARK], axis=1)] if len(at) else []  # boxes: left, below, right, above
         found, (dx, dy) = {}, self.shift
-        for key, p in zip(self.where, at, strict=True):
+        for key, p in zip(self.where, at, strict=False):
             w, h = _extent(self.names[key], self.size)
             left, below, over = -dx - w, -dy - h, -w / 2
             beside = (dx, dy), (left, dy), (dx, below), (left, below), (over, dy + MARK), (over, below - MARK)

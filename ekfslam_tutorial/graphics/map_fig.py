@@ -11,7 +11,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .artists import Labels, draw_legend, new_faces, new_line, put, put_path
+from .artists import HALO, Labels, draw_legend, new_faces, new_line, put, put_path
 from .bodies import ground_grid, move_faces, nice_step, outline, robot_body, sensor_body
 from .clip import clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, sigma_label
@@ -169,7 +169,7 @@ class MapFig:
         }
         colors = {rob.id: ROBOTS[i % len(ROBOTS)] for i, rob in enumerate(snapshot.robs)}
         self.rob_ellipse = {id: new_line(ax, **line(ESTIMATE, color=color, **wire)) for id, color in colors.items()}
-        self.rob_label = Labels(ax, size=12, shift=(16.0, 13.0), color=list(colors.values()), zorder=9)
+        self.rob_label = Labels(ax, size=12, shift=(16.0, 13.0), color=list(colors.values()), zorder=9, **HALO)
         self.sim_lmk = new_line(ax, **points(TRUTH, markersize=9.0, markeredgewidth=1.0), zorder=4)
         self.sim_line = new_line(ax, **line(TRUTH, linewidth=1.0, zorder=4))
         for rob in snapshot.robs:

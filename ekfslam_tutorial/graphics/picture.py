@@ -7,9 +7,8 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.patheffects import withStroke
 
-from .artists import Labels, dim_of, draw_legend, new_line, put_path
+from .artists import HALO, Labels, dim_of, draw_legend, new_line, put_path
 from .bodies import ground_grid, nice_step
 from .clip import box, clip_curves, inside
 from .ellipses import ellipse_points, ellipsoid_wires, half_axes, nan_separated, sigma_label
@@ -23,8 +22,6 @@ NAMED = {2: MANY, 3: 40}
 """More landmarks than this have no labels, which would hide the map: in space they lie behind each other, too."""
 VAGUE = 0.08
 """An ellipsoid longer than this part of the world is one line: many of them would hide everything."""
-HALO: dict[str, Any] = {"path_effects": [withStroke(linewidth=3, foreground="white")]}
-"""A text over paths can be read."""
 LONG = 1500
 """A path of more points than this crosses itself often: a thin line."""
 
@@ -138,7 +135,9 @@ def map_picture(
     places = [*zip(ids, mean, strict=True), *zip(line_ids, ends.mean(1), strict=True)]
     shown = {id: p for id, p in places if inside(p, box(limits))}
     shown = shown if len(places) <= NAMED[d] else {}
-    Labels(ax, size=12 if len(ids) <= 40 else 10, apart=True, color=BLACK, zorder=7, **HALO).put(shown)
+    stars = true_points[inside(true_points, box(limits))]
+    letters: dict[str, Any] = dict(size=12 if len(ids) <= 40 else 10, color=BLACK, zorder=7, **HALO)
+    Labels(ax, apart=True, marks=stars, **letters).put(shown)
     handles, names = ax.get_legend_handles_labels()
     if view is None:
         ax.set_title(title)

@@ -222,11 +222,12 @@ def test_map_picture_names_no_crowd(d, most):
 
 
 def test_labels_apart_hide_neither_each_other_nor_a_point():
-    """Sixty points in a corner: the first has its label, others where there is room, and no two boxes meet."""
+    """Sixty points and forty stars in a corner: the first has its label, others where there is room; no boxes meet."""
     fig, ax = plt.subplots(figsize=(6, 6))
     ax.set(xlim=(0, 1), ylim=(0, 1))
-    where = {i: p for i, p in enumerate(np.random.default_rng(1).uniform(0, 0.4, (60, 2)))}
-    labels = Labels(ax, size=11, apart=True)
+    rng = np.random.default_rng(1)
+    where, stars = dict(enumerate(rng.uniform(0, 0.4, (60, 2)))), rng.uniform(0, 0.4, (40, 2))
+    labels = Labels(ax, size=11, apart=True, marks=stars)
     labels.put(where)
     assert 0 in labels.where and 10 < len(labels.where) < 60
     fig.canvas.draw()
@@ -236,7 +237,8 @@ def test_labels_apart_hide_neither_each_other_nor_a_point():
         boxes.append((box.x0 + p[0], box.y0 + p[1], box.x1 + p[0], box.y1 + p[1]))
     for i, a in enumerate(boxes):
         assert not any(a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3] for b in boxes[:i])
-        assert not any(a[0] < x < a[2] and a[1] < y < a[3] for x, y in ax.transData.transform(list(where.values())))
+        marks = ax.transData.transform([*where.values(), *stars])
+        assert not any(a[0] < x < a[2] and a[1] < y < a[3] for x, y in marks)
 
 
 def test_map_picture_draws_into_given_axes():

@@ -134,7 +134,7 @@ def _run(log, xs, Ps, k):
             end = Frame2(xs[k]).from_frame(log.sensor.retro(y)[0])[0]
             ax.plot(*zip(xs[k, :2], end, strict=True), **line(MEASUREMENT), linewidth=1.2)
             ax.plot(*end, **points(MEASUREMENT), label="measurements" if i == log.seen[k - 1][0] else None)
-    plot_ellipse(ax, xs[k, :2], Ps[k, :2, :2], k=3, color=BLACK, linewidth=1.6, label=sigma_label(3))
+    plot_ellipse(ax, xs[k, :2], Ps[k, :2, :2], k=3, **line(ESTIMATE, linewidth=1.6), label=sigma_label(3))
     robot(ax, real[k], TRUTH, 0.5)
     robot(ax, xs[k], ESTIMATE, 0.5)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, frameon=False, fontsize=11, columnspacing=1.2)
@@ -201,7 +201,7 @@ def linearised(heading_std_deg, distance):
     fig = plt.figure(figsize=(10, 5.2))
     ax = fig.add_axes((0.08, 0.12, 0.52, 0.86))
     ax.plot(*end.T, ".", color=MEASUREMENT["color"], markersize=2.5, label=f"{len(end)} samples through f")
-    plot_ellipse(ax, x2[:2], P[:2, :2], k=3, color=BLACK, label=sigma_label(3) + " of F_x P F_x'")
+    plot_ellipse(ax, x2[:2], P[:2, :2], k=3, **line(PREDICTED), label=sigma_label(3) + " of F_x P F_x'")
     ax.plot(*x2[:2], **points(PREDICTED, markersize=9), label="f(mean)")
     ax.plot(*end.mean(0), **points(UPDATED, markersize=8), label="mean of the samples")
     robot(ax, np.zeros(3), size=0.5)

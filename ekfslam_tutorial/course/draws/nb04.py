@@ -49,7 +49,8 @@ def odometry_map(map, lmks, path):
     true_landmarks(ax, list(true.values()))
     ax.plot(*real[:, :2].T, **line(TRUTH), label="true path")
     ax.plot(*path[:, :2].T, **line(DEAD_RECKONING), label="odometry, taken as exact")
-    landmarks(ax, map.x, map.P, ranges, labels=[str(i) for i in lmks])
+    stars = np.array([true[id] for id in lmks])  # the labels stand on the other side
+    landmarks(ax, map.x, map.P, ranges, labels=[str(i) for i in lmks], away_from=stars)
     for id, r in zip(lmks, ranges, strict=True):
         ax.plot(*np.transpose([map.x[r], true[id]]), color=VERMILLION, linewidth=1, zorder=3)
     ax.plot([], [], color=VERMILLION, linewidth=1, label="error")

@@ -13,22 +13,22 @@ LANDMARK = (8.0, 0.2)  # true range (m) and bearing (rad) of the landmark of the
 
 
 def sigma_figure(curves):
-    """Heading sigma over the number of sights, `curves`: name -> sigmas in degrees. Returns (fig, caption)."""
+    """Heading sigma over the number of sightings, `curves`: name -> sigmas in degrees. Returns (fig, caption)."""
     fig, ax = plt.subplots(figsize=(8.6, 4.4), layout="constrained")
     says = []
     for (name, sigma), style in zip(curves.items(), (REJECTED, UPDATED), strict=False):
         ax.plot(sigma, **line(style, linestyle="-", linewidth=2.5), label=f"{name}: what it claims")
-        says.append(f"{name}: {sigma[0]:.0f} degrees before, {sigma[-1]:.1f} after {len(sigma) - 1} sights")
+        says.append(f"{name}: {sigma[0]:.0f} degrees before, {sigma[-1]:.1f} after {len(sigma) - 1} sightings")
     start = next(iter(curves.values()))[0]
     ax.axhline(start, **line(TRUTH, linewidth=1.5), label="truth: nothing was learned")
-    ax.set(xlabel="sights of one new landmark, robot at rest", ylabel="heading, 1 sigma (deg)", ylim=(0, None))
+    ax.set(xlabel="sightings of one new landmark, robot at rest", ylabel="heading, 1 sigma (deg)", ylim=(0, None))
     ax.legend(loc="center right")
     return fig, ". ".join(says) + "."
 
 
 @explorable(
     prior=Float(30.0, 1.0, 40.0, 1.0, "heading sigma before", "deg"),
-    n=Int(100, 1, 100, label="sights", play=100),
+    n=Int(100, 1, 100, label="sightings", play=100),
     seed=Int(3, 0, 9, label="seed of the noise"),
     ranges={"sigma_deg": (0, 41), "nees": (0, 1e5)},
 )
@@ -52,11 +52,11 @@ def stand_still(standing, prior, n, seed):
     right.fill_between(k, -3 * sigma[: n + 1], 3 * sigma[: n + 1], color=BLUE, alpha=0.2, label="±3 sigma")
     right.plot(k, error[: n + 1], color=VERMILLION, label="error")
     right.axhline(0, color=BLACK, linewidth=0.8)
-    right.set(xlabel="sights", ylabel="heading error (deg)", xlim=(0, 100), ylim=(-3.2 * prior, 3.2 * prior))
+    right.set(xlabel="sightings", ylabel="heading error (deg)", xlim=(0, 100), ylim=(-3.2 * prior, 3.2 * prior))
     right.legend(loc="upper right")
     nees = float((theta / s) ** 2)
     caption = (
-        f"{n} sights: heading sigma {prior:.0f} degrees before, {s:.1f} after; the error is {theta:.1f} degrees, "
+        f"{n} sightings: heading sigma {prior:.0f} degrees before, {s:.1f} after; the error is {theta:.1f} degrees, "
         f"NEES {nees:.1f} (honest: about 1)."
     )
     return fig, {"sigma_deg": float(s), "nees": nees, "caption": caption}

@@ -184,7 +184,7 @@ def ball(s, angle, flip):
         tip = q2R(q_end)[0] @ nose
         space.line(tip, marker="s", color=BLACK, markersize=9, linestyle="none")
         space.text(tip, name, xytext=(10, 4) if name == "second" else (10, -16))
-    space.gizmo(Frame3(np.r_[0, 0, 0, q]), 0.9)
+    space.gizmo(Frame3(np.r_[0, 0, 0, q]), 0.7)
     space.line(q2R(q)[0] @ nose, **points(ESTIMATE, markersize=12), label="nose now")
     space.ax.legend(loc="lower left", frameon=False)
 

@@ -304,7 +304,7 @@ def ray(u, v, s, s_std, noise):
     space.line(
         Sf.from_frame(0.5 * direction)[0], **points(MEASUREMENT, markersize=13, markeredgewidth=3), label="pixel"
     )
-    space.ellipsoid(l, L + 1e-12 * np.eye(3), 3, color=BLUE, linewidth=1.3, label="3σ ellipsoid (97 %)")
+    space.ellipsoid(l, L + 1e-12 * np.eye(3), 3, color=BLUE, linewidth=1.3, label=sigma_label(3, 3))
     space.line(l, **points(ESTIMATE, markersize=8), label="point at the mean of the prior")
     ax.legend(loc="upper left", frameon=False)
     m = direction / np.linalg.norm(direction)

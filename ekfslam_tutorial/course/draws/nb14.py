@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.patches import Rectangle
 
 from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, line, plot_ellipse, points
-from ...graphics.style import BLACK, BLUE, GREEN, ORANGE, PURPLE
+from ...graphics.artists import HALO, Labels
+from ...graphics.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, ROBOTS
 from ...toolbox import UserData, universal_slam
 from ..controls import Choice, Int, Toggle
 from ..widgets import explorable
@@ -94,14 +95,14 @@ def overview(now):
         eye = frames[rob.id].from_frame(next(s for s in now.sens if s.id == o.sen).frame(now.map).t)[0]
         ax.plot(*np.transpose([eye[:2], now.lmks[o.lmk].point(now.map)[0][:2]]), **line(MEASUREMENT, linewidth=1.2))
     ax.plot([], [], **line(MEASUREMENT), label="Obs: used in\nthis frame")
-    for rob in now.robs:
+    for rob, hue in zip(now.robs, ROBOTS, strict=False):
         F = frames[rob.id]
         ahead = F.R[:, 0]
-        robot(ax, [*F.t[:2], np.arctan2(ahead[1], ahead[0])], size=0.45)
-        text = f"Rob {rob.id}: Sen {', '.join(str(i) for i in rob.sensors)}"
-        ax.annotate(text, F.t[:2], (-10, -22), textcoords="offset points", fontsize=13, weight="bold", zorder=9,
-                    bbox={"facecolor": "w", "alpha": 0.75, "edgecolor": "none", "pad": 1})  # fmt: skip
+        robot(ax, [*F.t[:2], np.arctan2(ahead[1], ahead[0])], size=0.45, facecolor=hue, edgecolor=BLACK)
     ax.set(xlim=(-8, 8), ylim=(-7.5, 7.5), xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    names = {rob.id: f"Rob {rob.id}: Sen {', '.join(str(i) for i in rob.sensors)}" for rob in now.robs}
+    letters = Labels(ax, 14, (16, 13), apart=True, marks=now.sim_lmk.points[:, :2], color=BLACK, zorder=9, **HALO)
+    letters.put({id: F.t[:2] for id, F in frames.items()}, names)
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     _wagons(strip, now)
     text = f"{_count(len(now.robs), 'robot')}, {_count(len(now.sens), 'sensor')}, {_count(len(now.lmks), 'landmark')}"

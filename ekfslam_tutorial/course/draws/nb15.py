@@ -18,7 +18,7 @@ from .nb15_runs import (
     ROBOTS,
     STARTS,
     STEPS,
-    add_informations,
+    add_information,
     joined,
     meeting,
     own_map,
@@ -28,7 +28,7 @@ from .nb15_runs import (
 )
 from .parts import nees_gauge, robot, true_landmarks
 
-__all__ = ["METHODS", "MOUNT", "add_informations", "depth_sigmas", "joined", "meeting", "mounting", "own_map", "rumour",
+__all__ = ["METHODS", "MOUNT", "add_information", "depth_sigmas", "joined", "meeting", "mounting", "own_map", "rumour",
            "same_landmarks", "shared"]  # fmt: skip
 
 LOOKS: tuple[dict[str, Any], ...] = (

@@ -91,7 +91,7 @@ class Rumour:
         return md2(self.error, self.P[:, None])
 
 
-def add_informations(xa, Pa, xb, Pb):
+def add_information(xa, Pa, xb, Pb):
     """Fuse as if the two estimates were independent; xa and xb may be (runs, 2)."""
     Ia, Ib = np.linalg.inv(Pa), np.linalg.inv(Pb)
     P = np.linalg.inv(Ia + Ib)
@@ -128,14 +128,14 @@ def rumour(method, every=1, walk=0.05, frames=30, runs=200, seed=0):
     x = draw(3, 1.0)
     estimates = [(x, np.eye(2)), (x, np.eye(2))]
     errors, claims = [], []
-    fuse = {METHODS[3]: add_informations, METHODS[4]: _ci}.get(method)
+    fuse = {METHODS[3]: add_information, METHODS[4]: _ci}.get(method)
     for k in range(1, frames + 1):
         truth = truth + draw(0, walk)
         y = truth + draw(1, np.sqrt(np.diag(Ra))), truth + draw(2, np.sqrt(np.diag(Rb)))
         estimates = [(x, P + walk**2 * np.eye(2)) for x, P in estimates]
-        a, b = (add_informations(*e, y_i, R) for e, y_i, R in zip(estimates, y, (Ra, Rb), strict=True))
+        a, b = (add_information(*e, y_i, R) for e, y_i, R in zip(estimates, y, (Ra, Rb), strict=True))
         if method == METHODS[0]:
-            a = b = add_informations(*a, y[1], Rb)
+            a = b = add_information(*a, y[1], Rb)
         elif fuse and k % every == 0:
             a = b = fuse(*a, *b)
         answer = ((a[0] + b[0]) / 2, (a[1] + b[1]) / 4) if method == METHODS[2] else a

@@ -6,7 +6,9 @@ import numpy as np
 from ...analysis import align
 from ...geometry import Frame2
 from ...graphics import ESTIMATE, MEASUREMENT, TRUTH, UPDATED, StateLog, line, plot_ellipse, points, sigma_label
-from ...graphics.style import BLACK, BLUE, GREEN, GREY, OKABE_ITO, ORANGE, PURPLE, SKY_BLUE, VERMILLION
+from ...graphics.artists import HALO
+from ...graphics.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY_BLUE, VERMILLION
+from ...graphics.style import ROBOTS as COLOURS
 from ..controls import Choice, Float, Toggle
 from ..logs.nb18 import ROBOTS, SECONDS, TWIN, frames, recording, survey
 from ..widgets import explorable
@@ -16,8 +18,8 @@ from .parts import say as say
 WAYS = ("alone", "five filters that\ntell each other", "one filter,\nlandmarks only", "one filter,\nrobots see robots")
 LOOKS = ((GREY, ".."), (ORANGE, "//"), (SKY_BLUE, "\\\\"), (BLUE, ""))
 POINTS = 150  # of a path that is drawn
+HUES = COLOURS[: len(ROBOTS)]
 DASHES = ("-", (0, (6, 2)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (8, 2, 2, 2)))
-HUES = (OKABE_ITO[5], OKABE_ITO[6], OKABE_ITO[3], OKABE_ITO[7], OKABE_ITO[1])
 
 
 def sightings_figure(which):
@@ -60,9 +62,10 @@ def effect_figure(which, s, x, P, k=3):
         ax.plot(*l.T, **points(looks, markersize=8))
     l = np.array([x[r] for r in s["lmks"].values()])
     ax.plot(*l.T, **points(ESTIMATE, markersize=4), label="landmarks")
-    for r, place in s["robots"].items():
-        robot(ax, x[place], size=0.3, facecolor=BLACK, edgecolor=BLACK)
-        ax.annotate(f"{r}", x[place][:2], (7, 7), textcoords="offset points", fontsize=16, weight="bold", zorder=9)
+    for (r, place), hue in zip(s["robots"].items(), HUES, strict=False):
+        robot(ax, x[place], size=0.3, facecolor=hue, edgecolor=BLACK)
+        look = dict(fontsize=16, weight="bold", zorder=9, **HALO)
+        ax.annotate(f"{r}", tuple(x[place][:2]), (7, 7), textcoords="offset points", **look)
     a, b = (x[s["robots"][s[i]]][:2] for i in "ab")
     ax.annotate("", b, a, arrowprops=dict(arrowstyle="->", color=VERMILLION, linewidth=2), zorder=8)
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", title=f"robot {s['a']} sees robot {s['b']}")
@@ -273,8 +276,8 @@ def one_sighting(rho, turn, way):
         plot_ellipse(
             ax, np.array([x[s] for s in at]), blocks, 2, **line(looks, linewidth=2.2), label=f"{name}, {sigma_label(2)}"
         )
-    for i, color in ((0, BLACK), (3, BLUE), (6, PURPLE)):
-        robot(ax, x[i : i + 3], facecolor=color, edgecolor=color, size=0.35)
+    for i, color in zip((0, 3, 6), HUES, strict=False):
+        robot(ax, x[i : i + 3], facecolor=color, edgecolor=BLACK, size=0.35)
         paper = dict(facecolor="w", edgecolor="none", alpha=0.85, pad=1)
         place: dict = dict(xytext=(-22, -38), textcoords="offset points", fontsize=13, bbox=paper, zorder=9)
         ax.annotate(f"robot {i // 3 + 1}", tuple(x[i : i + 2]), **place)
@@ -334,7 +337,7 @@ def _paths(ax, which, history):
             linewidth=1.5,
             label=f"robot {r}",
         )
-        robot(ax, track.x[-1], size=0.3, facecolor=HUES[i], edgecolor=HUES[i])
+        robot(ax, track.x[-1], size=0.3, facecolor=HUES[i], edgecolor=BLACK)
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     ax.set_adjustable("datalim")
     ax.legend(fontsize=11, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)

@@ -263,7 +263,7 @@ def overlay(which, d, percent, gps):
         ax.plot(*fixes[fixes[:, 0] <= t, 1:].T, **points(MEASUREMENT, markersize=4), label="GPS")
     ax.plot(*d.path[:k].T, **line(ESTIMATE), linewidth=1.3, label="EKF-SLAM")
     ax.plot(*trees.T, **points(ESTIMATE, markersize=4), label="trees")
-    robot(ax, pose, size=8, facecolor=BLACK, edgecolor=BLACK)
+    robot(ax, pose, size=8, edgecolor=BLACK)
     edge = np.percentile(d.path, [0, 100], axis=0) + [[-45], [45]]
     ax.set(xlim=edge[:, 0], ylim=edge[:, 1], aspect="equal", xlabel="x, east (m)", ylabel="y, north (m)")
     ax.set_title(f"{which}, {t:.0f} s")

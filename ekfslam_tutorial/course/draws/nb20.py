@@ -110,7 +110,7 @@ def planted_figure(planted):
     Parameters
     ----------
     planted : dict of str to tuple
-        By name: RMSE (m), NEES (frames, runs), NIS (sights, runs) and the frames of the sights.
+        By name: RMSE (m), NEES (frames, runs), NIS (sightings, runs) and the frames of the sightings.
     """
     fig, axes = plt.subplots(1, len(planted), figsize=(12.6, 4.2), sharey=True, layout="constrained")
     says = []

@@ -26,6 +26,7 @@ from ..controls import Choice, Int
 from ..estimators import FILTERS
 from ..widgets import explorable
 from .nb21_cost import numbers_kept, price
+from .parts import robot
 
 __all__ = ["numbers_kept", "price"]
 
@@ -73,7 +74,7 @@ def correction_figure(results):
         plot_ellipse(ax, l, B, 3, **line(style, linewidth=1.6))
         ax.plot(*l, **points(style, markersize=10), label=f"{name}, {sigma_label(3)}")
         off.append(f"{name} {np.hypot(l[0] - gx[best], l[1] - gy[best]):.2f} m")
-    ax.plot(0, 0, ">", color=BLACK, markersize=13)
+    robot(ax, np.zeros(3), TRUTH, size=0.2)  # its pose is known
     ax.annotate("robot", (0, 0), (-6, -22), textcoords="offset points", fontsize=12)
     ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal", xlim=(-0.4, 7), ylim=(-2.6, 4.5))
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)

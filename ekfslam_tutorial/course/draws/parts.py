@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from ...analysis.consistency import anees_band
 from ...geometry import Frame2
 from ...graphics import ESTIMATE, TRUTH, plot_ellipse, points, sigma_label
+from ...graphics.artists import HALO
 from ...graphics.bodies import move_faces, robot_body
 from ...graphics.style import BLACK, GREEN, GREY, VERMILLION
 
@@ -31,22 +32,26 @@ def robot(ax: Axes, pose, style=ESTIMATE, size: float = 0.5, **changes) -> None:
     ax.fill(*face.T, **{**look, **changes})
 
 
-def landmarks(ax: Axes, x, P, ranges, k: float = 3, labels=(), style=ESTIMATE, name="estimate", **changes) -> None:
-    """Draw the landmarks in some ranges of a state, with their k-sigma ellipses and labels."""
+def landmarks(
+    ax: Axes, x, P, ranges, k: float = 3, labels=(), style=ESTIMATE, name="estimate", away_from=None, **changes
+) -> None:
+    """Draw the landmarks in some ranges of a state, with their k-sigma ellipses and labels.
+
+    A label stands outside of its ellipse, on the far side of a place (2,), or of one for each landmark (n, 2); by
+    default that is the middle of all.
+    """
     if not len(ranges):
         return
     l, B = np.array([x[r] for r in ranges]), np.array([P[r, r] for r in ranges])
     look = dict(color=style["color"], linestyle=style["linestyle"], linewidth=1.3, zorder=4)
     plot_ellipse(ax, l, B, k, **{**look, **changes}, label=sigma_label(k) if name else None)
     ax.plot(*l.T, **points(style, markersize=4), zorder=5, label=name or None)
-    for p, C, text in zip(l, B, labels, strict=False):
-        away = p - l.mean(0)
-        away = away / max(np.hypot(*away), 1e-9)  # outside of the ellipse, on the far side
+    places = np.broadcast_to(l.mean(0) if away_from is None else away_from, l.shape)
+    for p, C, place, text in zip(l, B, places, labels, strict=False):
+        away = (p - place) / max(np.hypot(*(p - place)), 1e-9)
         edge = p + k * C @ away / max(np.sqrt(away @ C @ away), 1e-9)
-        place: dict[str, Any] = dict(
-            textcoords="offset points", ha="center", va="center", fontsize=11, color=BLACK, zorder=8
-        )
-        ax.annotate(text, edge, 11 * away, **place)
+        text_look: dict[str, Any] = dict(ha="center", va="center", fontsize=11, color=BLACK, zorder=8, **HALO)
+        ax.annotate(text, tuple(edge), tuple(11 * away), textcoords="offset points", **text_look)
 
 
 def true_landmarks(ax: Axes, p) -> None:

@@ -109,7 +109,7 @@ step = table(
     """,
     wrong="""
     double counting | else: -> if True: | The landmark was started with this measurement and then updated with it: P is exactly half. Use `else`.
-    no filtering | x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2], L_y = q(y, x_r) | A known landmark is started anew at each sight: the star cloud. Combine old and new by the gain K.
+    no filtering | x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2], L_y = q(y, x_r) | A known landmark is started anew at each sighting: the star cloud. Combine old and new by the gain K.
         P = P - K @ Z @ K.T -> P = P.copy(); P[i : i + 2, i : i + 2] = L_y @ R @ L_y.T
     known landmarks ignored | else: -> elif False: | A known landmark stays as it was at first sight. Its new measurement must correct x and P.
     known landmark added again | if id not in ids: -> if True: | A known landmark was put into the map a second time. Look it up in `ids`.

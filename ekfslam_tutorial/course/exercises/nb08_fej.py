@@ -140,5 +140,5 @@ def _(f, rng):
         x, P = expect.array(x, 5, "x"), expect.array(P, (5, 5), "P")
         x[2] = wrap(x[2])
     sigma = np.degrees(np.sqrt(P[2, 2]))
-    expect.true(abs(sigma - 30) < 0.01, f"the heading sigma is {sigma:.1f} degrees after 20 sights, it was 30")
+    expect.true(abs(sigma - 30) < 0.01, f"the heading sigma is {sigma:.1f} degrees after 20 sightings, it was 30")
     expect.symmetric(P, "P", 1e-6)

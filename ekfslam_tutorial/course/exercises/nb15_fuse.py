@@ -47,10 +47,10 @@ exercise = table(
     cases={"any": lambda rng: [case(rng, n) for n in (2, 3, 1)]},
     checks="",
     wrong="""
-    informations added: Adding the informations is right for *independent* estimates. Here nobody knows that: each gets its weight, w and 1 - w.
+    information added: Adding the information is right for *independent* estimates. Here nobody knows that: each gets its weight, w and 1 - w.
         x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> P = np.linalg.inv(Ia + Ib); x = P @ (Ia @ xa + Ib @ xb)
     average, as if independent | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 4 | (Pa + Pb) / 4 is the covariance of the mean of *independent* estimates. And the mean leaves open which one is better.
-    average of both | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 2 | Informations are averaged, not covariances, with a w that fits the two.
+    average of both | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 2 | Not covariances are averaged, but information, with a w that fits the two.
     covariances mixed | return x, P -> return w * xa + (1 - w) * xb, w * Pa + (1 - w) * Pb | The weights belong to the information matrices, inv(Pa) and inv(Pb), not to Pa and Pb.
     P not inverted | return x, P -> return x, np.linalg.inv(P) | w inv(Pa) + (1 - w) inv(Pb) is the information: its inverse is P.
     the better one alone | return x, P -> return (xa, Pa) if np.trace(Pa) < np.trace(Pb) else (xb, Pb) | Each may be better in another direction: mix them, with w between 0 and 1.
@@ -59,7 +59,7 @@ exercise = table(
     determinant | np.trace(Ps, axis1=1, axis2=2) -> np.linalg.det(Ps) | That is another rule, and a usual one. Here the *trace* of P is to be smallest.
     weights of the traces | w, P = ws[i], Ps[i] -> w = np.trace(Pb) / np.trace(Pa + Pb); P = np.linalg.inv(w * Ia + (1 - w) * Ib) | w from the two traces is a rule of thumb. Search for the smallest trace.
     w exchanged in the mean | w * Ia @ xa + (1 - w) * Ib @ xb -> (1 - w) * Ia @ xa + w * Ib @ xb | The same w in both: w goes with a, 1 - w with b.
-    mean without the covariances | P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> w * xa + (1 - w) * xb | The mean is weighted with the informations, in each direction anew.
+    mean without the covariances | P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> w * xa + (1 - w) * xb | The mean is weighted with the information, in each direction anew.
     mean of both | P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> (xa + xb) / 2 | The mean must lean to the better one: use the formula for x.
     mean not multiplied by P | P @ (w * Ia -> (w * Ia | w inv(Pa) xa + (1 - w) inv(Pb) xb is the information vector: x is P times it.
     """,

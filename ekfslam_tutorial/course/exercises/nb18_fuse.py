@@ -48,7 +48,7 @@ fusion = table(
     fuse,
     hints=(
         "A Kalman correction: the state is l1 with P1, the measurement is l2 with R = P2, and H is the identity.",
-        "The innovation is l2 - l1, its covariance Z = P1 + P2, the gain K = P1 Z^-1. Or add informations: P^-1 = P1^-1 + P2^-1.",
+        "The innovation is l2 - l1, its covariance Z = P1 + P2, the gain K = P1 Z^-1. Or add the information: P^-1 = P1^-1 + P2^-1.",
         "l = l1 + K (l2 - l1) and P = P1 - K P1, with the whole matrices: not 2 x 2 blocks, not diagonals.",
     ),
     returns="l, P",
@@ -83,7 +83,7 @@ fusion = table(
     mean of the covariances | P1 - K @ P1 -> (P1 + P2) / 2 | Two maps know more than one: the fused covariance is smaller than both.
     half the covariance | P1 - K @ P1 -> P1 / 2 | That holds for two maps of the same covariance only.
     covariance of the plain mean | P1 - K @ P1 -> (P1 + P2) / 4 | (P1 + P2) / 4 belongs to the plain mean, not to the weighted one.
-    informations not turned back | P1 - K @ P1 -> np.linalg.inv(P1) + np.linalg.inv(P2) | P1^-1 + P2^-1 is the information: invert the sum.
+    information not turned back | P1 - K @ P1 -> np.linalg.inv(P1) + np.linalg.inv(P2) | P1^-1 + P2^-1 is the information: invert the sum.
     P1 as it was | P1 - K @ P1 -> P1 | Map 2 has brought information: P = P1 - K P1.
     told twice | K = np -> P2 = P2 / 2; K = np | Map 2 counts once. Fused again with what is already in it, it makes the covariance too small.
     P grows | P1 - K @ P1 -> P1 + K @ P1 | Map 2 has brought information: P = P1 - K P1, with a minus.

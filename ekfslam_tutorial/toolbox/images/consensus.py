@@ -1,4 +1,4 @@
-"""1-point RANSAC: which of the matches of a frame agree with each other, as the map says that they hang together.
+"""1-point RANSAC: which matches of a frame agree with each other, by what they have in common in the map.
 
 J. Civera, O. G. Grasa, A. J. Davison, J. M. M. Montiel, "1-Point RANSAC for extended Kalman filtering", J. Field
 Robotics 27(5), 2010; here the hypotheses are linear, and each match is one.
