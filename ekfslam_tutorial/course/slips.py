@@ -146,8 +146,8 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
     names = [n for n in names if id(n) not in written]
     for node in nodes:
         small = isinstance(node, ast.Constant) or node in names
+        parent = _around(nodes, node, text) if small else node
         for what, new in [*_changes(node, text), *_of_name(node, names)]:
-            parent = _around(nodes, node, text) if small else node
             yield told(what, *text.both(parent, node, new)), text.with_(node, new)
     yield from _of_parameters(function, parameters, text)
     for node in statements:
@@ -156,9 +156,10 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
     yield from _of_repeated(statements, nodes, told, text)
     yield from _of_angles(function, statements, text)
     for node in names:
+        around = _around(nodes, node, text)
         for other in locals_:
             if other != node.id:
-                both = text.both(_around(nodes, node, text), node, other)
+                both = text.both(around, node, other)
                 yield told(f"`{other}` for `{node.id}`", *both), text.with_(node, other, False)
 
 

@@ -7,6 +7,9 @@ from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessI
 
 from .core import check_control, check_raw, faults
 
+ROUNDED = 1e-12
+"""Of the largest number: asymmetry, and eigenvalues below zero. `faults` allows more; so little is beyond doubt."""
+
 
 def check_map(map):
     """Refuse a map that these steps cannot work on."""
@@ -24,7 +27,7 @@ def check_step(map, rob, dt):
         good = _floats(dt) and dt.shape == shape[:1] and 0 <= dt.min(initial=0.0) and dt.max(initial=0.0) < np.inf
     else:
         good = good and isinstance(dt, float | int) and 0 <= dt < np.inf
-    if not good or not (rob.r is None or _written(U) == covariance or positive_definite(U, shape)):
+    if not good or not (rob.r is None or _written(U) == covariance or clearly_covariance(U, shape)):
         check_control(rob, dt)
         noted.control = rob.motion, np.shape(u), None if rob.r is None else _written(U)
 
@@ -38,11 +41,15 @@ def _written(U):
     return (U.shape, U.tobytes()) if _floats(U) else object()
 
 
-def positive_definite(U, shape):
-    """Return True if U is a covariance of a control of this shape beyond doubt: symmetric, finite, with a Cholesky
-    factor. That is found out sooner than eigenvalues are, and in many logs each control has a covariance of its own."""
-    good = _floats(U) and len(shape) == 1 and U.shape == shape * 2 and isfinite(sum(U.ravel().tolist()))
-    return good and (U == U.T).all() and dpotrf(U)[1] == 0
+def clearly_covariance(U, shape):
+    """Return True if U is a covariance of a control of this shape beyond doubt: finite, symmetric but for rounding, and
+    zero or with a Cholesky factor, which a robot that turns on the spot has but for rounding. That is found out sooner
+    than eigenvalues are, and in many logs each control has a covariance of its own."""
+    if not (_floats(U) and len(shape) == 1 and U.shape == shape * 2 and isfinite(sum(U.ravel().tolist()))):
+        return False
+    tiny = ROUNDED * U.max(initial=0.0)
+    good = np.abs(U - U.T).max(initial=0.0) <= tiny
+    return bool(good and (dpotrf(U + tiny * np.eye(len(U)))[1] == 0 or not U.any()))
 
 
 def check_measurements(map, raw, sen):

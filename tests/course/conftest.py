@@ -54,7 +54,7 @@ def handed(tmp_path_factory):
 def explored(number, folder):
     """Run a notebook in which nobody has answered; return what it hands over to each of its drawings.
 
-    Only the cells run that make what is handed over, without what only shows something, over shorter logs.
+    Only the lines run that make what is handed over, without what only shows something, over shorter logs.
     """
     (path,) = build.notebooks_folder().glob(f"{number}_*.ipynb")
     asked, space = {}, {"__name__": "__main__"}
@@ -71,10 +71,19 @@ def explored(number, folder):
         patch.setattr(fleet, "run", few_runs(fleet.run))
         shorter_logs(patch)
         cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
-        for cell in needed(cells, [k for k, cell in enumerate(cells) if "explore(" in build.source(cell)]):
-            tree = ast.parse(build.source(cell))
-            tree.body = [line for line in tree.body if not ast.unparse(line).startswith(("show(", "print("))]
+        cells = needed(cells, [k for k, cell in enumerate(cells) if "explore(" in build.source(cell)])
+        lines = [line for cell in cells for line in lines_of(cell)]
+        # of assignments those that are used: another one may be a run of a minute for a figure that is not shown here
+        for line in needed(lines, [k for k, line in enumerate(lines) if not line["assigns"]]):
             with contextlib.redirect_stdout(io.StringIO()):
-                exec(compile(tree, f"cell {cell['id']}", "exec"), space)
+                exec(compile(build.source(line), f"cell {line['id']}", "exec"), space)
             plt.close("all")
     return asked
+
+
+def lines_of(cell):
+    """The statements of a cell, each as a cell of its own, but for those that show something."""
+    for line in ast.parse(build.source(cell)).body:
+        text, assigns = ast.unparse(line), isinstance(line, (ast.Assign, ast.AugAssign))
+        if not text.startswith(("show(", "print(")):
+            yield cell | {"source": text, "assigns": assigns}

@@ -8,7 +8,7 @@ import pytest
 
 from ekfslam_tutorial.ekf.covariances import check_covariance
 from ekfslam_tutorial.fast.compiled import program, step
-from ekfslam_tutorial.fast.refused import positive_definite
+from ekfslam_tutorial.fast.refused import clearly_covariance
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
@@ -132,8 +132,8 @@ def test_what_would_be_misread_is_seen_here(wrong):
         total(wrong)
 
 
-def test_what_has_a_cholesky_factor_is_a_covariance():
-    """The quick test says yes to nothing that the core refuses, and yes to what is well within."""
+def test_what_is_clearly_a_covariance():
+    """The quick test says yes to nothing that the core refuses, and yes to what is well within, singular or rounded."""
     rng, sure = np.random.default_rng(5), 0
     for _ in range(2000):
         n = rng.integers(1, 5)
@@ -142,12 +142,16 @@ def test_what_has_a_cholesky_factor_is_a_covariance():
         U = (U + U.T) / 2
         if rng.random() < 0.2:
             U[tuple(rng.integers(0, n, 2))] += rng.choice([np.nan, np.inf, -np.inf, 1e-12, 1e-3])
-        if positive_definite(U, (n,)):
+        if clearly_covariance(U, (n,)):
             sure += 1
             check_covariance(U, n)
     assert sure > 300
     for n in range(1, 5):
         A = rng.normal(size=(n, n))
-        assert positive_definite(A @ A.T + 0.1 * np.eye(n), (n,))
-    no = ([[1.0]], (1,)), (np.eye(2), (3,)), (np.eye(2), (3, 2)), (np.zeros((2, 2)), (2,)), (np.eye(2, dtype=int), (2,))
-    assert not any(positive_definite(U, shape) for U, shape in no)
+        U, on_the_spot = A @ A.T + 0.1 * np.eye(n), np.diag([0.0] * (n - 1) + [1e-4])
+        rounded = U * (1 + 1e-15 * np.tri(n, k=-1))
+        for yes in U, rounded, on_the_spot, np.zeros((n, n)):
+            assert clearly_covariance(yes, (n,))
+    skew, negative = np.array([[1.0, 1e-9], [0.0, 1.0]]), np.diag([1.0, -1e-9])
+    no = ([[1.0]], (1,)), (np.eye(2), (3,)), (np.eye(2), (3, 2)), (skew, (2,)), (negative, (2,)), (-np.eye(2), (2,))
+    assert not any(clearly_covariance(U, shape) for U, shape in (*no, (np.eye(2, dtype=int), (2,))))
