@@ -609,7 +609,7 @@ def crowded(map, rob, sen, ring, r, std, most):
         So many hypotheses there may be.
     """
     p, P = seen(map, rob, sen, ring)
-    bends = np.array([bend(*each, std) for each in zip(p, P, strict=True)])
+    bends = bend(p, P, std)
     if ring.w @ (bends > CROWDED) <= 0.5:
         return False
     v, V = sectors(r, std**2, p.shape[1], how_many(r, std, p.shape[1], most))
@@ -644,12 +644,12 @@ def bend(p, P, std):
 
     Parameters
     ----------
-    p, P : ndarray, shape (d,) and (d, d)
+    p, P : ndarray, shape (..., d) and (..., d, d)
         In the frame of the sensor.
     std : float
         Of the ranges, m.
     """
-    return np.linalg.eigvalsh(P)[-1] / (np.sqrt(2) * max(np.linalg.norm(p), std) * std)
+    return np.linalg.eigvalsh(P)[..., -1] / (np.sqrt(2) * np.maximum(np.linalg.norm(p, axis=-1), std) * std)
 
 
 # --- moved and carried along -----------------------------------------------------------------------------------------
