@@ -419,8 +419,7 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     second = np.einsum("hij,hji->h", MC, MC) / 2
     z = sen.model.residual(y, e)[:, 0] - np.einsum("hii->h", MC) / 2
     E, var, R = (E_v @ C @ t(E_v))[:, 0, 0], R[0, 0], R[0, 0] + second
-    Z = E + R
-    explains = z * z / Z < md2_threshold
+    Z, explains = E + R, z * z < md2_threshold * (E + R)
     if not explains.any():
         ring.n_refused += 1
         return False
@@ -438,8 +437,8 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     KSK = K[:, :, None, None] * (S[:, :, None] * K[None])[:, None]
     P_ll = map.block(ring.r) + (KSK - Kg).reshape(P_lm.shape[0], -1) - Kg.reshape(P_lm.shape[0], -1).T
     ring.r = map.put(ring.r, (l + K * z[:, None]).ravel(), P_lm, P_ll)
-    ring.w = weigh(ring.w, np.minimum(z * z / Z + np.log(Z / var), md2_threshold))
-    ring.n_used += 1
+    loss = np.minimum(z * z / Z + np.log(Z / var), md2_threshold)
+    ring.w, ring.n_used = weigh(ring.w, loss), ring.n_used + 1
     return True
 
 
