@@ -121,7 +121,8 @@ def rings(figures, data):
     beacons = "a beacon that was heard is" if n == 1 else f"{n} beacons that were heard are"
     return (
         f"{beacons} still a ring of hypotheses, and no landmark: ranges from a straight path do not tell on which side "
-        "it is, and ranges with little noise bend too much for a Gaussian from far away"
+        "it is, and ranges with little noise bend too much for a Gaussian from far away; where the odometry drifts "
+        "fast besides, such a ring begins anew rather than choose wrongly"
     )
 
 

@@ -10,8 +10,9 @@ and of where the robot is. Each new range then
 3. takes out those whose weight has become nothing, and joins neighbours, as soon as one Gaussian does for them.
 
 Near by, the circle of a range is smaller: a hypothesis along which it was straight from afar is cut in pieces when the
-robot comes near. When one is left, and the circle of a range is straight along it, from nearer by, too, it becomes a
-landmark like any other, and the robot believes what it believed.
+robot comes near. Where there is no room for the pieces, the ring begins anew with the next range. When one is left, and
+the circle of a range is straight along it, from nearer by, too, it becomes a landmark like any other, and the robot
+believes what it believed.
 
 All hypotheses of a beacon are one state of the map, H times [x_h, l_h]: a copy of the robot's state, which moves as the
 robot does, and the beacon. So whatever else is measured corrects them, too. **The rest of the map is not corrected as
@@ -56,6 +57,9 @@ landmark is corrected to first order only, however near the sensor comes to it."
 
 BENT = 0.5
 """A hypothesis that bends by more than this, in the same units, is cut: the sensor has come too near for it."""
+
+CROWDED = 1.0
+"""A hypothesis that bends by more than this tells a range worse by its bend than the sensor does by its noise."""
 
 PIECES = np.sqrt(2) * np.array([-1, 0, 1]), np.array([1, 4, 1]) / 6, np.ones(3) / 3
 """A standard normal number as a sum of three Gaussians: their means, weights and variances."""
@@ -220,14 +224,17 @@ class Rings:
         return []
 
     def _correct(self, map, rob, sen, lmks, ring, y, R, opt):
-        cut(map, rob, sen, ring, np.sqrt(R[0, 0]), self.n)
+        std = np.sqrt(R[0, 0])
+        cut(map, rob, sen, ring, std, self.n)
+        if crowded(map, rob, sen, ring, sen.model.distance(y), std, self.n):
+            self.forget(map, ring.id)
+            return self._start(map, rob, sen, lmks, ring.id, y, R, opt)
         l = ring.states(map)
         used = correct_ring(map, rob, sen, ring, y, R, opt.md2_threshold)
         if used and ring.m and opt.error == "invariant":
             carry_ring(map, rob, ring, l)
         events = [Event("innovation", rob.id, sen.id, ring.id, used)]
         if used:
-            std = np.sqrt(R[0, 0])
             thin_out(map, rob, sen, ring, std)
             h = np.argmax(ring.w)
             p, P = seen(map, rob, sen, ring)
@@ -369,6 +376,14 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     The bend is the same in the next range, it is no white noise: many ranges must not average it away. So a range may
     say of e no more than leaves tr(M C M C) / 2 of its variance; the hypothesis has to become shorter first.
 
+    A range may be a reflection, and a wrong hypothesis explains that by chance. So there is a gate g for each of them:
+    those that do not explain the range keep their belief. For them it comes from nowhere, with one density for all:
+
+        w = w max(N(z; 0, Z), N(0; 0, R) exp(-g / 2))
+
+    So one range cannot take all the weight of the right one (a max-mixture: E. Olson, P. Agarwal, "Inference on
+    networks of mixtures for robust robot mapping", IJRR 32(7), 2013).
+
     The gain is that of the hypothesis alone; nothing else in the map is changed.
 
     Parameters
@@ -377,7 +392,7 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     y : ndarray, shape (1,)
     R : ndarray, shape (1, 1)
     md2_threshold : float
-        If no hypothesis has a smaller squared Mahalanobis distance, the range is refused.
+        The gate g. If no hypothesis has a smaller squared Mahalanobis distance, the range is refused.
 
     Returns
     -------
@@ -403,15 +418,15 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     MC = (np.eye(v.shape[-1]) - t(E_v) @ E_v) @ B / np.sqrt((p * p).sum(-1))[:, None, None]
     second = np.einsum("hij,hji->h", MC, MC) / 2
     z = sen.model.residual(y, e)[:, 0] - np.einsum("hii->h", MC) / 2
-    E, R = (E_v @ C @ t(E_v))[:, 0, 0], R[0, 0] + second
-    Z = E + R
-    if not (z * z / Z < md2_threshold).any():
+    E, var, R = (E_v @ C @ t(E_v))[:, 0, 0], R[0, 0], R[0, 0] + second
+    Z, explains = E + R, z * z < md2_threshold * (E + R)
+    if not explains.any():
         ring.n_refused += 1
         return False
 
     g = (E_v @ G)[:, 0]  # cov(e, map)
     gl = (E_v[:, 0, :, None, None] * G_l).sum(1)  # cov(e_h, l_j)
-    said = np.clip(1 / np.maximum(second, TINY) - 1 / np.maximum(E, TINY), 0, 1 / R)  # information on e
+    said = np.clip(1 / np.maximum(second, TINY) - 1 / np.maximum(E, TINY), 0, 1 / R) * explains  # information on e
     K = np.stack([gl[h, h] for h in range(H)]) * (said / (1 + said * E))[:, None]
     R = np.where(said > 0, 1 / np.maximum(said, TINY), 0.0)
     S = np.einsum("hjk,jk->hj", gl, (E_v @ V)[:, 0]) + np.sqrt(R[:, None] * R)  # cov(z_h, z_j)
@@ -422,15 +437,15 @@ def correct_ring(map, rob, sen, ring, y, R, md2_threshold=np.inf):
     KSK = K[:, :, None, None] * (S[:, :, None] * K[None])[:, None]
     P_ll = map.block(ring.r) + (KSK - Kg).reshape(P_lm.shape[0], -1) - Kg.reshape(P_lm.shape[0], -1).T
     ring.r = map.put(ring.r, (l + K * z[:, None]).ravel(), P_lm, P_ll)
-    ring.w = weigh(ring.w, z * z / Z, np.log(Z))
-    ring.n_used += 1
+    loss = np.minimum(z * z / Z + np.log(Z / var), md2_threshold)
+    ring.w, ring.n_used = weigh(ring.w, loss), ring.n_used + 1
     return True
 
 
-def weigh(w, md2, log_det):
-    """Weights, each times the likelihood of its innovation (Bayes' rule): of z' Z^-1 z, and of the log of det Z."""
+def weigh(w, loss):
+    """Weights, each times the likelihood of its innovation (Bayes' rule), told by z' Z^-1 z + log det Z."""
     with np.errstate(divide="ignore"):
-        log = np.log(w) - (md2 + log_det) / 2
+        log = np.log(w) - loss / 2
     w = np.exp(log - log.max())
     return w / w.sum()
 
@@ -473,7 +488,7 @@ def agree(w, rob, x, P, before, after, back):
     z = z - np.array([difference(rob, each, x0) for each in x]) @ H.T
     Z = np.eye(len(H)) - H @ (P0 - P) @ H.T
     md2 = (z * np.linalg.solve(Z, z[..., None])[..., 0]).sum(-1)
-    return weigh(w, md2, np.linalg.slogdet(Z)[1])
+    return weigh(w, md2 + np.linalg.slogdet(Z)[1])
 
 
 def thin_out(map, rob, sen, ring, std):
@@ -573,6 +588,33 @@ def cut(map, rob, sen, ring, std, most):
     cut(map, rob, sen, ring, std, most)
 
 
+def crowded(map, rob, sen, ring, r, std, most):
+    """Return True if a ring has no room for the cuts that it needs, and a new one round the sensor would be better.
+
+    The more the odometry has drifted since the birth, the longer is the arc on which each hypothesis has the beacon, as
+    the sensor sees it. The terms of second order say how wrong a Gaussian is there, and not which way. So the weights
+    of such a ring go wrong little by little, and one day it is decided in the wrong place. It is crowded if those that
+    bend by more than `CROWDED`, and twice as much as new ones, have more than half of the weight. To begin anew loses
+    what has been learnt of the place, and claims nothing.
+
+    Parameters
+    ----------
+    map, rob, sen, ring
+    r : float
+        The range, m.
+    std : float
+        Its noise, m.
+    most : int
+        So many hypotheses there may be.
+    """
+    p, P = seen(map, rob, sen, ring)
+    bends = bend(p, P, std)
+    if ring.w @ (bends > CROWDED) <= 0.5:
+        return False
+    v, V = sectors(r, std**2, p.shape[1], how_many(r, std, p.shape[1], most))
+    return bool(ring.w @ (bends > max(CROWDED, 2 * bend(v[0], V[0], std))) > 0.5)
+
+
 def seen(map, rob, sen, ring):
     """Where the hypotheses are, as seen from the sensor, and their covariances there, shape (H, d) and (H, d, d).
 
@@ -601,12 +643,12 @@ def bend(p, P, std):
 
     Parameters
     ----------
-    p, P : ndarray, shape (d,) and (d, d)
+    p, P : ndarray, shape (..., d) and (..., d, d)
         In the frame of the sensor.
     std : float
         Of the ranges, m.
     """
-    return np.linalg.eigvalsh(P)[-1] / (np.sqrt(2) * max(np.linalg.norm(p), std) * std)
+    return np.linalg.eigvalsh(P)[..., -1] / (np.sqrt(2) * np.maximum(np.linalg.norm(p, axis=-1), std) * std)
 
 
 # --- moved and carried along -----------------------------------------------------------------------------------------

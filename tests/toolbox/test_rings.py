@@ -267,6 +267,31 @@ def test_a_range_that_nobody_explains_is_refused():
     assert not used and ring.n_refused == 1 and (ring.states(now.map) == before).all()
 
 
+def test_one_reflection_does_not_decide():
+    """A wrong hypothesis explains it by chance. Others lose what a range at the gate takes, and keep their belief."""
+    now, _ = one_ring()
+    rob, sen, ring, gate = now.robs[0], now.sens[0], now.rings[1], 13.8
+    p, x = ring.points(now.map)[0][0], rob.state(now.map)
+    at = ring.r.start + ring.m
+    now.map.x[at : at + 2] += 3 * (p - x[:2]) / np.linalg.norm(p - x[:2])  # 3 m too far, like the reflection
+    before, w = ring.states(now.map), ring.w.copy()
+    y = np.linalg.norm(ring.points(now.map)[0][:1] - x[:2], axis=1)
+    assert rings.correct_ring(now.map, rob, sen, ring, y, sen.model.R, gate)
+    lost = (ring.w[0] / w[0]) / (ring.w[1:] / w[1:])
+    assert (lost > 10).all() and (lost <= np.exp(gate / 2)).all()
+    assert (ring.states(now.map)[1:] == before[1:]).all() and ring.w[1:].min() > rings.NOTHING
+
+
+def test_a_ring_without_room_begins_anew():
+    """Poor odometry, good ranges from afar: so much would its hypotheses bend that their weights meant nothing."""
+    data = scenario([[40.0, 10.0]], last=40, std=0.1, most=40)
+    noise = {"dx": [0.02, 0.01], "da_deg": 1.5}
+    n_used = [0]
+    for now in universal_slam(replace(data, robots=[replace(data.robots[0], control_std=noise)])):
+        n_used.append(now.rings[1].n_used)  # so it is not decided
+    assert min(np.diff(n_used)) < 0
+
+
 def test_a_ring_is_carried_along_as_landmarks_are():
     """The invariant error: the covariance of a hypothesis follows a correction as that of a landmark in its place."""
     now, opt = one_ring()
