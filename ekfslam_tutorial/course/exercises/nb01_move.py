@@ -94,5 +94,6 @@ motion = table(
     sine and cosine swapped in F_u | [[dt * c, 0], [dt * s, 0] -> [[dt * s, 0], [dt * c, 0] | By v, the line of x becomes dt cos(theta), the line of y dt sin(theta).
     F_u transposed | return x2, F_x, F_u -> return x2, F_x, F_u.T | Rows are outputs, columns are inputs: F_u has shape (3, 2).
     column instead of vector | return x2, F_x, F_u -> return x2[:, None], F_x, F_u | Vectors have one axis here: x2 has shape (3,), no columns.
+    entries of the heading column exchanged | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, -d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: the two entries of the third column are exchanged.
     """,
 )

@@ -127,5 +127,10 @@ correction = table(
     cross-covariances deleted | return x, P -> return x, P * (np.kron(np.eye((len(P) + 1) // 2), np.ones((2, 2)))[1:, 1:] > 0) | A correction does not make robot and landmarks independent: keep all blocks of P.
     gain transposed | np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(Z, PHt.T) | K = P H' inv(Z) has a row for each number of the state: n x 2, not 2 x n.
     columns instead of vectors | return x, P -> return x[:, None], P | Vectors have one axis here: x has shape (n,), no columns.
+    only the diagonal of Z | Z = H @ PHt + R -> Z = np.diag(np.diag(H @ PHt + R)) | Range and bearing are correlated through P: use the whole Z, not only its diagonal.
+    R counted twice | H @ PHt + R -> H @ PHt + 2 * R | The noise of a measurement counts once: Z = H P H' + R.
+    K H subtracted | K @ Z @ K.T -> K @ H | K H has no unit: it is K H P, or K Z K', that is taken off P.
+    only the variances of P | return x, P -> return x, np.diag(np.diag(P)) | A correction does not make the states independent: keep all of P, not only its diagonal.
+    shift not undone | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
     """,
 )

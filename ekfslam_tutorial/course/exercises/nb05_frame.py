@@ -133,6 +133,11 @@ frame = table(
     all observed before the first correction: A correction moves robot and landmarks: observe the next landmark from the new x. With the old e the same error is corrected twice.
         x, P = predict(x, P, u, U) -> x, P = predict(x, P, u, U); old = x
         observe(x, slice -> observe(old, slice
+    always the first measurement | x, P = correct(x, P, y, R, e, H) -> x, P = correct(x, P, ys[0], R, e, H) | Each landmark is corrected with its own measurement: ys[i] belongs to seen[i].
+    measurement by the place in ids | x, P = correct(x, P, y, R, e, H) -> x, P = correct(x, P, ys[min(ids.index(id), len(ys) - 1)], R, e, H) | The place in ids says where a landmark is in x. Its measurement has the place that it has in `seen`: ys[i] belongs to seen[i].
+    noise of the sensor in the prediction | predict(x, P, u, U) -> predict(x, P, u, R[0, 0] * np.eye(3)) | U is the noise of the step, R that of a measurement: predict(x, P, u, U).
+    only the first known landmark: Each known landmark in view corrects, one after the other: is there a `break` in the loop?
+        x, P = correct(x, P, y, R, e, H) -> x, P = correct(x, P, y, R, e, H) if id == next(i for i in seen if i in ids) else (x, P)
     """,
 )
 

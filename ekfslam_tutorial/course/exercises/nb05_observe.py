@@ -105,6 +105,7 @@ observation = table(
     H transposed | return e, H -> return e, H.T | Rows are outputs (range, bearing), columns are inputs (the state): H is 2 x n.
     the first landmark always | dx, dy = -> l = slice(3, 5); dx, dy = | The landmark asked for is x[l], not always x[3:5].
     columns instead of vectors | return e, -> return e[:, None], | Vectors have one axis here: e = np.array([r, beta]), no columns.
+    bearing row of the robot exchanged | = -E_l, -> = [[-dx / r, -dy / r], [-dx / r2, dy / r2]], | In the robot's two columns the bearing row is [dy, -dx] / r^2: yours has the two entries exchanged.
     """,
 )
 

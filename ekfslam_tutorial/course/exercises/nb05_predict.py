@@ -124,6 +124,8 @@ prediction = table(
     P_mr not changed | P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T | P_mr is the transpose of P_rm: change the columns of the robot, too.
     noise on the landmarks | return x, P -> P[3:, 3:] += U[0, 0] * np.eye(len(P) - 3); return x, P | The landmarks stand still: no noise is added to P_mm.
     landmarks pushed along | return x, P -> x[3::2] += (X_u @ u)[0]; x[4::2] += (X_u @ u)[1]; return x, P | The landmarks stand still: only x[:3] changes.
+    entries of the heading column exchanged: The two entries of the last column of X_x are exchanged: -s dx - c dy belongs in the row of x, c dx - s dy in the row of y.
+        [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, c * u[0] - s * u[1]], [0, 1, -s * u[0] - c * u[1]]
     """,
 )
 

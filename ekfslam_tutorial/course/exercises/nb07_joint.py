@@ -94,5 +94,6 @@ joint = table(
     each pair by its own gate: ok must come from the joint d2. Each pair in its own gate is not enough: look at two that lean to opposite sides.
         return d2 <= chi2.ppf(confidence, len(z)) -> return max(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs)) <= chi2.ppf(confidence, 2)
     the other way round | return d2 <= chi2 -> return d2 > chi2 | ok is True if the distance is *below* the limit.
+    averaged over the pairs | z @ np.linalg.solve(Z, z) -> z @ np.linalg.solve(Z, z) / len(zs) | The joint distance is that of all 2m numbers together: do not divide it by the number of pairs.
     """,
 )

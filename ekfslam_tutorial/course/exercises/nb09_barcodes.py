@@ -80,5 +80,8 @@ barcodes = table(
     robots taken for barcodes | np.isin(subjects, robots) -> np.isin(rows[:, 1], robots) | The list holds subjects, not barcodes: translate first, then drop them.
     all rows measured | rows[keep, 2:] -> rows[:, 2:] | The measurements belong to the rows that stay, too: rows[keep, 2:].
     one axis lost | rows[keep, 2:] -> np.array([row[2:] for row in rows[keep]]) | With no row that stays the measurements still have two columns: shape (0, 2), not (0,).
+    stops at the first misread row | keep = (subjects != -1) -> keep = (np.cumsum(subjects == -1) == 0) | Only the misread row is dropped, the rows behind it stay: `continue`, not `break`.
+    stops at the first robot | & ~np.isin(subjects, robots) -> & (np.cumsum(np.isin(subjects, robots)) == 0) | Only the rows that show a robot are dropped, those behind them stay: `continue`, not `break`.
+    sorted by subject | return rows[keep, 0] -> keep = np.flatnonzero(keep)[np.argsort(subjects[keep], kind="stable")]; return rows[keep, 0] | The rows keep their order, that of time: do not sort them by subject.
     """,
 )

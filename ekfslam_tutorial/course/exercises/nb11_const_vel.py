@@ -77,5 +77,6 @@ exercise = table(
     X_u in the rows of the frame | X_u[7:] = np.eye(6) -> X_u[:6] = np.eye(6) | The impulses change v and w: rows 7 to 12.
     dt in X_u | X_u[7:] = np.eye(6) -> X_u[7:] = dt * np.eye(6) | u is an impulse, not an acceleration: X_u has ones.
     half the turn | v2q(w * dt) -> v2q(w * dt / 2) | v2q has the half angle in it already: v2q(w dt).
+    derivative by w in the columns of v | X_x[3:7, 10:] = -> X_x[3:7, 7:10] = | The state is [t, q, v, w]: columns 7 to 9 belong to v, 10 to 12 to w. q2 depends on w.
     """,
 )

@@ -101,5 +101,9 @@ truck = table(
     X_u by v_c | X_v = dt * k * way -> X_v = dt * way | The control is the wheel's speed: dv_c/dv = 1 / (1 - H tan(alpha) / L).
     X_u after the move | np.column_stack([X_v, X_alpha]) -> _right(x2, u, dt, car)[2] | Linearise at the pose before the step.
     columns of X_u exchanged | [X_v, X_alpha] -> [X_alpha, X_v] | The control is [v, alpha], in this order.
+    sign of b in the y row of X_u | X_v = dt -> around = np.array([-a * s - b * c, a * c + b * s, 1]); way = along + around * t / L; X_v = dt | In X_u the arm is that of the step, turned by 90 degrees: [-a s - b c, a c - b s]. In the row of y, b has the other sign.
+    sign of b in the x row of X_u | X_v = dt -> around = np.array([-a * s + b * c, a * c - b * s, 1]); way = along + around * t / L; X_v = dt | In X_u the arm is that of the step, turned by 90 degrees: [-a s - b c, a c - b s]. In the row of x, b has the other sign.
+    X_x without dt | X_x[:2, 2] = dt * k -> X_x[:2, 2] = k | The step is velocity times dt, and so is its derivative by theta.
+    X_x without dt in the y row | [-way[1], way[0]] -> [-way[1], way[0] / dt] | The step is velocity times dt, and so is its derivative by theta: in the row of y, too.
     """,
 )

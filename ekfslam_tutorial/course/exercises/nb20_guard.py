@@ -83,6 +83,8 @@ watch = table(
     old P as it was | F_x @ P @ F_x.T -> P | P is moved by F_x: F_x P F_x', not P.
     diagonal only | return D -> return np.diag(np.diag(D)) | Covariances count as much as variances: compare the whole matrices.
     elementwise | F_x @ P @ F_x.T -> F_x * P * F_x.T | `*` multiplies entry by entry. The product of matrices is `@`.
+    predicted without noise | x_new, P_new = predict(x, P, u, U) -> x_new, P_new = predict(x, P, u, 0 * U) | The P under test is what `predict` makes of x, P, u and U, all as they are: yours calls it with U = 0, and the noise is missing on that side.
+    U squared | F_u @ U @ F_u.T -> F_u @ U @ U @ F_u.T | U is a covariance already: F_u U F_u'.
     """,
 )
 
