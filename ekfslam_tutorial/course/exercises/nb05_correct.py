@@ -85,11 +85,11 @@ correction = table(
     },
     checks="""
     no surprise, no change   | x | expected | If the measurement is exactly as expected, x stays as it is.
-    the mean                 | x | scales   | x + K z with K = P H' inv(H P H' + R): the whole state, not a part of it.
+    the mean                 | x | scales   | x + K z, all numbers of the state, with K = P H' inv(Z) and the 2 x 2 matrix Z = H P H' + R.
     the seam                 | x | seam     | At +-pi a small difference of bearings looks large: wrap the second number of z.
     whole turns              | x | turns    | A bearing of 350 degrees and one of -10 degrees are the same direction.
     the range is no angle    | x | far      | Only the bearing is wrapped: a range may be off by more than pi.
-    the covariance           | P | scales   | P - K Z K' (or (I - K H) P, or Joseph's form), for the whole state.
+    the covariance           | P | scales   | P - K Z K' (or (I - K H) P, or Joseph's form), an n x n matrix, with the same K and Z as for the mean.
     a covariance that shrinks | P | often   | P must stay symmetric and lose uncertainty in every direction.
     """,
     wrong="""

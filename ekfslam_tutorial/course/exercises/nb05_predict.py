@@ -84,7 +84,7 @@ prediction = table(
     the landmarks stay           | x[3:]     | any      | Only the robot moves: x[3:] does not change.
     the pose, theta = 0          | x[:3]     | along x  | A robot that looks along the x axis: the step is simply added.
     the pose                     | x[:3]     | any      | The step is seen from the robot: which way is `ahead` in the map?
-    X_x P X_x'                   | P[:3, :3] | no noise | Without noise: P_rr becomes X_x P_rr X_x'. Is X_x taken before the step?
+    X_x P X_x'                   | P[:3, :3] | no noise | Without noise: P_rr becomes X_x P_rr X_x', with X_x taken at the pose before the step.
     X_u U X_u'                   | P[:3, :3] | certain  | The noise is that of the step, ahead and to the left: X_u turns it into the map.
     block of the map             | P[3:, 3:] | any      | Landmarks stand still, and no motion noise reaches them: P_mm stays.
     blocks between robot and map | P[:3, 3:], P[3:, :3] | any | P_rm becomes X_x P_rm, and P_mr its transpose.

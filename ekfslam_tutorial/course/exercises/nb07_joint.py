@@ -69,7 +69,7 @@ joint = table(
     checks="""
     one pair             | Z  | one     | For m = 1 it is the gate of a single pair: Z = H P H' + R.
     the joint covariance | Z  | several | Z = H P H' + (R on the diagonal), with all pairs stacked.
-    the joint distance   | d2 | several | d2 = z' inv(Z) z, with the stacked z.
+    the joint distance   | d2 | several | d2 = z' inv(Z) z, with the stacked z and the whole Z: one number for all pairs.
     together plausible   | ok | leaning | The same shift of both pairs is what an uncertain robot does: plausible.
     the gate             | ok | limit   | The limit is the chi-square quantile for 2m numbers: chi2.ppf(confidence, 2 m).
     """,

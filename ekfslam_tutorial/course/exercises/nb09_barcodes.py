@@ -61,7 +61,7 @@ barcodes = table(
         "nothing": lambda rng: [nothing(rng), nothing(rng, robots=True)],
     },
     checks="""
-    which rows stay | times        | any     | Drop the barcodes that are not in the table, and the robots. Keep all others.
+    which rows stay | times        | any     | Which rows stay, in the order of the file: all but those whose barcode is not in the table, and those that show a robot.
     subjects        | subjects     | any     | Look the barcode up in column 1 of the table; the subject is in column 0.
     measurements    | measurements | any     | Columns 2 and 3 of the rows that stay: range and bearing.
     nothing left    | measurements | nothing | With no row that stays, return empty arrays, do not fail: np.zeros((0, 2)) for the measurements.

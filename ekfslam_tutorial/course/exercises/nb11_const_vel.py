@@ -53,8 +53,8 @@ exercise = table(
     orientation               | x2[3:7]  | any   | In dt the body turns by the rotation vector w dt, in its own axes: q v2q(w dt).
     no turn                   | x2[3:7]  | w = 0 | In dt the body turns by the rotation vector w dt, in its own axes: q v2q(w dt).
     velocities                | x2       | any   | They keep their values, plus the impulses of this step.
-    derivative by the state   | d X_x / x | any  | Besides the ones: t2 by v, q2 by q, q2 by w. Where does dt stand?
-    derivative without a turn | d X_x / x | w = 0 | Besides the ones: t2 by v, q2 by q, q2 by w. Where does dt stand?
+    derivative by the state   | d X_x / x | any  | Besides the ones there are three blocks, each in the rows and columns of its own: t2 by v, q2 by q, q2 by w. Where does dt stand?
+    derivative without a turn | d X_x / x | w = 0 | Besides the ones there are three blocks, each in the rows and columns of its own: t2 by v, q2 by q, q2 by w. Where does dt stand?
     derivative by the impulse | d X_u / u | any  | The impulse comes at the end of the step: it moves v2 and w2 only.
     """,
     wrong="""

@@ -64,8 +64,8 @@ truck = table(
     turn rate     | x[2:]     | any      | w = v_c tan(alpha) / L, with v_c from the speed of the left wheel.
     position      | x         | any      | The laser is a metres ahead of the axle and b to the left: while the car turns, it goes sideways, by w times the arm turned by 90 degrees.
     right turn    | x         | right    | tan(alpha) has a sign: a right turn makes the left wheel faster than the middle.
-    Jacobian X_x  | d X_x / x | any      | Only theta matters: a shift of the start shifts the end. The last column is the velocity turned by 90 degrees.
-    Jacobian X_u  | d X_u / u | control  | Both v and alpha are in v_c and in w: chain rule.
+    Jacobian X_x  | d X_x / x | any      | Only theta matters: a shift of the start shifts the end. The last column is the step, velocity times dt, turned by 90 degrees.
+    Jacobian X_u  | d X_u / u | control  | The step by v, then by alpha; both are in v_c and in w. Each term has the sign and the dt that it has in the step.
     a whole turn  | x, X_x | turned   | At theta + 2 pi the truck does the same.
     """,
     wrong="""

@@ -102,7 +102,7 @@ def _link(name, help, *cases):
 
 _link(
     "silent where nothing is wrong",
-    "A right prediction must give zero: P2 - (F_x P F_x' + F_u U F_u').",
+    "After a right prediction the difference is zero: the P2 that `predict` makes of P and U, minus F_x P F_x' + F_u U F_u'.",
     *(("the right prediction of notebook 05", {"n": n}) for n in (7, 3, 5)),
 )
 _link(
@@ -116,7 +116,7 @@ _link(
 )
 _link(
     "rings at P_rm",
-    "The covariance of the robot with the map, P_rm, belongs to the comparison, too.",
+    "The bug is in the covariance of the robot with the map, P_rm: the whole P2 is compared, not its block P_rr alone.",
     ("a P_rm that stays behind", {"predict": museum.predict_pose_only}),
 )
 _link(

@@ -57,7 +57,7 @@ exercise = table(
     checks="""
     same world | nees | same world | Nothing to turn: e = [p - p[0] - (p_true - p_true[0]), v - v_true]; the NEES is e' P^-1 e in each frame but the first.
     moved      | nees | moved      | Both paths begin in the same point: subtract p[0] from one, p_true[0] from the other.
-    turned     | nees | turned     | The true world is turned by yaw about z: positions and velocities.
+    turned     | nees | turned     | The truth is turned by yaw about z, after its start is taken off: positions and velocities.
     any        | nees | any        | First subtract the starts, then turn the truth, then e' P^-1 e.
     """,
     wrong="""

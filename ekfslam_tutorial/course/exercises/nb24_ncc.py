@@ -67,7 +67,7 @@ correlation = table(
         "bytes": lambda rng: [bytes_(rng) for _ in range(3)],
     },
     checks="""
-    a patch and itself | score | itself   | The correlation of a patch with itself is 1: divide by both lengths.
+    a patch and itself | score | itself   | The correlation of a patch with itself is 1: sum(a b) is divided by both lengths, sqrt(sum(a^2)) and sqrt(sum(b^2)).
     more light         | score | light    | More light is a constant on all pixels: take the mean off, of each window its own.
     more contrast      | score | contrast | More contrast is a factor on all pixels: divide by the length of what is left without the mean.
     a negative         | score | negative | Where the patch is bright the window is dark: -1. Keep the sign.
