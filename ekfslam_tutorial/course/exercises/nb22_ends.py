@@ -71,9 +71,9 @@ grown = table(
     nearest to the camera | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> d @ (c - A[:, 1] - p0) | That is the foot of the ray's end. The ray has any length: take the point of the line nearest to the whole ray.
     one end only | for ray in m -> for ray in m[:1] | The segment has two ends, and both tell how far the line has been seen.
     second ray only | for ray in m -> for ray in m[1:] | The segment has two ends, and both tell how far the line has been seen: use both rays.
-    ray not of length one: t = (d'w - k m'w) / (1 - k^2) with k = d'm holds for rays of length one: divide each ray by its length first.
+    ray not of length one: With k = d'm and w = c - p0, t = (d'w - k m'w) / (1 - k^2) holds for rays m of length one: divide each ray by its length first.
         np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1])) * (g @ w)) / (1 - k * k)
-    k for its square | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k) | With k = d'm the two equations give t = (d'w - k m'w) / (1 - k^2): k is squared.
-    sign of the second term | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) + (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k * k) | With k = d'm the two equations give t = (d'w - k m'w) / (1 - k^2): the second term is taken off.
+    k for its square | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k) | With k = d'm and w = c - p0 the two equations give t = (d'w - k m'w) / (1 - k^2): k is squared.
+    sign of the second term | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) + (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k * k) | With k = d'm and w = c - p0 the two equations give t = (d'w - k m'w) / (1 - k^2): the second term is taken off.
     """,
 )
