@@ -260,8 +260,14 @@ def _told_apart(got, want, name, shown):
     """Whole numbers and truth values must be those wanted: they have no slips of decimals, signs or units."""
     swapped = want.dtype.kind != "b" and np.array_equal(np.sort(got, None), np.sort(want, None))
     order = ". The entries are in the wrong order" if swapped else ""
-    message = f"{name} is {_shown(got)} for {shown}, it should be {_shown(want)}{order}"
-    expect.true(np.array_equal(got, want), message)
+    if np.array_equal(got, want):
+        return
+    got_text, want_text = _shown(got), _shown(want)
+    if got_text == want_text:  # too many to be shown: the first that differs
+        at = tuple(np.argwhere(got != want)[0])
+        name = f"{name}, entry [{', '.join(map(str, at))}],"
+        got_text, want_text = _shown(got[at]), _shown(want[at])
+    raise expect.Failed(f"{name} is {got_text} for {shown}, it should be {want_text}{order}")
 
 
 def _whole(got, want):

@@ -1,4 +1,4 @@
-"""Edits of a function: each operator, number, name, comparison, call and factor of its expressions written otherwise.
+"""Edits of a function: each operator, number, name, comparison, call, factor and noise of its expressions changed.
 
 What a student mistypes, one place at a time. The mutants come in a fixed order, with a text that says what was changed.
 """
@@ -49,20 +49,29 @@ TRANSPARENT = {
     "round",
     "sorted",
 }  # f(a) -> a makes sense
+NOISES = {"R", "U", "N", "var"}  # parameters that are covariances of a noise: counted twice, squared, uncorrelated
+OTHER_NOISES = "2 * {0}", "{0} @ {0}", "{0} ** 2", "np.diag(np.diag({0}))"
 
 
 def mutants(function):
-    """Yield (what was changed, changed function, at a limit) for each edit of the function's body."""
+    """Yield (what was changed, changed function, strict) for each edit of the function's body.
+
+    Strict are the edits that change no result in most cases: at a limit, and of a noise.
+    """
     source = textwrap.dedent(inspect.getsource(function))
     tree = ast.parse(source)
     body = tree.body[0].body[1 if ast.get_docstring(tree.body[0]) is not None else 0 :]
     places = [node for statement in body for node in ast.walk(statement)]
     indices = {id(node): i for i, node in enumerate(ast.walk(tree))}
+    statements = (node for node in ast.walk(tree) if isinstance(node, ast.stmt))
+    of = {id(inner): statement for statement in statements for inner in ast.walk(statement)}  # the innermost is last
+    noises = NOISES.intersection(inspect.signature(function).parameters)
     for node in places:
-        for change in _changes(node):
+        noise = isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in noises
+        for change in _other_noises() if noise else _changes(node):
             fresh = copy.deepcopy(tree)
             twin = list(ast.walk(fresh))[indices[id(node)]]
-            text = ast.unparse(node)
+            text = f"{ast.unparse(of[id(node)])}: {node.id}" if noise else ast.unparse(node)
             new = change(twin)
             if new is not twin:
                 fresh = _Replace(twin, new).visit(fresh)
@@ -73,7 +82,7 @@ def mutants(function):
             except SyntaxError:
                 continue
             limit = isinstance(node, ast.Compare) and type(twin.ops[0]) is LIMITS.get(type(node.ops[0]))
-            yield f"{text} -> {ast.unparse(new)}", space[function.__name__], limit
+            yield f"{text} -> {ast.unparse(new)}", space[function.__name__], limit or noise
 
 
 class _Replace(ast.NodeTransformer):
@@ -121,6 +130,12 @@ def _changes(node):
     elif isinstance(node, ast.IfExp):
         yield lambda twin: twin.body
         yield lambda twin: twin.orelse
+
+
+def _other_noises():
+    """Functions that return another noise than that of a name."""
+    for text in OTHER_NOISES:
+        yield lambda twin, text=text: ast.parse(text.format(twin.id), mode="eval").body
 
 
 def _with(node, **changes):

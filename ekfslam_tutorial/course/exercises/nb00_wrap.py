@@ -70,6 +70,10 @@ wrapping = table(
     mirrored | np.pi - (np.pi - angle) % (2 * np.pi) -> (np.pi - angle) % (2 * np.pi) - np.pi | The sign is the wrong way round: left has become right.
     one turn only: Your function removes one turn. After several turns one is not enough: use a loop, or %.
         np.pi - (np.pi - angle) % (2 * np.pi) -> angle - 2 * np.pi * (np.asarray(angle) > np.pi) + 2 * np.pi * (np.asarray(angle) <= -np.pi)
+    ceil for floor | np.pi - (np.pi - angle) % (2 * np.pi) -> np.pi - (np.pi - angle) % (2 * np.pi) - 2 * np.pi | Yours is one turn too small: it is np.floor((angle + np.pi) / (2 * np.pi)) that counts the turns; np.ceil counts one too many.
+    brackets forgotten in the division | np.pi - (np.pi - angle) % (2 * np.pi) -> angle - 2 * np.pi * np.floor((angle + np.pi) / 2 * np.pi) | Python reads `/ 2*np.pi` as `(... / 2) * np.pi`. The whole turn needs brackets: / (2 * np.pi).
+    half a turn for each turn | np.pi - (np.pi - angle) % (2 * np.pi) -> angle - np.pi * np.floor((angle + np.pi) / (2 * np.pi)) | Each turn that you count is 2 pi, and you take away pi for it.
+    turns added | np.pi - (np.pi - angle) % (2 * np.pi) -> angle + 2 * np.pi * np.floor((angle + np.pi) / (2 * np.pi)) | The turns that you count are taken away, not added.
     """,
 )
 

@@ -63,7 +63,7 @@ motion = table(
     the new pose         | x2        | any     | The robot drives the way it looks: cos(theta) goes with x, sin(theta) with y.
     F_x                  | d F_x / x | any     | Differentiate each line of x2 by x, by y, and by theta.
     F_u                  | d F_u / u | any     | Differentiate each line of x2 by v and by w.
-    special cases        | x2, F_x, F_u | special | No division by v, w or dt is needed: the robot may also stand still, or drive back.
+    special cases        | x2, F_x, F_u | special | The robot may also stand still, turn on the spot, or drive back: the formulas are the same, without a division by v, w or dt.
     """,
     wrong="""
     sine and cosine swapped | x[0] + d * c, x[1] + d * s -> x[0] + d * s, x[1] + d * c | x goes with the cosine, y with the sine.
@@ -94,5 +94,6 @@ motion = table(
     sine and cosine swapped in F_u | [[dt * c, 0], [dt * s, 0] -> [[dt * s, 0], [dt * c, 0] | By v, the line of x becomes dt cos(theta), the line of y dt sin(theta).
     F_u transposed | return x2, F_x, F_u -> return x2, F_x, F_u.T | Rows are outputs, columns are inputs: F_u has shape (3, 2).
     column instead of vector | return x2, F_x, F_u -> return x2[:, None], F_x, F_u | Vectors have one axis here: x2 has shape (3,), no columns.
+    entries of the heading column exchanged | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, -d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: the two entries of the third column are exchanged.
     """,
 )

@@ -77,6 +77,10 @@ grown = table(
     noise added to all | P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, n:] = L_y @ R @ L_y.T; P_new += np.kron(np.eye(n // 2 + 1), L_y @ R @ L_y.T) | A new landmark tells nothing about the old ones: their block of P stays as it is.
     old covariance lost | P_new[:n, :n] = P -> pass | The old P must stand in the upper left block.
     only the variances of the old ones | P_new[:n, :n] = P -> P_new[:n, :n] = np.diag(np.diag(P)) | The old P stands in the upper left block as it was, with all its covariances.
+    bearing column not differentiated | l, L_y = q(y, x_r) -> l, L_y = q(y, x_r); L_y = np.column_stack([L_y[:, 0], y[0] * L_y[:, 0]]) | The second column of L_y is the derivative by the bearing: cos becomes -sin, sin becomes cos.
+    heading forgotten in L_y | l, L_y = q(y, x_r) -> l, L_y = q(y, x_r); L_y = q(y, np.array([*x_r[:2], 0.0]))[1] | In L_y, too, sin and cos are taken of the whole direction theta + beta.
+    range forgotten in L_y | l, L_y = q(y, x_r) -> l, L_y = q(y, x_r); L_y = L_y / [1, y[0]] | A landmark twice as far away moves twice as much when the bearing changes: the second column of L_y has a factor r.
+    sign in L_y | l, L_y = q(y, x_r) -> l, L_y = q(y, x_r); L_y = L_y * [[1, -1], [1, 1]] | d cos(a) = -sin(a) da: the upper right entry of L_y is -r sin(a).
     """,
 )
 

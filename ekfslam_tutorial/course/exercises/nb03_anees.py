@@ -46,7 +46,7 @@ averaged = table(
     returns="average, band",
     cases={
         "any": lambda rng: [some(rng, 20, 3), some(rng, 5, 2)],
-        "one number": lambda rng: [(np.array([[0.2]]), np.array([[[0.01]]]), 0.95)],
+        "one number": lambda rng: [(np.array([[0.2], [0.2]]), np.array([[[0.01]], [[0.01]]]), 0.95)],
         "runs": lambda rng: [
             some(rng, N, n, 0.95, rng.choice([1e-4, 1.0])) for N, n in ((20, 3), (7, 2), (3, 5), (40, 1), (6, 3))
         ],
@@ -56,7 +56,7 @@ averaged = table(
         "units": other_units,
     },
     checks="""
-    one run, one number | average | one number  | One error of 0.2 m with sigma 0.1 m: (0.2 / 0.1)^2 = 4.
+    one number          | average | one number  | Two runs, each with an error of 0.2 m and a sigma of 0.1 m: (0.2 / 0.1)^2 = 4 in both.
     average             | average | runs        | NEES of each run first, e' P^-1 e with its own P, then the mean over the runs.
     band of one run     | band    | one run     | With one run the band is that of chi-square with n degrees of freedom.
     band of 20 runs     | band    | many runs   | 20 runs, 3 numbers each, 95 %: the band is 2.02 to 4.16.
@@ -92,5 +92,6 @@ averaged = table(
     low and high swapped | [tail, 1 - tail] -> [1 - tail, tail] | Return the lower end first.
     normal instead of chi-square | chi2.ppf([tail, 1 - tail], N * n) / N -> n + norm.ppf([tail, 1 - tail]) * np.sqrt(2 * n / N) | n +- z sqrt(2 n / N) is good for many runs only. With few, use chi2.ppf.
     always 95 % | (1 - confidence) / 2 -> 0.025 | The third argument is the confidence: 0.95 is only an example.
+    N - 1 | np.mean(nees) -> np.divide(np.sum(nees), N - 1) | All N runs count, and no mean was estimated from them: divide the sum by N, not by N - 1.
     """,
 )

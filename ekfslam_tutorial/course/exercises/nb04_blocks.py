@@ -85,6 +85,7 @@ blocks = table(
     noise in the cross-covariance | return P_lx, -> P_lx[:, :2] += L_y @ R @ L_y.T; return P_lx, | The noise of a new measurement has nothing to do with the state so far: it is in P_ll, not in P_lx.
     sign of the cross-covariance | return P_lx, -> return -P_lx, | If the robot is further to the left than it thinks, the landmark is so, too: the sign of P_lx is plus.
     results in the wrong order | return P_lx, P_ll -> return P_ll, P_lx | The order is P_lx, then P_ll.
+    last rows for those of the robot | P_lx = L_r @ P[:3] -> P_lx = L_r @ P[-3:] | The robot's pose is the first 3 numbers of the state: P[:3], not the last rows.
     """,
 )
 

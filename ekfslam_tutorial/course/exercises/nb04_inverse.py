@@ -78,5 +78,14 @@ inverse = table(
     heading forgotten in L_y | L_y = np -> c, s = np.cos(y[1]), np.sin(y[1]); L_y = np | In L_y, too, sin and cos are taken of the whole direction theta + beta.
     sign in L_y | [[c, -r * s] -> [[c, r * s] | d cos(a) = -sin(a) da: the upper right entry of L_y has a minus sign.
     columns of L_y swapped | [[c, -r * s], [s, r * c]] -> [[-r * s, c], [r * c, s]] | The order is range, then bearing, in y and in the columns of L_y.
+    rotation transposed | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(y[1] - x_r[2]), x_r[1] + r * np.sin(y[1] - x_r[2])] | From the robot into the map it is R(theta) = [[cos, -sin], [sin, cos]], not its transpose: theta is added to the bearing.
+    sine and cosine of the bearing swapped | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.sin(y[1] - x_r[2]), x_r[1] + r * np.cos(y[1] - x_r[2])] | In the frame of the robot the landmark is r [cos(beta), sin(beta)]: the cosine first.
+    position block turned by the whole direction | [[1, 0, -r * s], [0, 1, r * c]] -> [[c, -s, -r * s], [s, c, r * c]] | The robot's position is given in the map frame, and so is l: the first two columns of L_r are the identity, not a rotation.
+    derivative of the rotation transposed: dR/dtheta = [[-sin, -cos], [cos, -sin]] is not transposed: the last column of L_r is dR/dtheta p, with p the landmark in the frame of the robot.
+        [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, r * np.sin(y[1] - x_r[2])], [0, 1, -r * np.cos(y[1] - x_r[2])]]
+    factors of L_y exchanged: l = t + R p(y): R stands on the left in the derivative, too, L_y = R dp/dy. Matrices do not commute.
+        L_y = np.array([[c, -r * s], [s, r * c]]) -> u, v, C, S = np.cos(y[1]), np.sin(y[1]), np.cos(x_r[2]), np.sin(x_r[2]); L_y = np.array([[u, -r * v], [v, r * u]]) @ [[C, -S], [S, C]]
+    sign in the derivative by the bearing: d cos(beta) = -sin(beta) d beta: in dp/dy, the derivative in the frame of the robot, the upper right entry is -r sin(beta).
+        L_y = np.array([[c, -r * s], [s, r * c]]) -> u, v, C, S = np.cos(y[1]), np.sin(y[1]), np.cos(x_r[2]), np.sin(x_r[2]); L_y = np.array([[C, -S], [S, C]]) @ [[u, r * v], [v, r * u]]
     """,
 )

@@ -83,6 +83,8 @@ motion = table(
     U not brought to the pose | X_u @ U @ X_u.T -> U | U belongs to the control, P_rr to the pose: X_u brings one to the other.
     noise everywhere | return P -> P[3:, 3:] += np.trace(X_u @ U @ X_u.T); return P | Only the robot moves: X_u U X_u' is added to P[:3, :3], the rest of P gets no noise.
     only the robot is left | return P -> return P[:3, :3] | P must keep the size of the joint state: robot and landmarks.
+    noise on the first landmark: The landmarks stand still: X_u U X_u' is added to the robot's rows and columns only, P[:3, :3]. Behind them, in rows 3 and 4, there is no noise, and with the robot alone there are no such rows.
+        P[:3, :3] += X_u @ U @ X_u.T -> G = np.zeros((len(P), len(U))); G[:3] = X_u; G[3:5] = X_u[:2]; P += G @ U @ G.T
     """,
 )
 

@@ -85,11 +85,11 @@ correction = table(
     },
     checks="""
     no surprise, no change   | x | expected | If the measurement is exactly as expected, x stays as it is.
-    the mean                 | x | scales   | x + K z with K = P H' inv(H P H' + R): the whole state, not a part of it.
+    the mean                 | x | scales   | x + K z, all numbers of the state, with K = P H' inv(Z) and the 2 x 2 matrix Z = H P H' + R.
     the seam                 | x | seam     | At +-pi a small difference of bearings looks large: wrap the second number of z.
     whole turns              | x | turns    | A bearing of 350 degrees and one of -10 degrees are the same direction.
     the range is no angle    | x | far      | Only the bearing is wrapped: a range may be off by more than pi.
-    the covariance           | P | scales   | P - K Z K' (or (I - K H) P, or Joseph's form), for the whole state.
+    the covariance           | P | scales   | P - K Z K' (or (I - K H) P, or Joseph's form), an n x n matrix, with the same K and Z as for the mean.
     a covariance that shrinks | P | often   | P must stay symmetric and lose uncertainty in every direction.
     """,
     wrong="""
@@ -127,5 +127,10 @@ correction = table(
     cross-covariances deleted | return x, P -> return x, P * (np.kron(np.eye((len(P) + 1) // 2), np.ones((2, 2)))[1:, 1:] > 0) | A correction does not make robot and landmarks independent: keep all blocks of P.
     gain transposed | np.linalg.solve(Z, PHt.T).T -> np.linalg.solve(Z, PHt.T) | K = P H' inv(Z) has a row for each number of the state: n x 2, not 2 x n.
     columns instead of vectors | return x, P -> return x[:, None], P | Vectors have one axis here: x has shape (n,), no columns.
+    only the diagonal of Z | Z = H @ PHt + R -> Z = np.diag(np.diag(H @ PHt + R)) | Range and bearing are correlated through P: use the whole Z, not only its diagonal.
+    R counted twice | H @ PHt + R -> H @ PHt + 2 * R | The noise of a measurement counts once: Z = H P H' + R.
+    K H subtracted | K @ Z @ K.T -> K @ H | K H has no unit: it is K H P, or K Z K', that is taken off P.
+    only the variances of P | return x, P -> return x, np.diag(np.diag(P)) | A correction does not make the states independent: keep all of P, not only its diagonal.
+    shift not undone | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
     """,
 )

@@ -107,7 +107,7 @@ frame = table(
     checks="""
     nothing in view  | ids, x, P | any   | Without measurements the frame is a prediction with u and U, and nothing else; ids stay as they are.
     first sight      | ids, x, P | new   | A new landmark: predict with u and U, once in a frame, then augment with its measurement, and that is all.
-    a known landmark | ids, x, P | known | Predict, then observe and correct. Is the right range taken from ids?
+    a known landmark | ids, x, P | known | Predict with u and U, then observe and correct with the landmark's own measurement and R. Its range in x follows from its place in ids.
     """,
     wrong="""
     double counting: The measurement that starts a landmark is used up. Your loop corrects with it once more, and P_ll is too small: use `else`.
@@ -133,11 +133,19 @@ frame = table(
     all observed before the first correction: A correction moves robot and landmarks: observe the next landmark from the new x. With the old e the same error is corrected twice.
         x, P = predict(x, P, u, U) -> x, P = predict(x, P, u, U); old = x
         observe(x, slice -> observe(old, slice
+    always the first measurement | x, P = correct(x, P, y, R, e, H) -> x, P = correct(x, P, ys[0], R, e, H) | Each landmark is corrected with its own measurement: ys[i] belongs to seen[i].
+    measurement by the place in ids | x, P = correct(x, P, y, R, e, H) -> x, P = correct(x, P, ys[min(ids.index(id), len(ys) - 1)], R, e, H) | The place in ids says where a landmark is in x. Its measurement has the place that it has in `seen`: ys[i] belongs to seen[i].
+    noise of the sensor in the prediction | predict(x, P, u, U) -> predict(x, P, u, R[0, 0] * np.eye(3)) | U is the noise of the step, R that of a measurement: predict(x, P, u, U).
+    only the first known landmark: Each known landmark in view corrects, one after the other: is there a `break` in the loop?
+        x, P = correct(x, P, y, R, e, H) -> x, P = correct(x, P, y, R, e, H) if id == next(i for i in seen if i in ids) else (x, P)
     """,
 )
 
 
-@frame.link("two known landmarks", "After the first correction x is new: observe the second landmark from there.")
+@frame.link(
+    "two known landmarks",
+    "Two known landmarks in one frame: each is observed from the x that the correction before it has left, and corrects with its own measurement.",
+)
 def _(f, rng):
     x, P, ids, _ = start(rng)
     moved = predict(x, P, STEP, U0)
@@ -154,7 +162,10 @@ def _(f, rng):
         expect.close(P2, moved[1] - K @ H @ moved[1], "P after two landmarks in one frame", 0.01)
 
 
-@frame.link("known and new in one frame", "Each measurement is used once, whatever the order in which they come.")
+@frame.link(
+    "known and new in one frame",
+    "Known landmarks correct, new ones are started; each measurement is used once, whatever the order in which they come.",
+)
 def _(f, rng):
     for seen in ([4, 3, 21], [3, 21, 4]):
         x, P, ids, _ = start(rng)

@@ -66,8 +66,8 @@ observation = table(
     bearing                        | e[1]      | turned  | Look from the robot: the direction arctan2(dy, dx), minus the heading theta.
     shape of H                     | H[:0]     | any     | H has one column for each number of the joint state: robot and all landmarks.
     columns of the landmark        | H[:, 5:7] | l = 5:7 | The block of notebook 02, in the columns l of H.
-    columns of the robot's position | H[:, :2] | any     | Only differences count: landmark minus robot.
-    column of the heading          | H[:, 2]   | any     | Turn the robot a bit to the left: what happens to range and bearing?
+    columns of the robot's position | H[:, :2] | any     | The first two columns: only the difference landmark minus robot counts, so they are minus those of the landmark, range row and bearing row.
+    column of the heading          | H[:, 2]   | any     | The column of theta: turn the robot a bit to the left: what happens to range and bearing?
     the world as a whole           | d H / x   | any     | Shift or turn robot and landmarks together: no measurement changes.
     """,
     wrong="""
@@ -105,6 +105,7 @@ observation = table(
     H transposed | return e, H -> return e, H.T | Rows are outputs (range, bearing), columns are inputs (the state): H is 2 x n.
     the first landmark always | dx, dy = -> l = slice(3, 5); dx, dy = | The landmark asked for is x[l], not always x[3:5].
     columns instead of vectors | return e, -> return e[:, None], | Vectors have one axis here: e = np.array([r, beta]), no columns.
+    bearing row of the robot exchanged | = -E_l, -> = [[-dx / r, -dy / r], [-dx / r2, dy / r2]], | In the robot's two columns the bearing row is [dy, -dx] / r^2: yours has the two entries exchanged.
     """,
 )
 

@@ -84,7 +84,7 @@ prediction = table(
     the landmarks stay           | x[3:]     | any      | Only the robot moves: x[3:] does not change.
     the pose, theta = 0          | x[:3]     | along x  | A robot that looks along the x axis: the step is simply added.
     the pose                     | x[:3]     | any      | The step is seen from the robot: which way is `ahead` in the map?
-    X_x P X_x'                   | P[:3, :3] | no noise | Without noise: P_rr becomes X_x P_rr X_x'. Is X_x taken before the step?
+    X_x P X_x'                   | P[:3, :3] | no noise | Without noise: P_rr becomes X_x P_rr X_x', with X_x taken at the pose before the step.
     X_u U X_u'                   | P[:3, :3] | certain  | The noise is that of the step, ahead and to the left: X_u turns it into the map.
     block of the map             | P[3:, 3:] | any      | Landmarks stand still, and no motion noise reaches them: P_mm stays.
     blocks between robot and map | P[:3, 3:], P[3:, :3] | any | P_rm becomes X_x P_rm, and P_mr its transpose.
@@ -124,6 +124,8 @@ prediction = table(
     P_mr not changed | P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T | P_mr is the transpose of P_rm: change the columns of the robot, too.
     noise on the landmarks | return x, P -> P[3:, 3:] += U[0, 0] * np.eye(len(P) - 3); return x, P | The landmarks stand still: no noise is added to P_mm.
     landmarks pushed along | return x, P -> x[3::2] += (X_u @ u)[0]; x[4::2] += (X_u @ u)[1]; return x, P | The landmarks stand still: only x[:3] changes.
+    entries of the heading column exchanged: The two entries of the last column of X_x are exchanged: -s dx - c dy belongs in the row of x, c dx - s dy in the row of y.
+        [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, c * u[0] - s * u[1]], [0, 1, -s * u[0] - c * u[1]]
     """,
 )
 

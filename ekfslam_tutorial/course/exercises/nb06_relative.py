@@ -71,6 +71,7 @@ relative = table(
     conditional covariance | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[b, a] @ np.linalg.pinv(P[a, a]) @ P[a, b] | That is the covariance of l_b if l_a were known exactly: another question.
     diagonal only | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.diag(np.diag(P[a, a] + P[b, b] - P[a, b] - P[b, a])) | x and y of the difference are correlated, too: keep the whole 2 x 2 blocks.
     standard deviations | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.sqrt(np.abs(P[a, a] + P[b, b] - P[a, b] - P[b, a])) | The entries of D are variances: take no roots.
+    only the diagonal of the cross term | - P[a, b] - P[b, a] -> - 2 * np.diag(np.diag(P[a, b])) | The x of one landmark and the y of the other are correlated, too: take the whole blocks P[a, b] and P[b, a].
     """,
 )
 

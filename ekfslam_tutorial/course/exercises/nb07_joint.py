@@ -69,7 +69,7 @@ joint = table(
     checks="""
     one pair             | Z  | one     | For m = 1 it is the gate of a single pair: Z = H P H' + R.
     the joint covariance | Z  | several | Z = H P H' + (R on the diagonal), with all pairs stacked.
-    the joint distance   | d2 | several | d2 = z' inv(Z) z, with the stacked z.
+    the joint distance   | d2 | several | d2 = z' inv(Z) z, with the stacked z and the whole Z: one number for all pairs.
     together plausible   | ok | leaning | The same shift of both pairs is what an uncertain robot does: plausible.
     the gate             | ok | limit   | The limit is the chi-square quantile for 2m numbers: chi2.ppf(confidence, 2 m).
     """,
@@ -94,5 +94,6 @@ joint = table(
     each pair by its own gate: ok must come from the joint d2. Each pair in its own gate is not enough: look at two that lean to opposite sides.
         return d2 <= chi2.ppf(confidence, len(z)) -> return max(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs)) <= chi2.ppf(confidence, 2)
     the other way round | return d2 <= chi2 -> return d2 > chi2 | ok is True if the distance is *below* the limit.
+    averaged over the pairs | z @ np.linalg.solve(Z, z) -> z @ np.linalg.solve(Z, z) / len(zs) | The joint distance is that of all 2m numbers together: do not divide it by the number of pairs.
     """,
 )

@@ -126,5 +126,11 @@ new = table(
     degrees of freedom of all landmarks | chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 2 * len(es)) | Each landmark has its own gate, of two numbers: 2 degrees of freedom, however many landmarks there are.
     degrees of freedom of all measurements | chi2.ppf(confidence, 2) -> chi2.ppf(confidence, 2 * len(ys)) | Each measurement is tested alone, by two numbers: 2 degrees of freedom.
     other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | chi2.ppf(confidence, 2), not of 1 - confidence.
+    range wrapped instead of the bearing | [y[0] - e[0], -> [wrap(y[0] - e[0]), | The range is a length: wrap the bearing, z[1].
+        wrap(y[1] - e[1]) -> y[1] - e[1]
+    R counted twice | E + R -> E + 2 * R | The noise of a measurement counts once: Z = E + R.
+    R squared | E + R -> R @ R + E | R is a covariance already: do not square it.
+    E of the first landmark | E + R -> Es[0] + R | Each landmark has an expectation and a covariance of its own: es[j] and Es[j].
+    measurement of another row | z = np.array([y[0] -> y = ys[j % len(ys)]; z = np.array([y[0] | Row i of D belongs to measurement i, column j to landmark j: z = ys[i] - es[j].
     """,
 )

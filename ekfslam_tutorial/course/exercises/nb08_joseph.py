@@ -75,6 +75,8 @@ form = table(
     square root of R | K @ R @ K.T -> K @ np.sqrt(np.abs(R)) @ K.T | R holds variances, and K R K' needs variances: no square root.
     R taken as diagonal | K @ R @ K.T -> K @ np.diag(np.diag(R)) @ K.T | The noises of one measurement may be correlated: use the whole R.
     another gain | A = np.eye -> K = best_gain(P, H, R); A = np.eye | Use the gain K that you are given: it is the one the mean was corrected with.
+    Z for R | K @ R @ K.T -> K @ (H @ P @ H.T + R) @ K.T | In the new error only the noise v goes through the gain: K R K'. Z = H P H' + R has the old error in it, too, which (I - K H) has counted already.
+    P for I | np.eye(len(P)) - K @ H -> P - K @ H | The new error is (I - K H) dx - K v: the identity stands there, not P.
     """,
 )
 

@@ -70,7 +70,7 @@ hidden = table(
     one time only          | d     | one time   | Only H_0 and no motion: d is n minus the rank of H_0.
     fewer rows than columns | d    | few rows   | O v = 0 has n minus rank solutions, and n is the number of *columns*.
     several times          | d     | any        | All measurements of all times together: the rank of the whole O.
-    other units            | d     | units      | Compare the singular values with the largest of them: no fixed threshold.
+    other units            | d     | units      | In other units the rank is the same: singular values are compared with the largest of them.
     nothing is seen        | d     | blind      | A matrix of zeros sees nothing: all n directions are invisible.
     """,
     wrong="""

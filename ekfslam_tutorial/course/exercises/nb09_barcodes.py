@@ -61,7 +61,7 @@ barcodes = table(
         "nothing": lambda rng: [nothing(rng), nothing(rng, robots=True)],
     },
     checks="""
-    which rows stay | times        | any     | Drop the barcodes that are not in the table, and the robots. Keep all others.
+    which rows stay | times        | any     | Which rows stay, in the order of the file: all but those whose barcode is not in the table, and those that show a robot.
     subjects        | subjects     | any     | Look the barcode up in column 1 of the table; the subject is in column 0.
     measurements    | measurements | any     | Columns 2 and 3 of the rows that stay: range and bearing.
     nothing left    | measurements | nothing | With no row that stays, return empty arrays, do not fail: np.zeros((0, 2)) for the measurements.
@@ -80,5 +80,8 @@ barcodes = table(
     robots taken for barcodes | np.isin(subjects, robots) -> np.isin(rows[:, 1], robots) | The list holds subjects, not barcodes: translate first, then drop them.
     all rows measured | rows[keep, 2:] -> rows[:, 2:] | The measurements belong to the rows that stay, too: rows[keep, 2:].
     one axis lost | rows[keep, 2:] -> np.array([row[2:] for row in rows[keep]]) | With no row that stays the measurements still have two columns: shape (0, 2), not (0,).
+    stops at the first misread row | keep = (subjects != -1) -> keep = (np.cumsum(subjects == -1) == 0) | Only the misread row is dropped, the rows behind it stay: `continue`, not `break`.
+    stops at the first robot | & ~np.isin(subjects, robots) -> & (np.cumsum(np.isin(subjects, robots)) == 0) | Only the rows that show a robot are dropped, those behind them stay: `continue`, not `break`.
+    sorted by subject | return rows[keep, 0] -> keep = np.flatnonzero(keep)[np.argsort(subjects[keep], kind="stable")]; return rows[keep, 0] | The rows keep their order, that of time: do not sort them by subject.
     """,
 )

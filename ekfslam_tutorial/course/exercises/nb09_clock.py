@@ -44,10 +44,12 @@ clock = table(
     ),
     returns="offset, nis",
     cases={
-        "any": lambda rng: [
-            case(rng, *sizes) for sizes in ((8, 15, 2, 5), (3, 20, 2, 0), (6, 8, 1, 2), (5, 12, 3, 4), (4, 1, 2, 3))
+        "any": lambda rng: [case(rng, *sizes) for sizes in ((8, 15, 2, 5), (3, 20, 2, 0), (6, 8, 1, 2), (5, 12, 3, 4))],
+        "one": lambda rng: [
+            (np.array([0.5]), np.array([[[0.2], [0.2]]]), np.array([[[[0.01]], [[0.01]]]])),
+            case(rng, 1, 4, 2, 0),
         ],
-        "one": lambda rng: [(np.array([0.5]), np.array([[[0.2]]]), np.array([[[[0.01]]]])), case(rng, 1, 4, 2, 0)],
+        "single": lambda rng: [case(rng, 4, 1, 2, 3)],
         "units": lambda rng: [in_units(*case(rng, 4, 9, 2, 1))],
     },
     checks="""
@@ -55,6 +57,7 @@ clock = table(
     mean NIS    | nis    | any   | NIS = z' inv(Z) z for each measurement, with its own Z; then the mean over a run.
     best offset | offset | any   | The offset, in seconds, of the run with the smallest mean NIS.
     one offset  | offset | one   | The offset, in seconds, of the run with the smallest mean NIS.
+    one measurement | nis, offset | single | A run with one measurement: its NIS is the mean.
     units       | nis    | units | Metres or millimetres: the NIS has no unit and must not change.
     """,
     wrong="""
@@ -73,6 +76,10 @@ clock = table(
     NIS nearest to the ideal | np.argmin(nis) -> np.argmin(abs(nis - 2)) | Two filters differ here only in their stamps: the better stamps surprise less. Nearest to 2 is for tuning R.
     the first offset | np.argmin(nis) -> 0 | Which run has the smallest NIS differs from log to log: offsets[np.argmin(nis)].
     one Z for the run | solve(Z, -> solve(Z.mean(1, keepdims=True), | Each measurement has its own Z[k, j]: yours takes one for the whole run.
+    NIS nearest to one | np.argmin(nis) -> np.argmin(abs(nis - 1)) | Two filters differ here only in their stamps: the better stamps surprise less. No ideal value is asked for.
+    the first Z of a run | solve(Z, -> solve(Z[:, :1], | Each measurement has its own Z[k, j]: yours takes the first one of the run for all.
+    offset without its sign | return offsets[np.argmin(nis)] -> return abs(offsets[np.argmin(nis)]) | A clock may be behind as well as ahead: return the offset with its sign.
+    m - 1 | np.mean( -> np.divide(z.shape[1], z.shape[1] - 1) * np.mean( | A mean over m measurements is their sum divided by m, not by m - 1.
     """,
 )
 

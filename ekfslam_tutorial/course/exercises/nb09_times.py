@@ -19,7 +19,7 @@ def by_time(rows):
     return rows, late, np.max(np.diff(rows[:, 0]))
 
 
-SIZES = (40, 4, 5, 5.0), (12, 3, 3, 0.0), (25, 2, 3, -3.0), (60, 1, 12, 1e3), (17, 3, 1, 0)
+SIZES = (40, 4, 5, 5.0), (12, 3, 3, 0.0), (25, 2, 3, -3.0), (60, 2, 12, 1e3), (17, 3, 1, 0)
 
 
 def log(rng, m, c, late=3, start=0.0, steps=(0.0, 0.125, 0.25, 1.5)):
@@ -53,12 +53,13 @@ times = table(
         "small": lambda rng: [
             (np.array(rows),)
             for rows in (
-                [[3.0], [2.0], [1.0], [0.0]],
+                [[3.0, 4.0], [2.0, 3.0], [1.0, 2.0], [0.0, 1.0]],
                 [[5.0, 1.0], [0.0, 2.0], [9.0, 3.0]],
                 [[1.0, 7.0], [0.0, 8.0]],
                 [[2.0, 7.0], [2.0, 8.0]],
             )
         ],
+        "stamps": lambda rng: [(np.array([[3.0], [2.0], [1.0], [0.0]]),), (log(rng, 60, 1, 12, 1e3),)],
     },
     checks="""
     good order  | rows | good order | Each row moves as a whole: find the order from column 0, then take rows[order].
@@ -69,6 +70,7 @@ times = table(
     none late   | late | good order | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
     late rows   | late | any        | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
     gap         | gap  | any        | The longest step between neighbours *after* sorting, in seconds.
+    stamps alone | rows, late, gap | stamps | A log of one column has stamps only: the same is asked of it.
     gap of few  | gap  | small      | The longest step between neighbours *after* sorting, in seconds.
     """,
     wrong="""

@@ -53,8 +53,8 @@ exercise = table(
     orientation               | x2[3:7]  | any   | In dt the body turns by the rotation vector w dt, in its own axes: q v2q(w dt).
     no turn                   | x2[3:7]  | w = 0 | In dt the body turns by the rotation vector w dt, in its own axes: q v2q(w dt).
     velocities                | x2       | any   | They keep their values, plus the impulses of this step.
-    derivative by the state   | d X_x / x | any  | Besides the ones: t2 by v, q2 by q, q2 by w. Where does dt stand?
-    derivative without a turn | d X_x / x | w = 0 | Besides the ones: t2 by v, q2 by q, q2 by w. Where does dt stand?
+    derivative by the state   | d X_x / x | any  | Besides the ones there are three blocks, each in the rows and columns of its own: t2 by v, q2 by q, q2 by w. Where does dt stand?
+    derivative without a turn | d X_x / x | w = 0 | Besides the ones there are three blocks, each in the rows and columns of its own: t2 by v, q2 by q, q2 by w. Where does dt stand?
     derivative by the impulse | d X_u / u | any  | The impulse comes at the end of the step: it moves v2 and w2 only.
     """,
     wrong="""
@@ -77,5 +77,6 @@ exercise = table(
     X_u in the rows of the frame | X_u[7:] = np.eye(6) -> X_u[:6] = np.eye(6) | The impulses change v and w: rows 7 to 12.
     dt in X_u | X_u[7:] = np.eye(6) -> X_u[7:] = dt * np.eye(6) | u is an impulse, not an acceleration: X_u has ones.
     half the turn | v2q(w * dt) -> v2q(w * dt / 2) | v2q has the half angle in it already: v2q(w dt).
+    derivative by w in the columns of v | X_x[3:7, 10:] = -> X_x[3:7, 7:10] = | The state is [t, q, v, w]: columns 7 to 9 belong to v, 10 to 12 to w. q2 depends on w.
     """,
 )

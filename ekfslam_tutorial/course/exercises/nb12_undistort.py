@@ -95,7 +95,7 @@ _link(
 )
 _link(
     "near the fold",
-    "Here the map is steep: one step, or a few, are not enough.",
+    "Near the fold the map is steep, and many steps may be needed: go on until distort(up, d) is ud.",
     lambda rng: [case(rng, [-0.25], 0.95)],  # the fold is at 1.155
     5e-6,
 )

@@ -54,7 +54,7 @@ corrected = table(
     checks="""
     expected angle          | rho | expected | Where the measured angle is the expected one, arctan(b rho), nothing moves.
     at infinity and beyond  | rho | infinity | rho = 0 is a point at infinity: arctan(b rho) has no trouble there.
-    gain                    | rho | any      | K = P H / (H P H + var) with H = de / d rho, not de / dd: H = b / (1 + (b rho)^2). P and var are variances.
+    gain                    | rho | any      | K = P H / (H P H + var) with the derivative of the expectation by rho, H = b / (1 + (b rho)^2). P and var are variances.
     no step, no depth       | P   | b = 0    | Without a step to the side (b = 0) the angle does not depend on the depth: H = 0, rho and the variance P stay.
     variance                | P   | any      | The variance shrinks by the factor 1 - K H.
     far points              | rho, P | beyond | At infinity and beyond it is the same correction: no point needs a line of its own.

@@ -86,5 +86,6 @@ born = table(
     L_F instead of P_lF | P_lF = L_F @ P_F -> P_lF = L_F | A Jacobian is not a covariance: P_lF = L_F P_F.
     P_Fl | P_lF = L_F @ P_F -> P_lF = P_F @ L_F.T | P_lF has the landmark in its rows: L_F P_F, shape (6, 7).
     only the variances of R | L_y @ R @ -> L_y @ np.diag(np.diag(R)) @ | The two numbers of a pixel may be correlated: use the whole R.
+    R as a standard deviation | L_y @ R @ -> L_y @ R @ R @ | R is a covariance already: do not square it.
     """,
 )

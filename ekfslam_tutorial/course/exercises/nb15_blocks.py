@@ -92,6 +92,10 @@ exercise = table(
     columns in the order of the blocks | in blocks: -> in _in_order(blocks): | Each E_r belongs in the columns of its slice r: H[:, r] = E_r.
     one block after the other | return x + K @ z, P - K @ H @ P -> return _one_by_one(x, P, blocks, z, R) | One measurement, one correction. Using it once for each block counts it several times.
     added up | H[:, r] = E_r -> H[:, : E_r.shape[1]] += E_r | Each state has columns of its own in H: do not add the blocks.
+    each state by its own block of P: Z and K take all of P: Z needs E_a P_ab E_b', the covariance between two states, and K has a row for each state that is correlated with them.
+        H @ P @ H.T -> H @ _own_blocks(P, blocks) @ H.T
+        np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks))
+    R counted twice | H.T + R -> H.T + 2 * R | The noise of a measurement counts once, however many states it depends on: Z = H P H' + R.
     """,
 )
 
@@ -118,6 +122,15 @@ def _block_diagonal(P, H):
     edges, out = sorted(e for e in edges if e <= len(P)), np.zeros_like(P)
     for start, stop in zip(edges[:-1], edges[1:], strict=True):
         out[start:stop, start:stop] = P[start:stop, start:stop]
+    return out
+
+
+def _own_blocks(P, blocks):
+    """P without the covariances between the states that a measurement depends on, and without the others."""
+    out = np.zeros_like(P)
+    for r, _ in blocks:
+        if r is not None:
+            out[r, r] = P[r, r]
     return out
 
 

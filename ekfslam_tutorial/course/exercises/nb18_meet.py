@@ -61,8 +61,8 @@ sight = table(
     checks="""
     range        | e[:1]     | any      | The range is the distance between the two origins.
     bearing      | e         | headings | From a to b: the direction arctan2(dy, dx), minus the heading of a.
-    Jacobian E_a | d E_a / a | any      | A robot that goes forward comes nearer: minus signs. And turn a to the left: what does the bearing do?
-    Jacobian E_b | d E_b / b | any      | The block of a landmark for the position. Does the heading of b show in its place?
+    Jacobian E_a | d E_a / a | any      | Range and bearing by x, y and theta of a. Where a goes towards b the range falls. Turn a to the left: what does the bearing do?
+    Jacobian E_b | d E_b / b | any      | Range and bearing by x, y and theta of b. For the position it is the block of a landmark. Does the heading of b show in its place?
     """,
     wrong="""
     heading forgotten | wrap(np.arctan2(dy, dx) - a[2]) -> np.arctan2(dy, dx) | That is the direction in the map. Robot a measures from its own x axis: subtract its heading.

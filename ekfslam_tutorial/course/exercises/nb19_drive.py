@@ -64,8 +64,8 @@ truck = table(
     turn rate     | x[2:]     | any      | w = v_c tan(alpha) / L, with v_c from the speed of the left wheel.
     position      | x         | any      | The laser is a metres ahead of the axle and b to the left: while the car turns, it goes sideways, by w times the arm turned by 90 degrees.
     right turn    | x         | right    | tan(alpha) has a sign: a right turn makes the left wheel faster than the middle.
-    Jacobian X_x  | d X_x / x | any      | Only theta matters: a shift of the start shifts the end. The last column is the velocity turned by 90 degrees.
-    Jacobian X_u  | d X_u / u | control  | Both v and alpha are in v_c and in w: chain rule.
+    Jacobian X_x  | d X_x / x | any      | Only theta matters: a shift of the start shifts the end. The last column is the step, velocity times dt, turned by 90 degrees.
+    Jacobian X_u  | d X_u / u | control  | The step by v, then by alpha; both are in v_c and in w. Each term has the sign and the dt that it has in the step.
     a whole turn  | x, X_x | turned   | At theta + 2 pi the truck does the same.
     """,
     wrong="""
@@ -101,5 +101,9 @@ truck = table(
     X_u by v_c | X_v = dt * k * way -> X_v = dt * way | The control is the wheel's speed: dv_c/dv = 1 / (1 - H tan(alpha) / L).
     X_u after the move | np.column_stack([X_v, X_alpha]) -> _right(x2, u, dt, car)[2] | Linearise at the pose before the step.
     columns of X_u exchanged | [X_v, X_alpha] -> [X_alpha, X_v] | The control is [v, alpha], in this order.
+    sign of b in the y row of X_u | X_v = dt -> around = np.array([-a * s - b * c, a * c + b * s, 1]); way = along + around * t / L; X_v = dt | In X_u the arm is that of the step, turned by 90 degrees: [-a s - b c, a c - b s]. In the row of y, b has the other sign.
+    sign of b in the x row of X_u | X_v = dt -> around = np.array([-a * s + b * c, a * c - b * s, 1]); way = along + around * t / L; X_v = dt | In X_u the arm is that of the step, turned by 90 degrees: [-a s - b c, a c - b s]. In the row of x, b has the other sign.
+    X_x without dt | X_x[:2, 2] = dt * k -> X_x[:2, 2] = k | The step is velocity times dt, and so is its derivative by theta.
+    X_x without dt in the y row | [-way[1], way[0]] -> [-way[1], way[0] / dt] | The step is velocity times dt, and so is its derivative by theta: in the row of y, too.
     """,
 )

@@ -89,5 +89,6 @@ upkeep = table(
     one is enough: All three conditions must hold: & (and), not | (or).
         visible & (searched >= min_search) & (found -> visible & (searched >= min_search) | (found
     truth values instead of indices | np.flatnonzero(bad).tolist() -> bad | delete is a list of indices: np.flatnonzero turns truth values into indices.
+    finds before this scan | found < min_ratio -> found - matched < min_ratio | This scan counts, too: compare the *new* number of finds, found + matched.
     """,
 )

@@ -83,6 +83,8 @@ watch = table(
     old P as it was | F_x @ P @ F_x.T -> P | P is moved by F_x: F_x P F_x', not P.
     diagonal only | return D -> return np.diag(np.diag(D)) | Covariances count as much as variances: compare the whole matrices.
     elementwise | F_x @ P @ F_x.T -> F_x * P * F_x.T | `*` multiplies entry by entry. The product of matrices is `@`.
+    predicted without noise | x_new, P_new = predict(x, P, u, U) -> x_new, P_new = predict(x, P, u, 0 * U) | The P under test is what `predict` makes of x, P, u and U, all as they are: yours calls it with U = 0, and the noise is missing on that side.
+    U squared | F_u @ U @ F_u.T -> F_u @ U @ U @ F_u.T | U is a covariance already: F_u U F_u'.
     """,
 )
 
@@ -100,7 +102,7 @@ def _link(name, help, *cases):
 
 _link(
     "silent where nothing is wrong",
-    "A right prediction must give zero: P2 - (F_x P F_x' + F_u U F_u').",
+    "After a right prediction the difference is zero: the P2 that `predict` makes of P and U, minus F_x P F_x' + F_u U F_u'.",
     *(("the right prediction of notebook 05", {"n": n}) for n in (7, 3, 5)),
 )
 _link(
@@ -114,7 +116,7 @@ _link(
 )
 _link(
     "rings at P_rm",
-    "The covariance of the robot with the map, P_rm, belongs to the comparison, too.",
+    "The bug is in the covariance of the robot with the map, P_rm: the whole P2 is compared, not its block P_rr alone.",
     ("a P_rm that stays behind", {"predict": museum.predict_pose_only}),
 )
 _link(

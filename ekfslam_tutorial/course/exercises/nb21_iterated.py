@@ -77,10 +77,10 @@ exercise = table(
         "far": lambda rng: [farther(*case(rng, 5, count)) for count in (1, 3)],
     },
     checks="""
-    one iteration          | x, P | one  | With one iteration it is the ordinary EKF: x + K z, P - K H P.
-    mean of two iterations | x | any  | The second iteration starts from the prior again: only H and e are taken elsewhere.
+    one iteration          | x, P | one  | With iterations = 1 it is the ordinary EKF: x + K z, P - K H P, each once.
+    mean of two iterations | x | any  | In each iteration H and e are taken at the last result; x and P are those of the prior.
     covariance             | P | more | P is that of one correction of the prior, with the last K and H: the data are used once.
-    mean of more           | x | more | The second iteration starts from the prior again: only H and e are taken elsewhere.
+    mean of more           | x | more | In each iteration H and e are taken at the last result; x and P are those of the prior.
     seam of the bearing    | x | seam | A landmark behind the robot: the bearing of y - e must be wrapped.
     the range is no angle  | x | far  | A range innovation may be larger than pi: wrap the bearing only.
     """,
@@ -109,6 +109,7 @@ exercise = table(
     R forgotten | H.T + R -> H.T + 1e-12 * R | Z = H P H' + R.
     prior not corrected | return at, P_new -> return at, P | Return the corrected P as well: P - K H P.
     P with a new Jacobian at the end | return at, P_new -> return at, _right(x, P, y, R, observe, iterations + 1)[1] | Use the K and H of the last iteration for P, together.
+    P corrected twice | return at, P_new -> return at, (P_new - K @ H @ P_new) | One measurement, one correction of P: P - K H P, with the last K and H, once.
     """,
 )
 

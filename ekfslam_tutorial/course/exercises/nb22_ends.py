@@ -51,7 +51,7 @@ grown = table(
         "backwards": lambda rng: [case(rng, (2.0, -1.6)), case(rng, (0.5, -1.8)), case(rng, (2.2, 0.1))],
     },
     checks="""
-    seen on both sides | t | any       | The abscissa t of the point of the line nearest to each ray, in metres from p0; then the smallest and the largest.
+    seen on both sides | t | any       | For each of the two rays the abscissa t of the point of the line that is nearest to it, in metres from p0. A ray may have any length. Then the smallest and the largest of all.
     seen inside        | t | inside    | What was seen before stays: a shorter segment takes nothing away.
     seen on one side   | t | one side  | The part grows where something new is seen, and only there.
     ends in any order  | t | backwards | Which end of a segment comes first means nothing: take the smallest and the largest of all.
@@ -70,5 +70,10 @@ grown = table(
     counted from the camera | (c - p0))[0] -> c)[0] | t is counted from p0: p0 + t d = c + s m.
     nearest to the camera | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> d @ (c - A[:, 1] - p0) | That is the foot of the ray's end. The ray has any length: take the point of the line nearest to the whole ray.
     one end only | for ray in m -> for ray in m[:1] | The segment has two ends, and both tell how far the line has been seen.
+    second ray only | for ray in m -> for ray in m[1:] | The segment has two ends, and both tell how far the line has been seen: use both rays.
+    ray not of length one: With k = d'm and w = c - p0, t = (d'w - k m'w) / (1 - k^2) holds for rays m of length one: divide each ray by its length first.
+        np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1])) * (g @ w)) / (1 - k * k)
+    k for its square | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k) | With k = d'm and w = c - p0 the two equations give t = (d'w - k m'w) / (1 - k^2): k is squared.
+    sign of the second term | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) + (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k * k) | With k = d'm and w = c - p0 the two equations give t = (d'w - k m'w) / (1 - k^2): the second term is taken off.
     """,
 )

@@ -57,7 +57,7 @@ exercise = table(
     checks="""
     same world | nees | same world | Nothing to turn: e = [p - p[0] - (p_true - p_true[0]), v - v_true]; the NEES is e' P^-1 e in each frame but the first.
     moved      | nees | moved      | Both paths begin in the same point: subtract p[0] from one, p_true[0] from the other.
-    turned     | nees | turned     | The true world is turned by yaw about z: positions and velocities.
+    turned     | nees | turned     | The truth is turned by yaw about z, after its start is taken off: positions and velocities.
     any        | nees | any        | First subtract the starts, then turn the truth, then e' P^-1 e.
     """,
     wrong="""
@@ -84,5 +84,7 @@ exercise = table(
     mean over the frames | return np.sum(e * np.linalg.solve(P[1:], e[..., None])[..., 0], axis=1) -> return np.full(len(e), np.mean(np.sum(e * np.linalg.solve(P[1:], e[..., None])[..., 0], axis=1))) | One NEES for each frame, not their mean.
     yaw in degrees | c, s = np.cos(yaw), np.sin(yaw) -> c, s = np.cos(np.radians(yaw)), np.sin(np.radians(yaw)) | yaw is in radians already.
     turned about x | np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) -> np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) | Gravity says what is up: the world can be turned about z only.
+    moved before it is turned | e_p = (p - p[0]) - (p_true - p_true[0]) @ R.T -> e_p = p - (p_true - p_true[0] + p[0]) @ R.T | Turn first, then move to p[0]: else the start of the path is turned away, too.
+    P of the frame before | P[1:] -> P[[1, *range(1, len(P) - 1)]] | Each error has the covariance of its own frame: P[i] belongs to e[i].
     """,
 )

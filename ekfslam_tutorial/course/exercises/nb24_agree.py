@@ -66,6 +66,25 @@ def noisy(rng):
     return z, E, np.diag([4.0, 4.0]), 1.9
 
 
+def near_the_limit(rng, noise=1.0):
+    """Matches around the place to which the first one moves them, just inside and just outside of the limit.
+
+    The others, believed alone, explain none: the first set is the largest. By how far the first one moves them depends
+    on R, a whole matrix: an R that is not the right one puts some of them on the other side of the limit.
+    """
+    limit = 1.5
+    C, R = random_covariance(rng, 2, 1.0), random_covariance(rng, 2, 1.0)
+    C, R = 12.0 * C / np.trace(C), noise * R / np.trace(R)
+    a = rng.uniform(0, 2 * np.pi)
+    place = 8 * limit * np.array([np.cos(a), np.sin(a)])
+    around = a + np.arange(8) * np.pi / 4
+    distance = limit * np.tile([0.97, 1.03], 4)[:, None]
+    z = np.vstack(
+        [(C + R) @ np.linalg.solve(C, place), place + distance * np.column_stack([np.cos(around), np.sin(around)])]
+    )
+    return z, np.einsum("ab,ij->iajb", C, np.ones((9, 9))), R, limit
+
+
 def limits(rng):
     """Other limits, and one that is met exactly: by a camera that is known, no match moves."""
     z = np.array([[3.0, 0.0], [0.0, 4.0], [1.0, 0.0], [0.0, -2.0], [2.4, -2.6]])
@@ -94,24 +113,32 @@ consensus = table(
         "rolled": lambda rng: [rolled(rng, K) for K in (4, 5, 6)],
         "independent": lambda rng: [independent(rng) for _ in range(2)],
         "noisy": lambda rng: [noisy(rng) for _ in range(3)],
+        "near": lambda rng: [near_the_limit(rng, noise) for noise in (4.0, 9.0, 16.0)],
         "limit": limits,
         "tie": lambda rng: [tie(rng)],
         "few": lambda rng: [case(rng, 1), case(rng, 2)],
         "many": lambda rng: [case(rng, 12, (0, 3, 7, 8), by=8.0) for _ in range(3)],
     },
     checks="""
-    a camera that is known | good | limit       | With E = 0 nothing moves: a match agrees where |z| is shorter than the limit; the limit itself is too long.
-    all right              | good | all right   | The innovations are long, and one match explains all: the camera has moved. All agree.
-    nothing in common      | good | independent | Where E_ji is 0, match i says nothing of match j: its innovation stays.
+    all right              | good | all right   | The camera has moved: all innovations are long, and one match explains them all. All agree.
     some are wrong         | good | any         | What is left of match j, if match i is believed: z_j - E_ji (E_ii + R)^-1 z_i.
+    much noise             | good | noisy       | R is as large as E_ii, and a match moves the others by a half of its innovation: (E_ii + R)^-1 z_i, with R as it is.
+    near the limit         | good | near        | What is left of some is just below the limit, of others just above it. How far a match moves the others depends on E_ji, on E_ii and on the whole of R.
     each its own direction | good | rolled      | E_ji = E[j, :, i] turns what match i shows into the direction of match j: its rows belong to j, its columns to i.
-    much noise             | good | noisy       | A noisy match moves the others less: (E_ii + R)^-1, R included.
+    a camera that is known | good | limit       | With E = 0 nothing moves: a match agrees where |z| is shorter than the limit; the limit itself is too long.
+    nothing in common      | good | independent | Where E_ji is 0, match i does not move match j: what is left of j is its innovation.
     two sets alike         | good | tie         | Of two sets of the same size, that of the first match counts.
-    one or two matches     | good | few         | One match agrees with itself.
+    one or two matches     | good | few         | One match or two: the rule is the same.
     many                   | good | many        | The *largest* set that one of them explains.
     """,
     wrong="""
-    R forgotten | E[i, :, i] + R, -> E[i, :, i] + 1e-9 * R, | The match is noisy: (E_ii + R)^-1. Without R its noise is taken for a movement.
+    R forgotten | E[i, :, i] + R, -> E[i, :, i], | The match is noisy: (E_ii + R)^-1. Without R its noise is taken for a movement.
+    R counted twice | E[i, :, i] + R, -> E[i, :, i] + 2 * R, | R stands in (E_ii + R)^-1 once, as it is: E_ii is the covariance of what was expected, without the noise.
+    half of R | E[i, :, i] + R, -> E[i, :, i] + R / 2, | R stands in (E_ii + R)^-1 as it is: the whole of it, not a half.
+    R squared | E[i, :, i] + R, -> E[i, :, i] + R @ R, | R holds variances already: do not square it.
+    R entry by entry squared | E[i, :, i] + R, -> E[i, :, i] + R**2, | R holds variances already: do not square it.
+    only the diagonal of R | E[i, :, i] + R, -> E[i, :, i] + np.diag(np.diag(R)), | Use the whole R: the noise of u and that of v may be correlated.
+    the identity for R | E[i, :, i] + R, -> E[i, :, i] + np.eye(2), | The noise of the matches is R, not 1 px in u and in v.
     the short ones | move = E[:, :, i] @ np.linalg.solve(E[i, :, i] + R, z[i]) -> move = 0 * z | A long innovation is not wrong: the camera may have moved, and then all are long. Correct by one match first, then look at what is left.
     all moved alike | move = E[:, :, i] @ np.linalg.solve(E[i, :, i] + R, z[i]) -> move = z[i] | Match j does not move by z_i, but by E_ji (E_ii + R)^-1 z_i: that is less, and different for each.
     E_ij for E_ji | move = E[:, :, i] @ -> move = np.swapaxes(E[i], 0, 1) @ | The rows of E_ji belong to match j, its columns to match i: E[j, :, i].

@@ -67,7 +67,7 @@ correlation = table(
         "bytes": lambda rng: [bytes_(rng) for _ in range(3)],
     },
     checks="""
-    a patch and itself | score | itself   | The correlation of a patch with itself is 1: divide by both lengths.
+    a patch and itself | score | itself   | The correlation of a patch with itself is 1: sum(a b) is divided by both lengths, sqrt(sum(a^2)) and sqrt(sum(b^2)).
     more light         | score | light    | More light is a constant on all pixels: take the mean off, of each window its own.
     more contrast      | score | contrast | More contrast is a factor on all pixels: divide by the length of what is left without the mean.
     a negative         | score | negative | Where the patch is bright the window is dark: -1. Keep the sign.
@@ -94,5 +94,7 @@ correlation = table(
     squared | return np.sum(a * b, axis=(1, 2)) -> return np.sum(a * b, axis=(1, 2)) ** 2 | No square: the sign tells a patch from its negative.
     distance | return np.sum(a * b, axis=(1, 2)) -> return np.sum((a - b) ** 2, axis=(1, 2)) | That is a squared difference: it grows with more light. Here the *products* are summed.
     flat is not a number | np.where(length > 0, length, 1.0) -> length | A flat window has the length 0: 0 / 0 is not a number. There the correlation is 0.
+    no root for the windows | np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> np.sqrt(np.sum(a**2)) * np.sum(b**2, axis=(1, 2)) | The length of a window is the *root* of the sum of its squares, as that of the patch is.
+    no root for the patch | np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> np.sum(a**2) * np.sqrt(np.sum(b**2, axis=(1, 2))) | The length of the patch is the *root* of the sum of its squares, as that of a window is.
     """,
 )

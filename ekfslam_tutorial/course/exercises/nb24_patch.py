@@ -47,7 +47,7 @@ cut = table(
     },
     checks="""
     size and place    | patch    | any         | The patch has 2 h + 1 rows and columns, and the pixel y = [u; v] is in its middle: v is the row, u the column.
-    between pixels    | patch    | between     | Round to the *next* whole pixel, np.rint: 40.6 is 41.
+    between pixels    | patch    | between     | A place between pixels counts as the nearest whole pixel, np.rint: 40.6 is 41.
     at the edge       | patch    | at the edge | A patch that just fits into the image is cut like any other.
     mean              | mean     | any         | The sum of the grey values, divided by their number.
     contrast          | contrast | any         | The root of the mean of (grey - mean)^2.

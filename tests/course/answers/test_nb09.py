@@ -379,4 +379,10 @@ def lexsort_with_the_row_number(rows):
     return rows[order], np.count_nonzero(rows[1:, 0] < rows[:-1, 0]), steps.max()
 
 
+@answer_to("09.2", hint=r"subjects, entry \[0\], is 1\d\d for .*, it should be \d+ ")
+def subjects_counted_from_a_hundred(rows, table, robots):
+    times, subjects, measurements = landmarks_seen(rows, table, robots)
+    return times, 100 + subjects, measurements
+
+
 test_the_check_is_right_about_it = check_of(__name__)

@@ -19,6 +19,202 @@ pytestmark = pytest.mark.usefixtures("time_to_search")
 SPACE = {"np": np, "chi2": chi2, "wrap": wrap, "Frame2": Frame2, "observe": observe, "pin_hole": pin_hole}
 
 TEXTS = {
+    "00.1": """
+def wrap(angle):
+    turns = np.floor((np.asarray(angle) + np.pi) / (2*np.pi))
+    return angle - 2*np.pi*turns
+""",
+    "01.2": """
+def move(x, u, dt):
+    v, w = u
+    c, s = np.cos(x[2]), np.sin(x[2])
+    F = np.eye(3)
+    F[0, 2], F[1, 2] = -v*dt*s, v*dt*c
+    return x + dt * np.array([v*c, v*s, w]), F, dt * np.array([[c, 0], [s, 0], [0, 1]])
+""",
+    "02.4": """
+def add_landmark(x, P, y, x_r, R):
+    r, b = y
+    a = b + x_r[2]
+    l = x_r[:2] + r * np.array([np.cos(a), np.sin(a)])
+    L = np.array([[np.cos(a), -r*np.sin(a)], [np.sin(a), r*np.cos(a)]])
+    n = len(x)
+    return np.append(x, l), np.block([[P, np.zeros((n, 2))], [np.zeros((2, n)), L @ R @ L.T]])
+""",
+    "03.2": """
+def anees(e, P, confidence):
+    N, n = e.shape
+    total = sum(a @ np.linalg.inv(B) @ a for a, B in zip(e, P))
+    alpha = 1 - confidence
+    return total / N, np.array([chi2.ppf(alpha/2, N*n), chi2.ppf(1 - alpha/2, N*n)]) / N
+""",
+    "04.1": """
+def inverse_observation(x_r, y):
+    C, S = np.cos(x_r[2]), np.sin(x_r[2])
+    R, dR = np.array([[C, -S], [S, C]]), np.array([[-S, -C], [C, -S]])
+    p = y[0] * np.array([np.cos(y[1]), np.sin(y[1])])
+    P_y = np.array([[np.cos(y[1]), -y[0]*np.sin(y[1])], [np.sin(y[1]), y[0]*np.cos(y[1])]])
+    L_r = np.column_stack([np.eye(2), dR @ p])
+    return x_r[:2] + R @ p, L_r, R @ P_y
+""",
+    "04.3": """
+def moved(P, X_x, X_u, U):
+    n = len(P)
+    F, G = np.eye(n), np.zeros((n, len(U)))
+    F[:3, :3] = X_x
+    G[:3] = X_u
+    return F @ P @ F.T + G @ U @ G.T
+""",
+    "05.5": """
+def slam_frame(x, P, ids, u, U, seen, ys, R):
+    x, P = predict(x, P, u, U)
+    known = list(ids)
+    for i, y in zip(seen, ys):
+        if i in ids:
+            k = ids.index(i)
+            e, H = observe(x, slice(3 + 2*k, 5 + 2*k))
+            x, P = correct(x, P, y, R, e, H)
+    for i, y in zip(seen, ys):
+        if i not in ids:
+            x, P = augment(x, P, y, R)
+            known.append(i)
+    return x, P, known
+""",
+    "08.3": """
+def joseph(P, K, H, R):
+    L = np.eye(len(P)) - K.dot(H)
+    return L.dot(P).dot(L.T) + K.dot(R).dot(K.T)
+""",
+    "09.1": """
+def by_time(rows):
+    t = rows[:, 0]
+    late = sum(1 for a, b in zip(t, t[1:]) if b < a)
+    order = np.argsort(t, kind="stable")
+    return rows[order], late, np.diff(t[order]).max()
+""",
+    "09.2": """
+def landmarks_seen(rows, table, robots):
+    who = {int(code): int(subject) for subject, code in table}
+    t, s, m = [], [], []
+    for time, code, r, b in rows:
+        if int(code) not in who:
+            continue
+        if who[int(code)] in robots:
+            continue
+        t.append(time)
+        s.append(who[int(code)])
+        m.append([r, b])
+    return np.array(t), np.array(s, int), np.array(m).reshape(-1, 2)
+""",
+    "09.3": """
+def clock_offset(offsets, z, Z):
+    nis = np.einsum("kmi,kmij,kmj->km", z, np.linalg.inv(Z), z)
+    mean = nis.sum(axis=1) / nis.shape[1]
+    return offsets[mean.argmin()], mean
+""",
+    "13.2": """
+def new_idp(F, P_F, camera, y, R, n, N):
+    v, V_y = camera.retro(y)
+    l_c, LC_v, LC_n = IdpPnt().from_ray(v, n)
+    l, L_F, L_lc = IdpPnt().from_frame(F, l_c)
+    A, B = L_lc @ LC_v @ V_y, L_lc @ LC_n
+    return l, L_F @ P_F @ L_F.T + A @ R @ A.T + B @ N @ B.T, L_F @ P_F
+""",
+    "19.1": """
+def drive(x, u, dt, car):
+    (v, al), (L, H, a, b), (c, s) = u, car, (np.cos(x[2]), np.sin(x[2]))
+    t, sec2 = np.tan(al), 1 + np.tan(al)**2
+    D = 1 - H*t/L
+    vc, vc_u = v/D, np.array([1/D, v*H*sec2/(L*D**2)])
+    w, w_u = vc*t/L, vc_u*t/L + np.array([0, vc*sec2/L])
+    vx, vy = vc*c - w*(a*s + b*c), vc*s + w*(a*c - b*s)
+    X_x = np.array([[1, 0, -dt*vy], [0, 1, dt*vx], [0, 0, 1]])
+    X_u = dt * np.array([c*vc_u - (a*s + b*c)*w_u, s*vc_u + (a*c - b*s)*w_u, w_u])
+    return x + dt * np.array([vx, vy, w]), X_x, X_u
+""",
+    "19.3": """
+def manage(searched, found, visible, matched, min_search, min_ratio):
+    s, f = searched + visible, found + matched
+    gone = [i for i in range(len(s)) if visible[i] and s[i] >= min_search and f[i] < min_ratio * s[i]]
+    return s, f, gone
+""",
+    "20.2": """
+def guard(predict, x, P, u, U):
+    x2, P2 = predict(x, P, u, U)
+    def d(at):
+        e = at - x2
+        e[2] = wrap(e[2])
+        return e
+    F = numerical_jacobian(lambda a: d(predict(a, P, u, U)[0]), x)
+    G = numerical_jacobian(lambda a: d(predict(x, P, a, U)[0]), u)
+    return P2 - F @ P @ F.T - G @ U @ G.T
+""",
+    "21.1": """
+def iterated_correct(x, P, y, R, observe, iterations):
+    at = x.copy()
+    for _ in range(iterations):
+        e, H = observe(at)
+        z = y - e - H @ (x - at)
+        z[1] = wrap(z[1] + (H @ (x - at))[1]) - (H @ (x - at))[1]
+        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+        at = x + K @ z
+    J = np.eye(len(x)) - K @ H
+    return at, J @ P
+""",
+    "22.2": """
+def line_innovation(y, h):
+    a, b, c = h
+    n2 = a*a + b*b
+    nn = np.sqrt(n2)
+    z, Z_y, Z_h = np.zeros(2), np.zeros((2, 4)), np.zeros((2, 3))
+    for i in range(2):
+        u, v = y[2*i:2*i + 2]
+        z[i] = (a*u + b*v + c) / nn
+        Z_y[i, 2*i:2*i + 2] = a/nn, b/nn
+        Z_h[i] = u/nn - z[i]*a/n2, v/nn - z[i]*b/n2, 1/nn
+    return z, Z_y, Z_h
+""",
+    "22.6": """
+def extend(t, l, c, m):
+    n, v = l[:3], l[3:]
+    d, w = v / np.linalg.norm(v), c - np.cross(v, n) / (v @ v)
+    ts = list(t)
+    for ray in m:
+        g = ray / np.linalg.norm(ray)
+        k = d @ g
+        ts.append((d @ w - k * (g @ w)) / (1 - k*k))
+    return np.array([min(ts), max(ts)])
+""",
+    "23.6": """
+def flight_nees(p, v, P, p_true, v_true, yaw):
+    c, s = np.cos(yaw), np.sin(yaw)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    found = []
+    for i in range(1, len(p)):
+        e = np.append(p[i] - (R @ (p_true[i] - p_true[0]) + p[0]), v[i] - R @ v_true[i])
+        found.append(e @ np.linalg.solve(P[i], e))
+    return np.array(found)
+""",
+    "24.2": """
+def ncc(patch, windows):
+    a = patch.astype(float) - patch.mean()
+    long, out = np.sqrt((a**2).sum()), np.zeros(len(windows))
+    for i, w in enumerate(windows):
+        b = w.astype(float) - w.mean()
+        lb = np.sqrt((b**2).sum())
+        if long > 0 and lb > 0:
+            out[i] = (a * b).sum() / (long * lb)
+    return out
+""",
+    "24.5": """
+def agreeing(z, E, R, limit):
+    K = len(z)
+    sets = []
+    for i in range(K):
+        g = np.linalg.inv(E[i, :, i] + R) @ z[i]
+        sets.append(np.array([np.hypot(*(z[j] - E[j, :, i] @ g)) < limit for j in range(K)]))
+    return sets[int(np.argmax([s.sum() for s in sets]))]
+""",
     "02.2": """
 def h(x, i, x_r):
     dx, dy = x[2*i] - x_r[0], x[2*i + 1] - x_r[1]
@@ -190,6 +386,117 @@ def fuse(l1, P1, l2, P2):
 }
 
 SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the places
+    ("00.1", "ceil", r"np.ceil counts one too many", ("np.floor(", "np.ceil(")),
+    ("00.1", "no brackets", r"needs brackets", ("/ (2*np.pi)", "/ 2*np.pi")),
+    ("01.2", "entries exchanged", r"exchanged\.$", ("-v*dt*s, v*dt*c", "v*dt*c, -v*dt*s")),
+    (
+        "02.4",
+        "not differentiated",
+        r"cos becomes -sin",
+        ("-r*np.sin(a)], [np.sin(a), r*np.cos(a)", "r*np.cos(a)], [np.sin(a), r*np.sin(a)"),
+    ),
+    (
+        "02.4",
+        "theta in l only",
+        r"In L_y, too",
+        (
+            "[[np.cos(a), -r*np.sin(a)], [np.sin(a), r*np.cos(a)]]",
+            "[[np.cos(b), -r*np.sin(b)], [np.sin(b), r*np.cos(b)]]",
+        ),
+    ),
+    ("03.2", "N - 1", r"not by N - 1", ("total / N", "total / (N - 1)")),
+    ("04.1", "P_y before R", r"R stands on the left", ("R @ P_y", "P_y @ R")),
+    ("04.1", "dR transposed", r"is not transposed", ("dR @ p", "dR.T @ p")),
+    ("04.1", "R transposed", r"not its transpose", ("x_r[:2] + R @ p", "x_r[:2] + R.T @ p")),
+    ("04.1", "sign in P_y", r"-r sin\(beta\)", ("-y[0]*np.sin", "y[0]*np.sin")),
+    ("04.1", "R for I", r"the identity", ("[np.eye(2), dR @ p]", "[R, dR @ p]")),
+    ("04.3", "noise on a landmark", r"rows 3 and 4", ("    G[:3] = X_u\n", "    G[:3] = X_u\n    G[3:5] = X_u[:2]\n")),
+    (
+        "05.1",
+        "entries exchanged",
+        r"are exchanged",
+        ("F[0, 2]", "F[-1, -1], F[0, 2]"),
+        ("-s*u[0] - c*u[1]", "1, c*u[0] - s*u[1]"),
+        ("F[1, 2] = c*u[0] - s*u[1]", "F[1, 2] = -s*u[0] - c*u[1]"),
+    ),
+    ("05.3", "Z diagonal", r"not only its diagonal", ("Z = H @ P @ H.T + R", "Z = np.diag(np.diag(H @ P @ H.T + R))")),
+    ("05.3", "K H", r"K H has no unit", ("K @ Z @ K.T", "K @ H")),
+    ("05.5", "first measurement", r"its own measurement", ("correct(x, P, y,", "correct(x, P, ys[0],")),
+    ("05.5", "place in ids", r"in `seen`", ("correct(x, P, y,", "correct(x, P, ys[min(k, len(ys) - 1)],")),
+    ("05.5", "break", r"`break`", ("R, e, H)\n", "R, e, H)\n            break\n")),
+    (
+        "05.5",
+        "another noise",
+        r"U is the noise of the step",
+        ("predict(x, P, u, U)", "predict(x, P, u, R[0, 0] * np.eye(3))"),
+    ),
+    ("07.4", "E of the first", r"Es\[j\]", ("Es[b] + R", "Es[0] + R")),
+    ("07.4", "another row", r"Row i of D", ("z = y - es[b]", "z = ys[b % len(ys)] - es[b]")),
+    ("08.3", "Z for R", r"only the noise v", ("K.dot(R)", "K.dot(H @ P @ H.T + R)")),
+    ("09.1", "next column", r"use a stable sort", ('np.argsort(t, kind="stable")', "np.lexsort((rows[:, 1], t))")),
+    (
+        "09.2",
+        "break",
+        r"`continue`, not `break`",
+        ("not in who:\n            continue", "not in who:\n            break"),
+    ),
+    (
+        "09.2",
+        "by subject",
+        r"do not sort them",
+        (
+            "    return np.array(t)",
+            '    o = np.argsort(s, kind="stable")\n'
+            "    t, s, m = (np.array(v)[o] for v in (t, s, m))\n"
+            "    return np.array(t)",
+        ),
+    ),
+    ("09.3", "first Z", r"takes the first one", ("np.linalg.inv(Z)", "np.linalg.inv(Z[:, :1])")),
+    ("09.3", "nearest to one", r"No ideal value", ("mean.argmin()", "abs(mean - 1).argmin()")),
+    ("09.3", "m - 1", r"not by m - 1", ("nis.shape[1]\n", "(nis.shape[1] - 1)\n")),
+    ("13.2", "R squared", r"do not square it", ("A @ R @ A.T", "A @ R @ R.T @ A.T")),
+    (
+        "15.1",
+        "own blocks",
+        r"the covariance between two states",
+        (
+            "    Z = H",
+            "    Q = np.zeros_like(P)\n"
+            "    for r in (r for r, _ in blocks if r is not None):\n"
+            "        Q[r, r] = P[r, r]\n"
+            "    Z = H",
+        ),
+        ("Z = H @ P", "Z = H @ Q"),
+        ("K = P @", "K = Q @"),
+    ),
+    ("19.1", "sign of b", r"b has the other sign", ("s*vc_u + (a*c - b*s)", "s*vc_u + (a*c + b*s)")),
+    ("19.1", "no dt in X_x", r"in the row of y, too", ("dt*vx]", "vx]")),
+    ("19.3", "old finds", r"\*new\* number of finds", ("f[i] < min_ratio", "found[i] < min_ratio")),
+    (
+        "20.2",
+        "no noise",
+        r"yours calls it with U = 0",
+        ("x2, P2 = predict(x, P, u, U)", "x2, P2 = predict(x, P, u, 0 * U)"),
+    ),
+    ("20.2", "U squared", r"U is a covariance already", ("G @ U @ G.T", "G @ U @ U.T @ G.T")),
+    ("21.1", "P twice", r"once\.$", ("return at, J @ P", "return at, J @ J @ P")),
+    ("22.2", "c", r"its derivative is 1 / L", ("1/nn\n", "1\n")),
+    ("22.2", "divided once", r"divide by L twice", ("z[i]*b/n2", "z[i]*b/nn")),
+    ("22.6", "ray of any length", r"divide each ray by its length", ("g = ray / np.linalg.norm(ray)", "g = ray")),
+    ("22.6", "second ray", r"use both rays", ("for ray in m:", "for ray in m[1:]:")),
+    ("22.6", "k", r"k is squared", ("(1 - k*k)", "(1 - k)")),
+    (
+        "23.6",
+        "moved first",
+        r"Turn first",
+        ("R @ (p_true[i] - p_true[0]) + p[0]", "R @ (p_true[i] - p_true[0] + p[0])"),
+    ),
+    ("23.6", "frame before", r"its own frame", ("solve(P[i], e)", "solve(P[max(i - 1, 1)], e)")),
+    ("24.2", "one root", r"as that of the patch", ("lb = np.sqrt((b**2).sum())", "lb = (b**2).sum()")),
+    ("24.5", "2 R", r"stands in .* once", ("E[i, :, i] + R)", "E[i, :, i] + 2 * R)")),
+    ("24.5", "R / 2", r"not a half", ("E[i, :, i] + R)", "E[i, :, i] + R / 2)")),
+    ("24.5", "R R", r"do not square it", ("E[i, :, i] + R)", "E[i, :, i] + R @ R)")),
+    ("24.5", "a fifth more", r"the whole of R", ("E[i, :, i] + R)", "E[i, :, i] + 1.2 * R)")),
     (
         "05.1",
         "X_u after the pose has changed",
@@ -256,6 +563,18 @@ SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the 
 ]
 
 TWO = [  # exercise, the names of both, the places
+    (
+        "04.1",
+        "rotation transposed + factors of L_y exchanged",
+        ("x_r[:2] + R @ p", "x_r[:2] + R.T @ p"),
+        ("R @ P_y", "P_y @ R"),
+    ),
+    (
+        "24.5",
+        "R forgotten + the last of the largest",
+        ("E[i, :, i] + R)", "E[i, :, i])"),
+        ("int(np.argmax([s.sum() for s in sets]))", "K - 1 - int(np.argmax([s.sum() for s in sets[::-1]]))"),
+    ),
     ("02.2", "heading added + sign of the bearing row", ("- x_r[2]", "+ x_r[2]"), ("-dy/rr, dx/rr", "dy/rr, -dx/rr")),
     ("05.1", "step not turned + no noise", ("[c*u[0] - s*u[1], s*u[0] + c*u[1], u[2]]", "u"), (" + G @ U @ G.T", "")),
     ("05.3", "Z without R + bearing not wrapped", ("    z[1] = wrap(z[1])\n", ""), ("H @ P @ H.T + R", "H @ P @ H.T")),
@@ -307,7 +626,7 @@ def answer(id, *slips):
     for old, new in slips:
         assert text.count(old) == 1, f"{id}: {old!r} stands {text.count(old)} times"
         text = text.replace(old, new)
-    space = dict(SPACE)
+    space = {**SPACE, **registry.get(id).solution.__globals__}
     exec(text, space)
     return space[re.search(r"def (\w+)", text)[1]]
 
