@@ -10,8 +10,8 @@ def known_then_new(ids, known, n_inits):
 
     ids, shape (m,): the landmark id of each measurement, -1 where nobody knows whose it is. known, shape (k,): the ids
     of the landmarks in the map, in any order. n_inits: most landmarks that may be started in this frame.
-    A measurement is used once. One of a known landmark corrects. One of an unknown landmark, in the order of ids,
-    starts it. Those with id -1, and those beyond n_inits, are not used.
+    A measurement is used once. One of a known landmark corrects. One of an unknown landmark starts it, in the order in
+    which they stand in ids. Those with id -1, and those beyond n_inits, are not used.
     Return two arrays of indices into ids, in rising order: those that correct, and those that start a landmark.
     """
     correct = [i for i, id in enumerate(ids) if id >= 0 and id in known]
@@ -54,7 +54,7 @@ sorted_out = table(
     all new     | start   | all new  | With an empty map every measurement starts a landmark.
     both        | correct, start | both     | Known ones correct, the others start, each place in one list, in the order in which they stand in `ids`; n_inits limits only those that start.
     nobody's    | start   | nobody's | -1 says: nobody knows whose measurement it is.
-    n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first in `ids`.
+    n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first in ids in `ids`.
     many frames | correct, start | many     | Try your function on paper with one of these frames.
     """,
     wrong="""
