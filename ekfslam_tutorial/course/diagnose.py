@@ -103,7 +103,10 @@ _SLIPS = (
     (lambda g, w, r: _is_covariance(w) and _alike(g, w / 2, r), "Yours is exactly half: was something counted twice?"),
     (lambda g, w, r: _alike(g, w / 2, r), "Yours is exactly half."),
     (lambda g, w, r: _alike(g, w * DEGREES, r), "Yours is in degrees: keep to radians."),
-    (lambda g, w, r: _alike(g, w / DEGREES, r), "Yours looks converted from degrees: all angles are in radians already."),
+    (
+        lambda g, w, r: _alike(g, w / DEGREES, r),
+        "Yours looks converted from degrees: all angles are in radians already.",
+    ),
     (_not_wrapped, "Yours is off by whole turns of 2 pi: wrap the angle."),
     (_wrapped, "Yours has lost whole turns of 2 pi: only an angle is wrapped."),
     (

@@ -43,7 +43,7 @@ from typing import Any
 
 import numpy as np
 
-from . import deadline, edits, guard, slips
+from . import deadline, edits, guard, own_words, slips
 from .expect import Failed
 from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
@@ -234,7 +234,9 @@ class Exercise:
         seconds = time.perf_counter() - started
         if outcome is None:
             return Verdict("passed", printed=printed, seconds=seconds)
-        known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")  # of mistakes that are tried: these are not the student's
+            known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if len(known) == 1:
             tested = hint if at[0] is self.links[0] else at[0].help
@@ -268,7 +270,8 @@ class Exercise:
             self._call_more(lambda: self._go_on(more, failed), min(limit, LATER_S * deadline.SLOWER))
         right = right_results(self, more.calls)
         of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
-        return recognise_more(self, more.calls if of_cases else f.calls, failed.part, known)
+        own = own_words.formulas(f.function)
+        return recognise_more(self, more.calls if of_cases else f.calls, failed.part, known, own)
 
     @staticmethod
     def _call_more(calls, limit):

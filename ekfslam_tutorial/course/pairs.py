@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from . import deadline, edits, guard
+from . import deadline, edits, guard, own_words
 
 CALLS, FEWEST = 12, 5  # of the table; the fewest where there are more changes than
 MANY = 600
@@ -139,6 +139,8 @@ def _merged(one, other):
         for start, end, new in hunks:
             text, at = text + one.old[at:start] + new, end
         return [text + one.old[at:]]
+    if not (one.listed and other.listed):  # a slip of what is wrong already: its sentence would quote that as right
+        return []
     found = []
     for first, second in ((one, other), (other, one)):
         for places in (second.mistake.edits, second.places):
@@ -215,13 +217,23 @@ OUTER = (
 
 
 class Beside:
-    """A slip in the text of a listed mistake: it is there only with that mistake."""
+    """A slip in the text of a listed mistake: it is there only with that mistake.
+
+    What its sentence says to belong is a part of the mistake, unless it stands in the solution, too. Then the listed
+    mistake alone is told: the slip may be a trace of how the student has made it.
+    """
 
     listed, function = False, None
 
     def __init__(self, slip):
         self.mistake = slip
         self.ends = not LOOP.search(slip.body)
+
+    @cached_property
+    def is_of_the_solution(self) -> bool:
+        """What belongs by its sentence stands in the solution."""
+        body = " ".join(edits.parts(self.mistake.solution)[1].split())
+        return bool(self.mistake.quoted) and " ".join(self.mistake.quoted[0].split()) in body
 
 
 def outers(exercise, right):
@@ -249,7 +261,8 @@ class Table:
         Is it another number than the right one, and is it the student's?
     """
 
-    def __init__(self, exercise, calls, patience, few=False):
+    def __init__(self, exercise, calls, patience, few=False, own=None):
+        self.own = own
         most = 40 if few else CALLS
         end = time.process_time() + patience
         all_changes = changes(exercise)
@@ -284,7 +297,7 @@ class Table:
         self.rows = list(rows.values())
         self.row_of = {change: k for k, row in enumerate(self.rows) for change in row}
         self.V = np.array(values).reshape(len(values), len(self.t))
-        self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s)
+        self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s) | np.isnan(self.V) & np.isnan(self.s)
         self.wrong = ~_near(self.s, self.t)
         self.wrong_parts = np.array([self.wrong[self.parts == p].any() for p in range(int(self.parts.max()) + 1)])
 
@@ -335,20 +348,27 @@ class Table:
 
     def single(self):
         """The changes that alone give all that the student gave; none if there is no such row."""
-        found = np.flatnonzero(self.fits.all(1))
-        return self.rows[found[0]] if len(found) else []
+        return self._told(np.flatnonzero(self.fits.all(1)))
+
+    def _told(self, rows):
+        """The changes of the first of these rows of which one may be told."""
+        return next(filter(None, ([c for c in self.rows[k] if not self.doubtful(c)] for k in rows)), [])
+
+    def doubtful(self, change) -> bool:
+        """Return True if the student has written already what the change says to belong."""
+        return own_words.doubtful(change.mistake, self.own)
 
     def of_part(self, part):
         """The changes that give what is wrong in one result, and spoil nothing that the student has otherwise."""
         here = self.wrong & (self.parts == part)
         good = self.fits[:, here].all(1) & ~(self.changed & ~self.fits).any(1) & self.has_decimals[here].any()
-        found = np.flatnonzero(good)
-        return self.rows[found[0]] if len(found) else []
+        return self._told(np.flatnonzero(good))
 
     @cached_property
     def has_decimals(self):
         """Which of the student's numbers are no whole ones: these are hit by no chance."""
-        return np.abs(self.s - np.round(self.s)) > 1e-9
+        with np.errstate(all="ignore"):
+            return np.abs(self.s - np.round(self.s)) > 1e-9
 
     @cached_property
     def apart(self) -> bool:
@@ -381,7 +401,8 @@ class Table:
         if not (self.apart and self.needs(i, j) and self.needs(j, i)):
             return None
         ways = np.select([~self.wrong_parts, self.whole[i], self.whole[j]], [0, 1, 2], 3)
-        return None if (ways == 3).all() else tuple(ways)
+        some = {1, 2} <= set(ways) or self.rows[i][0].listed and self.rows[j][0].listed and (ways != 3).any()
+        return tuple(ways) if some else None  # a slip that shows only with the other one may undo a part of it
 
     def needs(self, i, j) -> bool:
         """Return True if row j does not give all that is wrong, so that row i is in some of it, too."""
@@ -397,7 +418,7 @@ class Table:
         good = self.apart & self.whole[:, self.wrong_parts].all(1) & self.wrong_parts[self.first]
         found = np.flatnonzero(good)
         spoilt = (self.changed & ~self.fits).sum(1)
-        return self.rows[found[np.argmin(spoilt[found])]] if len(found) else []
+        return self._told(found[np.argsort(spoilt[found], kind="stable")])
 
     def evident(self, i, j) -> bool:
         """Return True if a pair is no guess: one mistake in another formula may be two slips in this one by chance.
@@ -533,7 +554,7 @@ def find(table, calls, patience):
             tried += 1
             for answer in with_both(one, other):
                 fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
-                if _in_time(fits, one, other):
+                if _in_time(fits, one, other) and not table.doubtful(one) and not table.doubtful(other):
                     found.append((one, other))
                     break
             if found and not table.few:
@@ -542,6 +563,8 @@ def find(table, calls, patience):
             break
     if table.few:
         found = _sure(table, found, tried)
+    if found and isinstance(found[0][1], Beside) and not found[0][1].is_of_the_solution:
+        return [found[0][0].mistake]
     known = _no_guess(table, calls, *found[0]) if found else []
     return sorted((change.mistake for change in known), key=exercise.fails_at)
 
