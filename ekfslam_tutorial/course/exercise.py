@@ -47,9 +47,9 @@ from . import deadline, edits, guard, own_words, slips
 from .expect import Failed
 from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
-PATIENCE = 0.6  # seconds that a table of what each slip does may take, where no listed mistake fits
+PATIENCE = 3.0  # seconds of the processor after which a search for slips ends, though `pairs` counts its steps
 FEW = 3  # wrong calls of the cases; with fewer, or with none beyond a known mistake, later links are asked, too
-LATER_S = 0.2  # that later links may take: they may show another mistake, or that a slip is none
+LATER_S = 0.5  # that later links may take: they may show another mistake, or that a slip is none
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -257,7 +257,7 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
-        self.patience = PATIENCE * min(deadline.SLOWER, 3)
+        self.patience = PATIENCE
         part = wrong_part(self, f.calls, right_results(self, f.calls), failed.part)
         if few := few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)

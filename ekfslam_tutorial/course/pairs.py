@@ -15,6 +15,7 @@ import itertools
 import os.path
 import pickle
 import re
+import sys
 import time
 import types
 import warnings
@@ -27,6 +28,8 @@ from . import deadline, edits, guard, own_words
 
 CALLS, FEWEST = 12, 5  # of the table; the fewest where there are more changes than
 MANY = 600
+STEPS, SEARCHED = 10_000_000, 4_000_000  # calls of functions, about 0.2 us each: of the table, and of the pairs tried
+COMPILED = 400  # steps that it takes to make a change
 CELLS = 250  # numbers of the table, of those that are wrong, and of those that are right
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
@@ -267,7 +270,10 @@ class Table:
         end = time.process_time() + patience
         all_changes = changes(exercise)
         most = max(FEWEST, min(most, most * MANY // max(len(all_changes), 1)))
-        self.exercise = exercise
+        self.exercise, self.steps = exercise, _steps(exercise, calls)
+        affordable = int((STEPS / max(len(all_changes), 1) - COMPILED) / self.steps)
+        most = max(2, min(most, affordable))
+        all_changes = all_changes[: int(STEPS / (COMPILED + most * self.steps))]
         right = [exercise.result(exercise.solution, call.args) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)
         self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
@@ -530,14 +536,15 @@ def find(table, calls, patience):
     calls : sequence of Call
         Calls in which all right answers give the same.
     patience : float
-        Seconds of the processor; two thirds of it are for this.
+        Seconds of the processor after which the search ends in any case: `SEARCHED` steps come first, so that what is
+        found does not depend on how busy the computer is.
 
     Returns
     -------
     list of Mistake or Slip
         Two, or none.
     """
-    exercise, start, found, tried = table.exercise, time.process_time(), [], 0
+    exercise, end, found, tried, steps = table.exercise, time.process_time() + patience, [], 0, 0
     likely, hidden = _tried(table, table.evident), _tried(table, table.hidden)
     whole = lambda one, other: composed(exercise.solution, one, other)
     in_some = lambda one, other: apart(table, one, other)
@@ -549,10 +556,11 @@ def find(table, calls, patience):
     )
     for pairs, with_both, share in searches:
         for one, other in pairs:
-            if time.process_time() > start + share * patience:
+            if steps > share * SEARCHED or time.process_time() > end:
                 break
             tried += 1
             for answer in with_both(one, other):
+                steps += COMPILED + 2 * table.steps  # most pairs fail in the first or second call
                 fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
                 if _in_time(fits, one, other) and not table.doubtful(one) and not table.doubtful(other):
                     found.append((one, other))
@@ -663,6 +671,19 @@ def _in_time(job, *changes):
         return None
 
 
+def _steps(exercise, calls) -> float:
+    """How many functions a call of the solution calls: what it costs, on each computer the same."""
+    count, before = itertools.count(), sys.getprofile()
+    some = calls[:3]
+    sys.setprofile(lambda *_: next(count))
+    try:
+        for call in some:
+            _called(exercise.solution, call.args)
+    finally:
+        sys.setprofile(before)
+    return max(next(count), 1) / max(len(some), 1)
+
+
 def _called(answer, args):
     """The result, or `Raised`; as `Exercise.result`, and quicker."""
     try:
@@ -707,7 +728,8 @@ def _chosen(exercise, calls, right, most):
         first = list({kinds[k]: k for k in reversed(some)}.values())
         return [*spread(first, n), *spread([k for k in some if k not in first], n - min(len(first), n))]
 
-    bad, good = few(of(True), 2 * most // 3), of(False)
+    good = of(False)
+    bad = few(of(True), 2 * most // 3 if good else most)
     chosen = [*bad, *few(good, most - len(bad))] if good else bad
     return [calls[k] for k in chosen]
 
