@@ -30,7 +30,7 @@ def formulas(function) -> Counter | None:
 def doubtful(mistake, own: Counter | None) -> bool:
     """Return True if what a slip says to belong is what the student has written already, and the wrong form is not."""
     quoted = getattr(mistake, "quoted", None)
-    if not own or not quoted:
+    if not own or not quoted or quoted[0].isidentifier():
         return False
     known = _solution(mistake.solution)
     if known is None:

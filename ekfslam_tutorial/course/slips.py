@@ -469,6 +469,9 @@ def _of_call(node, of):
     if name in EXCHANGED:
         new = f"{stem}.{EXCHANGED[name]}" if stem else EXCHANGED[name]
         yield f"`{EXCHANGED[name]}` for `{name}`", f"{new}({', '.join(args + keywords)})"
+    if name == "mean" and stem == "np" and len(args) == 1 and all(k.arg == "axis" for k in node.keywords):
+        inside = ", ".join(args + keywords)
+        yield "Divided by one less than there are", f"np.divide(np.sum({inside}), np.size({inside}) - 1)"
     if name in AROUND and len(args) == 1:
         yield f"The {AROUND[name]} is missing", args[0]
     if name in ("sin", "cos", "tan") and args:
