@@ -168,8 +168,8 @@ def _show(a, digits, small=False):
     if a.ndim == 0:
         return f"{float(a):.{digits}g}"
     if small:
-        number = {"float_kind": lambda v: f"{v:.{digits - 2}g}"}
-        return np.array2string(a, formatter=number, separator=", ").replace("\n", "")
+        with np.printoptions(formatter={"float_kind": lambda v: f"{v:.{digits - 2}g}"}):
+            return np.array2string(a, separator=", ").replace("\n", "")
     return np.array2string(a, precision=digits - 2, suppress_small=True, separator=", ").replace("\n", "")
 
 
