@@ -364,6 +364,11 @@ class Table:
         """Return True if the student has written already what the change says to belong."""
         return own_words.doubtful(change.mistake, self.own)
 
+    def may_tell(self, one, other) -> bool:
+        """Return True if neither of two changes is doubtful; beside one that is, a listed mistake is told alone."""
+        sure = [change for change in (one, other) if not self.doubtful(change)]
+        return len(sure) == 2 or len(sure) == 1 and sure[0].listed
+
     def of_part(self, part):
         """The changes that give what is wrong in one result, and spoil nothing that the student has otherwise."""
         here = self.wrong & (self.parts == part)
@@ -562,7 +567,7 @@ def find(table, calls, patience):
             for answer in with_both(one, other):
                 steps += COMPILED + 2 * table.steps  # most pairs fail in the first or second call
                 fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
-                if not all(map(table.doubtful, (one, other))) and _in_time(fits, one, other):
+                if table.may_tell(one, other) and _in_time(fits, one, other):
                     found.append((one, other))
                     break
             if found and not table.few:
@@ -574,8 +579,7 @@ def find(table, calls, patience):
     if found and isinstance(found[0][1], Beside) and not found[0][1].is_of_the_solution:
         return [found[0][0].mistake]
     known = _no_guess(table, calls, *found[0]) if found else []
-    sure = [change for change in known if not table.doubtful(change)]
-    known = sure if all(change.listed for change in sure) else known if sure == known else []
+    known = [change for change in known if not table.doubtful(change)]
     return sorted((change.mistake for change in known), key=exercise.fails_at)
 
 
