@@ -38,17 +38,22 @@ def same(a, b, rtol=1e-5, atol=1e-9) -> bool:
     return bool(np.all(np.abs(np.subtract(a, b)) <= atol + rtol * scale))
 
 
+def _alike(a, b, rtol=1e-5):
+    """The same without an absolute tolerance: to it variances of 1e-8 and of 1e-12 are alike."""
+    return same(a, b, rtol, atol=0.0)
+
+
 def _is_square(a):
     return a.ndim == 2 and a.shape[0] == a.shape[1] > 1
 
 
 def _is_covariance(a):
     """Return True for what can be a covariance: of several numbers, symmetric, no negative variance."""
-    return _is_square(a) and same(a, a.T) and bool((np.diag(a) >= 0).all())
+    return _is_square(a) and _alike(a, a.T) and bool((np.diag(a) >= 0).all())
 
 
 def _inverted(got, want, rtol):
-    return _is_square(want) and same(got @ want, np.eye(len(want)), 1e-4) and not same(got, want, rtol)
+    return _is_square(want) and _alike(got @ want, np.eye(len(want)), 1e-4) and not _alike(got, want, rtol)
 
 
 def _tells(decimals):
@@ -57,7 +62,7 @@ def _tells(decimals):
 
 
 def _reversed_differs(want, rtol):
-    return want.ndim == 1 and want.size > 1 and not same(want[::-1], want, rtol)
+    return want.ndim == 1 and want.size > 1 and not _alike(want[::-1], want, rtol)
 
 
 def _turns(got, want):
@@ -91,14 +96,17 @@ def _wrapped_without_brackets(got, want, rtol):
 # Decimals are compared exactly: beside a large entry, such as a time stamp, the small ones would count as rounding.
 _SLIPS = (
     (lambda g, w, r: g.ndim > 0 and not np.any(g), "Yours is zero."),
-    (lambda g, w, r: same(g, -w, r), "The sign is the wrong way round."),
-    (lambda g, w, r: _is_square(w) and same(g, w.T, r) and not same(w, w.T, r), "Yours is the transpose."),
+    (lambda g, w, r: _alike(g, -w, r), "The sign is the wrong way round."),
+    (lambda g, w, r: _is_square(w) and _alike(g, w.T, r) and not _alike(w, w.T, r), "Yours is the transpose."),
     (_inverted, "Yours is the inverse."),
-    (lambda g, w, r: same(g, 2 * w, r), "Yours is twice as large."),
-    (lambda g, w, r: _is_covariance(w) and same(g, w / 2, r), "Yours is exactly half: was something counted twice?"),
-    (lambda g, w, r: same(g, w / 2, r), "Yours is exactly half."),
-    (lambda g, w, r: same(g, w * DEGREES, r), "Yours is in degrees: keep to radians."),
-    (lambda g, w, r: same(g, w / DEGREES, r), "Yours looks converted from degrees: all angles are in radians already."),
+    (lambda g, w, r: _alike(g, 2 * w, r), "Yours is twice as large."),
+    (lambda g, w, r: _is_covariance(w) and _alike(g, w / 2, r), "Yours is exactly half: was something counted twice?"),
+    (lambda g, w, r: _alike(g, w / 2, r), "Yours is exactly half."),
+    (lambda g, w, r: _alike(g, w * DEGREES, r), "Yours is in degrees: keep to radians."),
+    (
+        lambda g, w, r: _alike(g, w / DEGREES, r),
+        "Yours looks converted from degrees: all angles are in radians already.",
+    ),
     (_not_wrapped, "Yours is off by whole turns of 2 pi: wrap the angle."),
     (_wrapped, "Yours has lost whole turns of 2 pi: only an angle is wrapped."),
     (
@@ -106,11 +114,11 @@ _SLIPS = (
         "Python reads `% 2*np.pi` as `(... % 2) * np.pi`: the whole turn needs brackets, `% (2 * np.pi)`.",
     ),
     (
-        lambda g, w, r: _is_covariance(w) and same(g**2, w, r),
+        lambda g, w, r: _is_covariance(w) and _alike(g**2, w, r),
         "Yours is the square root: a covariance holds variances.",
     ),
-    (lambda g, w, r: same(g**2, w, r), "Yours is the square root."),
-    (lambda g, w, r: same(g, w**2, r), "Yours is the square."),
+    (lambda g, w, r: _alike(g**2, w, r), "Yours is the square root."),
+    (lambda g, w, r: _alike(g, w**2, r), "Yours is the square."),
     (
         lambda g, w, r: (
             np.any(g)
@@ -119,30 +127,30 @@ _SLIPS = (
         ),
         "Yours has lost its decimals: is an array of type int?",
     ),
-    (lambda g, w, r: _reversed_differs(w, r) and same(g, w[::-1], r), "The entries are in the wrong order."),
+    (lambda g, w, r: _reversed_differs(w, r) and _alike(g, w[::-1], r), "The entries are in the wrong order."),
 )
 
 
 def _one_entry(got, want, rtol) -> str:
     """Say it if every wrong entry has the wrong sign, if symmetry is lost, or if only some entries are wrong."""
     scale = np.max(np.abs(want), initial=0.0)
-    wrong = np.abs(got - want) > 1e-9 + rtol * scale
+    wrong = np.abs(got - want) > 1e-9 * min(scale, 1.0) + rtol * scale
     if got.ndim == 0 or not wrong.any():
         return ""
     places = [tuple(int(i) for i in place) for place in np.argwhere(wrong)]
     named = ", ".join(_bracket(p) for p in places[:4]) + (" ..." if len(places) > 4 else "")
-    if same(got[wrong], -want[wrong], rtol):
+    if _alike(got[wrong], -want[wrong], rtol):
         return f"Wrong sign at {named}."
-    if same(got[wrong], want[wrong] * DEGREES, rtol):
+    if _alike(got[wrong], want[wrong] * DEGREES, rtol):
         return f"In degrees at {named}: keep to radians."
-    if same(got[wrong], want[wrong] / DEGREES, rtol):
+    if _alike(got[wrong], want[wrong] / DEGREES, rtol):
         return f"Converted from degrees at {named}: all angles are in radians already."
     if not got[wrong].any():
         return f"Missing (zero) at {named}."
     for turned, and_sign in ((want[wrong], ""), (-want[wrong], ", and their sign is wrong")):
-        if 1 < len(places) <= 4 and same(np.sort(got[wrong]), np.sort(turned), rtol):
+        if 1 < len(places) <= 4 and _alike(np.sort(got[wrong]), np.sort(turned), rtol):
             return f"The entries at {named} are exchanged{and_sign}."
-    if _is_covariance(want) and not same(want, np.diag(np.diag(want))) and not same(got, got.T, 1e-4):
+    if _is_covariance(want) and not _alike(want, np.diag(np.diag(want))) and not _alike(got, got.T, 1e-4):
         return "Yours is not symmetric: what stands at [i, j] must stand at [j, i], too."
     return f"Wrong at {named} only." if len(places) <= want.size // 2 else ""
 

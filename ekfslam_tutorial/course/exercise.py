@@ -43,13 +43,13 @@ from typing import Any
 
 import numpy as np
 
-from . import deadline, edits, guard, slips
+from . import deadline, edits, guard, own_words, slips
 from .expect import Failed
 from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
-PATIENCE = 0.6  # seconds that a table of what each slip does may take, where no listed mistake fits
+PATIENCE = 3.0  # seconds of the processor after which a search for slips ends, though `pairs` counts its steps
 FEW = 3  # wrong calls of the cases; with fewer, or with none beyond a known mistake, later links are asked, too
-LATER_S = 0.2  # that later links may take: they may show another mistake, or that a slip is none
+LATER_S = 0.5  # that later links may take: they may show another mistake, or that a slip is none
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -234,7 +234,9 @@ class Exercise:
         seconds = time.perf_counter() - started
         if outcome is None:
             return Verdict("passed", printed=printed, seconds=seconds)
-        known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")  # of mistakes that are tried: these are not the student's
+            known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if len(known) == 1:
             tested = hint if at[0] is self.links[0] else at[0].help
@@ -255,7 +257,7 @@ class Exercise:
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
-        self.patience = PATIENCE * min(deadline.SLOWER, 3)
+        self.patience = PATIENCE
         part = wrong_part(self, f.calls, right_results(self, f.calls), failed.part)
         if few := few_values(self, f.calls, part):
             self._call_more(lambda: self._go_on(f, failed), limit)
@@ -268,7 +270,8 @@ class Exercise:
             self._call_more(lambda: self._go_on(more, failed), min(limit, LATER_S * deadline.SLOWER))
         right = right_results(self, more.calls)
         of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
-        return recognise_more(self, more.calls if of_cases else f.calls, failed.part, known)
+        own = own_words.formulas(f.function)
+        return recognise_more(self, more.calls if of_cases else f.calls, failed.part, known, own)
 
     @staticmethod
     def _call_more(calls, limit):

@@ -14,6 +14,9 @@ NO_NUMBER = (
 )
 
 
+SMALL = 1e-3  # below it four decimals say too little
+
+
 class Failed(Exception):
     """A property does not hold; the message says what was got and what was expected.
 
@@ -152,17 +155,21 @@ def _shape_help(got, want):
 
 
 def _apart(a, b, digits=6):
-    """Show two arrays with so many digits that they do not look alike."""
-    texts = "", ""
+    """Show two arrays with so many digits that they do not look alike; where all is small, significant ones."""
+    a, b, texts = np.asarray(a, float), np.asarray(b, float), ("", "")
+    small = 0 < max(np.max(np.abs(v), initial=0) for v in (a, b)) < SMALL
     while texts[0] == texts[1] and digits < 18:
-        texts = _show(np.asarray(a, float), digits), _show(np.asarray(b, float), digits)
+        texts = _show(a, digits, small), _show(b, digits, small)
         digits += 1
     return texts
 
 
-def _show(a, digits):
+def _show(a, digits, small=False):
     if a.ndim == 0:
         return f"{float(a):.{digits}g}"
+    if small:
+        with np.printoptions(formatter={"float_kind": lambda v: f"{v:.{digits - 2}g}"}):
+            return np.array2string(a, separator=", ").replace("\n", "")
     return np.array2string(a, precision=digits - 2, suppress_small=True, separator=", ").replace("\n", "")
 
 

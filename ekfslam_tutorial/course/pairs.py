@@ -15,6 +15,7 @@ import itertools
 import os.path
 import pickle
 import re
+import sys
 import time
 import types
 import warnings
@@ -23,10 +24,12 @@ from typing import Any
 
 import numpy as np
 
-from . import deadline, edits, guard
+from . import deadline, edits, guard, own_words
 
 CALLS, FEWEST = 12, 5  # of the table; the fewest where there are more changes than
 MANY = 600
+STEPS, SEARCHED = 10_000_000, 4_000_000  # calls of functions, about 0.2 us each: of the table, and of the pairs tried
+COMPILED = 400  # steps that it takes to make a change
 CELLS = 250  # numbers of the table, of those that are wrong, and of those that are right
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
@@ -139,6 +142,8 @@ def _merged(one, other):
         for start, end, new in hunks:
             text, at = text + one.old[at:start] + new, end
         return [text + one.old[at:]]
+    if not (one.listed and other.listed):  # a slip of what is wrong already: its sentence would quote that as right
+        return []
     found = []
     for first, second in ((one, other), (other, one)):
         for places in (second.mistake.edits, second.places):
@@ -215,13 +220,23 @@ OUTER = (
 
 
 class Beside:
-    """A slip in the text of a listed mistake: it is there only with that mistake."""
+    """A slip in the text of a listed mistake: it is there only with that mistake.
+
+    What its sentence says to belong is a part of the mistake, unless it stands in the solution, too. Then the listed
+    mistake alone is told: the slip may be a trace of how the student has made it.
+    """
 
     listed, function = False, None
 
     def __init__(self, slip):
         self.mistake = slip
         self.ends = not LOOP.search(slip.body)
+
+    @cached_property
+    def is_of_the_solution(self) -> bool:
+        """What belongs by its sentence stands in the solution."""
+        body = " ".join(edits.parts(self.mistake.solution)[1].split())
+        return bool(self.mistake.quoted) and " ".join(self.mistake.quoted[0].split()) in body
 
 
 def outers(exercise, right):
@@ -249,12 +264,16 @@ class Table:
         Is it another number than the right one, and is it the student's?
     """
 
-    def __init__(self, exercise, calls, patience, few=False):
+    def __init__(self, exercise, calls, patience, few=False, own=None):
+        self.own = own
         most = 40 if few else CALLS
         end = time.process_time() + patience
         all_changes = changes(exercise)
         most = max(FEWEST, min(most, most * MANY // max(len(all_changes), 1)))
-        self.exercise = exercise
+        self.exercise, self.steps = exercise, _steps(exercise, calls)
+        affordable = int((STEPS / max(len(all_changes), 1) - COMPILED) / self.steps)
+        most = max(2, min(most, affordable))
+        all_changes = all_changes[: int(STEPS / (COMPILED + most * self.steps))]
         right = [exercise.result(exercise.solution, call.args) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)
         self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
@@ -284,7 +303,7 @@ class Table:
         self.rows = list(rows.values())
         self.row_of = {change: k for k, row in enumerate(self.rows) for change in row}
         self.V = np.array(values).reshape(len(values), len(self.t))
-        self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s)
+        self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s) | np.isnan(self.V) & np.isnan(self.s)
         self.wrong = ~_near(self.s, self.t)
         self.wrong_parts = np.array([self.wrong[self.parts == p].any() for p in range(int(self.parts.max()) + 1)])
 
@@ -335,20 +354,32 @@ class Table:
 
     def single(self):
         """The changes that alone give all that the student gave; none if there is no such row."""
-        found = np.flatnonzero(self.fits.all(1))
-        return self.rows[found[0]] if len(found) else []
+        return self._told(np.flatnonzero(self.fits.all(1)))
+
+    def _told(self, rows):
+        """The changes of the first of these rows of which one may be told."""
+        return next(filter(None, ([c for c in self.rows[k] if not self.doubtful(c)] for k in rows)), [])
+
+    def doubtful(self, change) -> bool:
+        """Return True if the student has written already what the change says to belong."""
+        return own_words.doubtful(change.mistake, self.own)
+
+    def may_tell(self, one, other) -> bool:
+        """Return True if neither of two changes is doubtful; beside one that is, a listed mistake is told alone."""
+        sure = [change for change in (one, other) if not self.doubtful(change)]
+        return len(sure) == 2 or len(sure) == 1 and sure[0].listed
 
     def of_part(self, part):
         """The changes that give what is wrong in one result, and spoil nothing that the student has otherwise."""
         here = self.wrong & (self.parts == part)
         good = self.fits[:, here].all(1) & ~(self.changed & ~self.fits).any(1) & self.has_decimals[here].any()
-        found = np.flatnonzero(good)
-        return self.rows[found[0]] if len(found) else []
+        return self._told(np.flatnonzero(good))
 
     @cached_property
     def has_decimals(self):
         """Which of the student's numbers are no whole ones: these are hit by no chance."""
-        return np.abs(self.s - np.round(self.s)) > 1e-9
+        with np.errstate(all="ignore"):
+            return np.abs(self.s - np.round(self.s)) > 1e-9
 
     @cached_property
     def apart(self) -> bool:
@@ -381,7 +412,8 @@ class Table:
         if not (self.apart and self.needs(i, j) and self.needs(j, i)):
             return None
         ways = np.select([~self.wrong_parts, self.whole[i], self.whole[j]], [0, 1, 2], 3)
-        return None if (ways == 3).all() else tuple(ways)
+        some = {1, 2} <= set(ways) or self.rows[i][0].listed and self.rows[j][0].listed and (ways != 3).any()
+        return tuple(ways) if some else None  # a slip that shows only with the other one may undo a part of it
 
     def needs(self, i, j) -> bool:
         """Return True if row j does not give all that is wrong, so that row i is in some of it, too."""
@@ -397,7 +429,7 @@ class Table:
         good = self.apart & self.whole[:, self.wrong_parts].all(1) & self.wrong_parts[self.first]
         found = np.flatnonzero(good)
         spoilt = (self.changed & ~self.fits).sum(1)
-        return self.rows[found[np.argmin(spoilt[found])]] if len(found) else []
+        return self._told(found[np.argsort(spoilt[found], kind="stable")])
 
     def evident(self, i, j) -> bool:
         """Return True if a pair is no guess: one mistake in another formula may be two slips in this one by chance.
@@ -413,12 +445,12 @@ class Table:
     def shown(self, i, j) -> bool:
         """Return True if row i gives numbers that row j does not touch, or a whole result that j does not give."""
         alone = self.whole[i] & ~self.whole[j] & self.wrong_parts
-        return bool((self.fits[i] & self.wrong & ~self.changed[j]).any() or alone.any())
+        return bool((self.fits[i] & self.wrong & np.isfinite(self.s) & ~self.changed[j]).any() or alone.any())
 
     @cached_property
     def tells(self) -> bool:
-        """The results are numbers with decimals, all of them: no two slips give them by chance."""
-        return not self.few and bool(np.isfinite(self.s).all()) and not self.unlike
+        """The results are numbers with decimals, most of them: no two slips give them by chance."""
+        return not self.few and not self.unlike and bool(np.isfinite(self.s).mean() > 0.5)
 
     def hidden(self, i, j) -> bool:
         """Return True if a slip of the two shows in no number alone: both are in all that is wrong."""
@@ -509,14 +541,15 @@ def find(table, calls, patience):
     calls : sequence of Call
         Calls in which all right answers give the same.
     patience : float
-        Seconds of the processor; two thirds of it are for this.
+        Seconds of the processor after which the search ends in any case: `SEARCHED` steps come first, so that what is
+        found does not depend on how busy the computer is.
 
     Returns
     -------
     list of Mistake or Slip
         Two, or none.
     """
-    exercise, start, found, tried = table.exercise, time.process_time(), [], 0
+    exercise, end, found, tried, steps = table.exercise, time.process_time() + patience, [], 0, 0
     likely, hidden = _tried(table, table.evident), _tried(table, table.hidden)
     whole = lambda one, other: composed(exercise.solution, one, other)
     in_some = lambda one, other: apart(table, one, other)
@@ -528,12 +561,13 @@ def find(table, calls, patience):
     )
     for pairs, with_both, share in searches:
         for one, other in pairs:
-            if time.process_time() > start + share * patience:
+            if steps > share * SEARCHED or time.process_time() > end:
                 break
             tried += 1
             for answer in with_both(one, other):
+                steps += COMPILED + 2 * table.steps  # most pairs fail in the first or second call
                 fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
-                if _in_time(fits, one, other):
+                if table.may_tell(one, other) and _in_time(fits, one, other):
                     found.append((one, other))
                     break
             if found and not table.few:
@@ -542,7 +576,10 @@ def find(table, calls, patience):
             break
     if table.few:
         found = _sure(table, found, tried)
+    if found and isinstance(found[0][1], Beside) and not found[0][1].is_of_the_solution:
+        return [found[0][0].mistake]
     known = _no_guess(table, calls, *found[0]) if found else []
+    known = [change for change in known if not table.doubtful(change)]
     return sorted((change.mistake for change in known), key=exercise.fails_at)
 
 
@@ -640,6 +677,19 @@ def _in_time(job, *changes):
         return None
 
 
+def _steps(exercise, calls) -> float:
+    """How many functions a call of the solution calls: what it costs, on each computer the same."""
+    count, before = itertools.count(), sys.getprofile()
+    some = calls[:3]
+    sys.setprofile(lambda *_: next(count))
+    try:
+        for call in some:
+            _called(exercise.solution, call.args)
+    finally:
+        sys.setprofile(before)
+    return max(next(count), 1) / max(len(some), 1)
+
+
 def _called(answer, args):
     """The result, or `Raised`; as `Exercise.result`, and quicker."""
     try:
@@ -684,7 +734,8 @@ def _chosen(exercise, calls, right, most):
         first = list({kinds[k]: k for k in reversed(some)}.values())
         return [*spread(first, n), *spread([k for k in some if k not in first], n - min(len(first), n))]
 
-    bad, good = few(of(True), 2 * most // 3), of(False)
+    good = of(False)
+    bad = few(of(True), 2 * most // 3 if good else most)
     chosen = [*bad, *few(good, most - len(bad))] if good else bad
     return [calls[k] for k in chosen]
 

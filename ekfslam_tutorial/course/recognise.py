@@ -44,7 +44,7 @@ def recognise(exercise, calls, part=None):
     return whole or (_fitting(exercise, calls, truth, part) if part is not None else [])
 
 
-def recognise_more(exercise, calls, part, known):
+def recognise_more(exercise, calls, part, known, own=None):
     """Return what explains more than the listed mistake that is known, if one is: a pair of mistakes, or a slip.
 
     Parameters
@@ -56,6 +56,8 @@ def recognise_more(exercise, calls, part, known):
         The result that failed.
     known : list of Misconception
         What `recognise` has found: none, or one.
+    own : Counter, optional
+        The formulas that the student has written: what contradicts them is not told.
     """
     left = [call for call in calls if known and not _answers(exercise, known[0].answer, [call])]
     if not calls or known and not left:
@@ -64,7 +66,7 @@ def recognise_more(exercise, calls, part, known):
     few = few_values(exercise, calls)
     if not few and not any(_has_numbers(call.result) for call in calls):  # no slip of a formula gives that
         return known
-    table = pairs.Table(exercise, calls, exercise.patience, few)
+    table = pairs.Table(exercise, calls, exercise.patience, few, own)
     if not table.wrong.any():
         return known
     few = table.few = few or not _has_decimals(table.t[table.wrong])  # what is wrong is what tells

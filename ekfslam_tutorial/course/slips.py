@@ -32,13 +32,16 @@ COMPARED = {ast.Lt: (ast.LtE, ast.Gt), ast.LtE: (ast.Lt, ast.GtE), ast.Gt: (ast.
 
 
 class Slip:
-    """The solution, or a listed mistake, with one more slip."""
+    """The solution, or a listed mistake, with one more slip.
+
+    `quoted` is what its sentence says: what belongs there, and what stands there instead; None if it quotes nothing.
+    """
 
     edits: tuple = ()
 
-    def __init__(self, solution, hint, body, user=None):
+    def __init__(self, solution, hint, body, user=None, quoted=None):
         self.name = f"slip: {hint.partition(': your')[0]}"
-        self.solution, self.hint, self.body, self.user = solution, hint, body, user
+        self.solution, self.hint, self.body, self.user, self.quoted = solution, hint, body, user, quoted
 
     @property
     def answer(self):
@@ -73,10 +76,10 @@ def slips(solution, body=None) -> list[Slip]:
         function = ast.parse(head + body).body[0]
     except SyntaxError:
         return []
-    for sentence, text in _of(function, _Text(head, body)):
+    for sentence, text, *quoted in _of(function, _Text(head, body)):
         if text not in seen:
             seen.add(text)
-            found.append(Slip(solution, sentence, text))
+            found.append(Slip(solution, sentence, text, quoted=tuple(quoted) or None))
     return found[:MOST]
 
 
@@ -86,7 +89,8 @@ def slips_of_helpers(solution) -> list[Slip]:
     for name in solution.__code__.co_names:
         helper = solution.__globals__.get(name)
         if isinstance(helper, types.FunctionType) and helper.__module__.startswith(f"{__package__}.exercises"):
-            found += [Slip(helper, f"As in `{name}`. {s.hint}", s.body, solution) for s in slips(helper)]
+            told = ((f"As in `{name}`. {s.hint}", s) for s in slips(helper))
+            found += [Slip(helper, hint, s.body, solution, s.quoted) for hint, s in told]
     return found
 
 
@@ -112,7 +116,7 @@ class _Text:
 
     def with_(self, node, new, brackets=True):
         start, end = self.span(node)
-        new = f"({new})" if brackets else new
+        new = f"({new})" if brackets and not re.fullmatch(r"[a-z][\w.]*", new, re.IGNORECASE) else new
         return self.text[self.head : start] + new + self.text[end:]
 
     def with_all(self, nodes, new):
@@ -122,37 +126,41 @@ class _Text:
         return body + self.text[at:]
 
 
-def _of(function, text) -> Iterator[tuple[str, str]]:
-    """Yield the sentence and the new body of each slip."""
+def _of(function, text) -> Iterator[tuple[str, ...]]:
+    """Yield the sentence and the new body of each slip; and, if it quotes them, what belongs and what stands there."""
     statements = [n for n in ast.walk(function) if isinstance(n, ast.stmt) and n is not function]
     if ast.get_docstring(function) is not None:
         statements.remove(function.body[0])
     parameters = [a.arg for a in function.args.args]
     means = _meanings(function, parameters)
 
-    def told(what, old, new):
+    places = _Places(function, statements, text)
+
+    def told(what, at, old, new):
         old, new = (" ".join(s.split()) for s in (old, new))
         if max(len(old), len(new)) > LONGEST:
             return f"{what}: look at `{old[:40]} ...`." if len(old) > LONGEST else f"{what}: look at `{old}`."
         known = [f"{name} = {value}" for name, value in means.items() if re.search(rf"\b{name}\b", old)]
         known = known if len(known) < 3 else []
         where = f" (with {', '.join(known)})" if known else ""
-        return f"{what}: your results are as if `{new}` stood where `{old}` belongs{where}."
+        return f"{what}: your results are as if `{new}` stood where `{old}` belongs{places.of(at, old)}{where}."
 
     nodes = sorted(_nodes(function), key=lambda n: not isinstance(n, ast.Attribute))  # transposes first
     locals_ = [*parameters, *_assigned(function)]
     written = {id(n.value) for n in nodes if isinstance(n, ast.Subscript) and isinstance(n.ctx, ast.Store)}
     names = [n for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load) and n.id in locals_]
     names = [n for n in names if id(n) not in written]
+    free = _free(function)
     for node in nodes:
         small = isinstance(node, ast.Constant) or node in names
         parent = _around(nodes, node, text) if small else node
         for what, new in [*_changes(node, text), *_of_name(node, names)]:
-            yield told(what, *text.both(parent, node, new)), text.with_(node, new)
+            both = text.both(parent, node, new)
+            yield told(what, parent, *both), text.with_(node, new, id(node) not in free), *both
     yield from _of_parameters(function, parameters, text)
     for node in statements:
         yield from _of_statement(node, text)
-    yield from _of_uses(function, nodes, names, text)
+    yield from _of_uses(function, nodes, names, places, text)
     yield from _of_repeated(statements, nodes, told, text)
     yield from _of_angles(function, statements, text)
     for node in names:
@@ -160,22 +168,66 @@ def _of(function, text) -> Iterator[tuple[str, str]]:
         for other in locals_:
             if other != node.id:
                 both = text.both(around, node, other)
-                yield told(f"`{other}` for `{node.id}`", *both), text.with_(node, other, False)
+                yield told(f"`{other}` for `{node.id}`", around, *both), text.with_(node, other, False), *both
 
 
-def _of_uses(function, nodes, names, text):
+class _Places:
+    """Where an expression stands, in words: the result or the name that its line gives a value."""
+
+    def __init__(self, function, statements, text):
+        self.statements, self.text = statements, text
+        self.body = " ".join(text.text[text.head :].split())
+
+    def of(self, node, old):
+        """Return ", in `X_x`", or "" where what is quoted tells its place already."""
+        a, b = self.text.span(node)
+        lines = [s for s in self.statements if self.text.span(s)[0] <= a and b <= self.text.span(s)[1]]
+        line = min(lines, key=lambda s: self.text.span(s)[1] - self.text.span(s)[0], default=None)
+        if isinstance(line, ast.Return):
+            return ", in what is returned" if self.body.count(old) > 1 else ""
+        if not isinstance(line, ast.Assign | ast.AugAssign):
+            return ""
+        target = line.targets[0] if isinstance(line, ast.Assign) else line.target
+        if isinstance(target, ast.Tuple) and isinstance(line.value, ast.Tuple):  # one name for each value
+            within = [t for t, v in zip(target.elts, line.value.elts, strict=False) if self._holds(v, a, b)]
+            if len(within) != 1:
+                return ""
+            target = within[0]
+        return f", in `{self.text.of(target)}`"
+
+    def _holds(self, value, a, b):
+        start, end = self.text.span(value)
+        return start <= a and b <= end
+
+
+def _free(function):
+    """What stands where no brackets are needed, whatever is written there: no operand, and no tuple."""
+    inside = set()
+    for node in ast.walk(function):
+        if isinstance(node, ast.BinOp | ast.UnaryOp | ast.Compare | ast.BoolOp | ast.Attribute | ast.Starred):
+            inside.update(map(id, ast.iter_child_nodes(node)))
+        elif isinstance(node, ast.Subscript):
+            inside.add(id(node.value))
+        elif isinstance(node, ast.IfExp | ast.Call | ast.comprehension):
+            inside.update(map(id, ast.iter_child_nodes(node)))
+    return {id(n) for n in ast.walk(function) if isinstance(n, ast.expr) and not isinstance(n, ast.Tuple)} - inside
+
+
+def _of_uses(function, nodes, names, places, text):
     """Slips at one place where a name is used: who has no such name writes its formula out, there and elsewhere."""
     means = _formulas(function)
     for node in names:
         formula = means.get(node.id)
         if formula is None or text.span(node)[0] < text.span(formula)[1]:
             continue
-        around = _around(nodes, node, text)
+        around = _around(nodes, node, text, signs=True)
+        here = places.of(around, text.of(around))
+        where = f" in `{text.of(around)[:60]}`{here}" if around is not node else here.removeprefix(",")
         for inner in (n for n in ast.walk(formula) if isinstance(n, ast.expr)):
             for what, new in _changes(inner, text):
                 old, changed = text.both(formula, inner, new)
-                place = f"your results are as if `{node.id}` were `{changed}`, not `{old}`, in `{text.of(around)[:60]}`"
-                yield f"{what}: {place}.", text.with_(node, changed)
+                told = f"your results are as if `{node.id}` were `{changed}`, not `{old}`,{where}"
+                yield f"{what}: {told}.", text.with_(node, changed), old, changed
 
 
 def _of_repeated(statements, nodes, told, text):
@@ -188,7 +240,7 @@ def _of_repeated(statements, nodes, told, text):
                 places.setdefault(text.of(node), []).append(node)
         for old, same in places.items():
             for what, new in _changes(same[0], text) if len(same) > 1 else ():
-                yield told(what, old, new), text.with_all(same, new)
+                yield told(what, same[0], old, new), text.with_all(same, new), old, new
 
 
 def _of_angles(function, statements, text):
@@ -204,7 +256,8 @@ def _of_angles(function, statements, text):
             for term, sign in ((t, s) for t in terms[:MOST_TERMS] for s in "+-" if t not in angle):
                 what = f"`{angle} {sign} {term}` stood where `{angle}` belongs"
                 new = re.sub(rf"(?<![\w.]){re.escape(angle)}(?!\w)", f"({angle} {sign} {term})", line)
-                yield f"A term too many: your results are as if {what}.", text.with_(node, new, False)
+                told = f"A term too many: your results are as if {what}."
+                yield told, text.with_(node, new, False), angle, f"{angle} {sign} {term}"
 
 
 def _terms(function, text):
@@ -277,9 +330,10 @@ def _of_name(node, names):
         yield "A root too many", f"np.sqrt({node.id})"
 
 
-def _around(nodes, node, text):
-    """The smallest operation or call that a name or number stands in, for a quotation."""
+def _around(nodes, node, text, signs=False):
+    """The smallest operation or call that a name or number stands in, for a quotation; with its minus, if so asked."""
     kinds = ast.BinOp | ast.Call | ast.Compare | ast.Subscript | ast.List
+    kinds = kinds | ast.UnaryOp if signs else kinds
     (start, end) = text.span(node)
     holders = [n for n in nodes if isinstance(n, kinds)]
     holders = [n for n in holders if text.span(n)[0] <= start and end <= text.span(n)[1] and n is not node]
@@ -415,6 +469,9 @@ def _of_call(node, of):
     if name in EXCHANGED:
         new = f"{stem}.{EXCHANGED[name]}" if stem else EXCHANGED[name]
         yield f"`{EXCHANGED[name]}` for `{name}`", f"{new}({', '.join(args + keywords)})"
+    if name == "mean" and stem == "np" and len(args) == 1 and all(k.arg == "axis" for k in node.keywords):
+        inside = ", ".join(args + keywords)
+        yield "Divided by one less than there are", f"np.divide(np.sum({inside}), np.size({inside}) - 1)"
     if name in AROUND and len(args) == 1:
         yield f"The {AROUND[name]} is missing", args[0]
     if name in ("sin", "cos", "tan") and args:
@@ -544,7 +601,8 @@ def _of_parameters(function, parameters, text):
 def _of_statement(node, text):
     """Slips of a line: left out, added the wrong way, results in another order."""
     if isinstance(node, ast.Assign | ast.AugAssign | ast.Expr):
-        yield f"A step is missing: `{text.of(node)[:LONGEST]}`.", text.with_(node, "pass", False)
+        whole = text.of(node)
+        yield f"A step is missing: `{whole[:LONGEST]}`.", text.with_(node, "pass", False), whole, "pass"
     if isinstance(node, ast.For):
         over = text.of(node.iter)
         for which, some in (
@@ -561,7 +619,8 @@ def _of_statement(node, text):
         target, value = text.of(node.target), text.of(node.value)
         for sign in ("", "-", "+"):
             new = f"{target} {sign}= {value}"
-            yield f"Your results are as if `{new}` stood where `{text.of(node)}` belongs.", text.with_(node, new, False)
+            told = f"Your results are as if `{new}` stood where `{text.of(node)}` belongs."
+            yield told, text.with_(node, new, False), text.of(node), new
     if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
         names = list(map(text.of, node.targets[0].elts))
         for i in range(len(names) - 1):
@@ -576,4 +635,5 @@ def _of_statement(node, text):
                           ("the root of", f"np.sqrt({value})"), ("the transpose of", f"({value}).T"),
                           ("half of", f"({value}) / 2"), ("the inverse of", f"np.linalg.inv({value})")):  # fmt: skip
             place, cut = text.of(node.targets[0]), value if len(value) <= LONGEST else value[:40] + " ..."
-            yield f"Your results are as if `{place}` were {what} `{cut}`.", text.with_(node.value, new)
+            told = f"Your results are as if `{place}` were {what} `{cut}`."
+            yield told, text.with_(node.value, new), value, new

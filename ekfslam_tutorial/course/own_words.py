@@ -1,0 +1,145 @@
+"""What a student has written, where it can be read: a last look at a hint before it is told.
+
+A mistake is recognised by what an answer returns, and formulas may agree by chance. A sentence that quotes what belongs
+is doubtful if that very formula stands in the answer as often as in the solution, and the wrong one nowhere: then it
+would send the student to a place that is right. Names that stand for a formula, the order of terms and of factors,
+and brackets do not count.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections import Counter
+from functools import lru_cache
+
+INLINED = 8  # names in names at most
+TWICE, TWO = "*2.0", "the number 2, as a factor"
+
+
+def formulas(function) -> Counter | None:
+    """Return how often each formula stands in a function, in a normal form; None if its text cannot be read."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+    except (OSError, TypeError, SyntaxError, IndexError):
+        return None
+    return _counted(tree) if isinstance(tree, ast.FunctionDef) else None
+
+
+def doubtful(mistake, own: Counter | None) -> bool:
+    """Return True if what a slip says to belong is what the student has written already, and the wrong form is not."""
+    quoted = getattr(mistake, "quoted", None)
+    if not own or not quoted or quoted[0].isidentifier():
+        return False
+    known = _solution(mistake.solution)
+    if known is None:
+        return False
+    means, right = known
+    try:
+        belongs, wrong = (_normal(ast.parse(text).body[0], means) for text in quoted)
+    except (SyntaxError, IndexError):
+        return False
+    if wrong.count(TWICE) > belongs.count(TWICE) and not own[TWO] and own[belongs] <= right[belongs]:
+        return True  # nothing is there twice, so it is missing elsewhere
+    return right[belongs] > 0 and own[belongs] >= right[belongs] and not own[wrong]
+
+
+@lru_cache(maxsize=64)
+def _solution(solution):
+    """The names of a solution with their formulas, and how often each formula stands in it."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(solution))).body[0]
+    return (_meanings(tree), _counted(tree)) if isinstance(tree, ast.FunctionDef) else None
+
+
+def _counted(function) -> Counter:
+    means, found = _meanings(function), Counter()
+    for node in ast.walk(function):
+        if isinstance(node, ast.expr | ast.stmt):
+            found[_normal(node, means)] += 1
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
+            found[TWO] += any(isinstance(n, ast.Constant) and n.value == 2 for n in (node.left, node.right))
+    return found
+
+
+def _meanings(function) -> dict:
+    """What each name stands for that gets a value once, and is changed nowhere."""
+    given: dict[str, list] = {a.arg: [None] for a in function.args.args}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign):
+            for target in node.targets:
+                for name, value in _pairs(target, node.value):
+                    given.setdefault(name, []).append(value)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            given.setdefault(node.id, [])
+        elif isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store) and isinstance(node.value, ast.Name):
+            given.setdefault(node.value.id, []).append(None)
+        elif isinstance(node, ast.AugAssign | ast.For | ast.comprehension):
+            for name in (n.id for n in ast.walk(node.target) if isinstance(n, ast.Name)):
+                given.setdefault(name, []).append(None)
+    return {name: values[0] for name, values in given.items() if len(values) == 1 and values[0] is not None}
+
+
+def _pairs(target, value):
+    """Yield the names of an assignment with the formula of each; a vector that is taken apart has entries."""
+    if isinstance(target, ast.Name):
+        yield target.id, value
+    elif isinstance(target, ast.Tuple):
+        values = value.elts if isinstance(value, ast.Tuple) and len(value.elts) == len(target.elts) else None
+        for k, part in enumerate(target.elts):
+            entry = ast.Subscript(value, ast.Constant(k), ast.Load()) if values is None else values[k]
+            yield from _pairs(part, entry)
+
+
+def _normal(node, means, depth=0) -> str:
+    """A formula as text: names written out, terms and factors sorted."""
+    if isinstance(node, ast.Expr):
+        return _normal(node.value, means, depth)
+    if isinstance(node, ast.Name):
+        known = means.get(node.id) if depth < INLINED else None
+        return node.id if known is None else _normal(known, means, depth + 1)
+    if isinstance(node, ast.BinOp | ast.UnaryOp) and isinstance(
+        node.op, ast.Add | ast.Sub | ast.USub | ast.Mult | ast.Div
+    ):
+        terms = sorted(_terms(node, means, depth))
+        return terms[0][1:] if len(terms) == 1 and terms[0][0] == "+" else f"({' '.join(terms)})"
+    if isinstance(node, ast.Constant):
+        return repr(float(node.value)) if type(node.value) is int else repr(node.value)
+    parts = []
+    for _, value in ast.iter_fields(node):
+        values = value if isinstance(value, list) else [value]
+        parts += [_normal(v, means, depth) if isinstance(v, ast.AST) else str(v) for v in values]
+    kind = type(node).__name__
+    return "" if kind in ("Load", "Store") else f"{kind}({', '.join(p for p in parts if p)})"
+
+
+def _terms(node, means, depth):
+    """The terms of a sum, each with its sign."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+        right = _terms(node.right, means, depth)
+        return _terms(node.left, means, depth) + (right if isinstance(node.op, ast.Add) else list(map(_turned, right)))
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        return list(map(_turned, _terms(node.operand, means, depth)))
+    if isinstance(node, ast.Name) and depth < INLINED and node.id in means:
+        return _terms(means[node.id], means, depth + 1)
+    sign, factors = _factors(node, means, depth)
+    return [sign + (factors[0][1:] if len(factors) == 1 and factors[0][0] == "*" else " ".join(sorted(factors)))]
+
+
+def _turned(term):
+    return ("-" if term[0] == "+" else "+") + term[1:]
+
+
+def _factors(node, means, depth):
+    """The sign of a product, and its factors, each with `*` or `/`."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
+        (s, left), (t, right) = (_factors(n, means, depth) for n in (node.left, node.right))
+        if isinstance(node.op, ast.Div):
+            right = [("*" if f[0] == "/" else "/") + f[1:] for f in right]
+        return ("+" if s == t else "-"), left + right
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        sign, factors = _factors(node.operand, means, depth)
+        return _turned(sign), factors
+    if isinstance(node, ast.Name) and depth < INLINED and node.id in means:
+        return _factors(means[node.id], means, depth + 1)
+    return "+", [f"*{_normal(node, means, depth)}"]
