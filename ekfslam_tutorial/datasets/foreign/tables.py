@@ -226,14 +226,14 @@ def _unrolled(table):
     things = {stem: of for stem, of in groups.items() if [*of] == [*groups[first]]}
     if len(things) < 2:
         return [table]
-    long = {time: [], "id": []} | {stem: [] for stem in things}
+    named = find(Table("", dict.fromkeys(things, ())), "id") is not None
+    long = {name: [] for name in (time, *([] if named else ["id"]), *things)}
     for number in groups[first]:
         long[time].append(table.columns[time])
-        long["id"].append(np.full(len(table), float(number)))
+        if not named:  # the number behind the names is the id
+            long["id"].append(np.full(len(table), float(number)))
         for stem, of in things.items():
             long[stem].append(table.columns[of[number]])
-    if find(Table("", dict.fromkeys(things, ())), "id"):
-        del long["id"]
     columns = {name: np.concatenate(parts) for name, parts in long.items()}
     seen = np.isfinite(columns[first])
     used = {column for of in things.values() for column in of.values()}
