@@ -304,21 +304,7 @@ def _table(path, name, head, rows, numbers=None):
     cells = [[float(cell) if _is_number(cell) else np.nan for cell in row] for row in kept]
     a = np.array(cells, float).reshape(len(kept), usual)
     a[np.isinf(a)] = np.nan
-    named = {}
-    for k, column in enumerate(names):
-        words = {row[k] for row in kept} - {""} if np.isnan(a[:, k]).all() else set()
-        times = _times(words)
-        if times:
-            a[:, k] = [times.get(row[k], np.nan) for row in kept]
-        elif words and all(map(HEX.fullmatch, words)):
-            a[:, k] = [int(row[k], 16) if row[k] else np.nan for row in kept]
-            notes.append(f"column {column} holds hexadecimal numbers")
-        elif words:  # names of landmarks: each gets a number
-            number = {word: n for n, word in enumerate(sorted(words), 1)}
-            a[:, k] = [number.get(row[k], np.nan) for row in kept]
-            if len(number) < len(kept):
-                notes.append(f"column {column} holds words: {len(number)} different, numbered by the alphabet")
-            named[column] = number
+    named = _numbered(names, kept, a, notes)
     notes += _hemispheres(names, a, named)
     table = dict(zip(names, a.T, strict=True))
     if names == TUM.split():
@@ -345,6 +331,26 @@ def _times(words):
     if len(dates) < len(words):
         return {}
     return {w: (d if d.tzinfo else d.replace(tzinfo=UTC)).timestamp() for w, d in dates.items()}
+
+
+def _numbered(names, rows, a, notes):
+    """Put numbers into `a` for columns of words: dates, hexadecimal numbers, names. Return the numbers of the names."""
+    named = {}
+    for k, column in enumerate(names):
+        words = {row[k] for row in rows} - {""} if np.isnan(a[:, k]).all() else set()
+        times = _times(words)
+        if times:
+            a[:, k] = [times.get(row[k], np.nan) for row in rows]
+        elif words and all(map(HEX.fullmatch, words)):
+            a[:, k] = [int(row[k], 16) if row[k] else np.nan for row in rows]
+            notes.append(f"column {column} holds hexadecimal numbers")
+        elif words:  # names of landmarks: each gets a number
+            number = {word: n for n, word in enumerate(sorted(words), 1)}
+            a[:, k] = [number.get(row[k], np.nan) for row in rows]
+            if len(number) < len(rows):
+                notes.append(f"column {column} holds words: {len(number)} different, numbered by the alphabet")
+            named[column] = number
+    return named
 
 
 def _hemispheres(names, a, words):
