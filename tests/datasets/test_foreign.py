@@ -577,3 +577,66 @@ def test_without_rosbags_it_says_what_to_install(tmp_path, monkeypatch):
     (tmp_path / "a.bag").write_bytes(b"#ROSBAG V2.0\n")
     with pytest.raises(ValueError, match=r"pip install ekfslam_tutorial\[bags\]"):
         convert(tmp_path / "a.bag")
+
+
+def test_logs_of_other_trades_say_the_same(drive, tmp_path):
+    """Stamps as dates, signals one a line, JSON lines, things side by side, compass headings: the same recording."""
+    plain, other = tmp_path / "plain", tmp_path / "other"
+    plain.mkdir(), other.mkdir()
+    write(plain / "odo.csv", "t v w", drive.odo)
+    write(plain / "scan.csv", "t id range bearing", drive.seen)
+    write(plain / "truth.csv", "t x y theta", drive.true)
+    day = lambda t: f"2024-05-14T09:{31 + int(t // 60):02d}:{t % 60:06.3f}+02:00"
+    lines = [f"{day(t)};{name};{a:.9g}\n" for t, *row in drive.odo for name, a in zip("vw", row, strict=True)]
+    (other / "bus.csv").write_text("stamp;signal;value\n" + "".join(lines))
+    seen = [f'{{"type": "det", "ms": {1e3 * (t + 1715671860):.0f}, "seen": []}}\n' for t in (1.0, 2.0)]
+    for t in np.unique(drive.seen[:, 0]):
+        of = drive.seen[drive.seen[:, 0] == t]
+        things = ", ".join(f'{{"id": {i:.0f}, "range": {r:.9g}, "bearing": {b:.9g}}}' for _, i, r, b in of)
+        seen.append(f'{{"type": "det", "ms": {1e3 * (t + 1715671860):.0f}, "seen": [{things}]}}\n')
+    (other / "scan.jsonl").write_text("".join(seen))
+    t, x, y, theta = drive.true.T
+    rows = zip(t, x, y, (90 - np.rad2deg(theta)) % 360, strict=True)
+    cells = [f"{day(a)},{b:.9g},{c:.9g},{h:.9g}\n" for a, b, c, h in rows]
+    (other / "rtk_reference.csv").write_text("utc,easting,northing,heading\n" + "".join(cells))
+    one, two = convert(plain), convert(other)
+    np.testing.assert_allclose(two.recording.raw[1].y, one.recording.raw[1].y, atol=1e-6)
+    np.testing.assert_allclose(two.recording.robots[1].u, one.recording.robots[1].u, atol=1e-6)
+    known = np.isfinite(one.recording.truth[1]).all(1)
+    np.testing.assert_allclose(two.recording.truth[1][known], one.recording.truth[1][known], atol=1e-5)
+    assert "theta: from the north to the right" in "\n".join(two.said)
+
+
+def test_things_side_by_side_and_names_in_the_last_remark(drive, tmp_path):
+    rows = [f"{t:.6g},{v:.6g},{w:.6g}\n" for t, v, w in drive.odo]
+    (tmp_path / "odo.csv").write_text("% a logger\n% robot A\n% time,v,w\n" + "".join(rows) + "% battery low\n")
+    (tmp_path / "scan.csv").write_text("t,id1,range1,bearing1,id2,range2,bearing2\n0.5,4,2,0.1,,,\n1,7,3,0.2,4,2,0.3\n")
+    done = convert(tmp_path)
+    np.testing.assert_array_equal(done.recording.raw[1].ids, [4, 7, 4])
+    np.testing.assert_allclose(done.recording.raw[1].y[:, 0], [2, 3, 2])
+
+
+def test_the_start_is_as_uncertain_as_the_truth_that_tells_it(drive, tmp_path):
+    """A start by a rough truth that the filter took for exact made the NEES as large as one pleases."""
+    rough = drive.true + np.random.default_rng(2).normal(0, [0, 0.02, 0.02, 0.01], drive.true.shape)
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    write(tmp_path / "scan.csv", "t id range bearing", drive.seen)
+    write(tmp_path / "truth.csv", "t x y theta", rough)
+    robot = convert(tmp_path).scenario["robot"][0]
+    # 200 rows: the scatter of white noise by its differences is found within a third
+    np.testing.assert_allclose(robot["position_std"], 0.02, rtol=0.35)
+    np.testing.assert_allclose(robot["orientation_std_deg"], np.rad2deg(0.01), rtol=0.35)
+
+
+def test_a_folder_of_folders_is_named(tmp_path):
+    (tmp_path / "robot_A").mkdir()
+    (tmp_path / "robot_A" / "odo.csv").write_text("t,v,w\n0,1,0\n")
+    with pytest.raises(ValueError, match="holds no log; but its folders robot_A do"):
+        convert(tmp_path)
+
+
+def test_two_columns_of_words_in_one_file(drive, tmp_path):
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    rows = "".join(f"{t:.2f},{'ab'[int(i) % 2]}{int(i)},{'xy'[int(i) % 2]},{r},{b}\n" for t, i, r, b in drive.seen)
+    (tmp_path / "scan.csv").write_text(f"t,id,colour,range,bearing\n{rows}")
+    assert len(np.unique(convert(tmp_path).recording.raw[1].ids)) == len(np.unique(drive.seen[:, 1]))

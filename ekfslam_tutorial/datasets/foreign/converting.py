@@ -4,15 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...geometry import wrap
+from ...geometry import q2e, wrap
 from ...simulation import SimLmk
 from ...toolbox import UserData
 from ...toolbox.messages import recording_of
 from ...toolbox.recordings import Recording
 from .driving import InPlane, InSpace, poses
 from .log import Log
-from .meaning import LINE, NOISE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, columns_of, find, guess
-from .scans import Scan
+from .meaning import LINE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, columns_of, find, guess
+from .scans import Scan, scatter
 from .tables import read_tables
 
 WANTED = {
@@ -32,6 +32,9 @@ LEAST_TURN = 0.02
 """A robot turns if its turns of a second are so large, rad."""
 TOGETHER = 0.8
 """Turns of odometry and truth are of one motion if the cosine between all of them is larger."""
+START = "position_std", "orientation_std_deg"
+LEAST_START = 1e-3, 1e-3
+"""A truth that scatters by less than so many m and rad counts as exact."""
 FAR = 1e4
 """Positions from a receiver that are larger count from somewhere else, m."""
 
@@ -132,7 +135,7 @@ def completed(plan, tables):
         whole = any(way <= set(entry) for way in ways.get(role, ()))
         told[role] = {m: c for m, c in named.items() if not whole or m in ("t", "id")} | entry
     told |= {role: entry for role, entry in guessed.items() if role not in plan}
-    told = {role: {m: c for m, c in e.items() if m not in NOISE or c != str(False)} for role, e in told.items()}
+    told = {role: {m: c for m, c in e.items() if c != str(False)} for role, e in told.items()}
     timed = lambda role, entry: entry if role in ("map", "camera") else _with_time(role, entry, tables)
     told = {role: timed(role, entry) for role, entry in told.items()}
     for role in {"truth", "gps", "map"} & set(told):
@@ -194,12 +197,38 @@ def in_order(plan, tables):
     return plan, timed
 
 
+def start_noise(log):
+    """How well it is known where the robot starts: as well as the truth scatters, for it begins there.
+
+    A filter that were certain of a start that is off by a fifth of a degree would look too sure ever after.
+    """
+    truth = log.parts.get("truth", {})
+    if not {"theta", "qw"} & set(truth):
+        return {}
+    if log.space:
+        known = poses(truth)
+        known = np.column_stack([known[:, :3], np.unwrap(q2e(known[:, 3:])[0], axis=0)])
+    else:
+        known = np.column_stack([truth["x"], truth["y"], np.unwrap(truth["theta"])])
+    stds = np.nan_to_num([scatter(column, truth["t"]) for column in known.T])
+    d = 3 if log.space else 2
+    if (stds[:d] < LEAST_START[0]).all() and (stds[d:] < LEAST_START[1]).all():
+        return {}
+    angles = np.rad2deg(stds[d:]).round(3).tolist()
+    started = dict(zip(START, (stds[:d].round(4).tolist(), angles if log.space else angles[0]), strict=True))
+    words = ", ".join(f"{key} = {value}" for key, value in started.items())
+    log.said.append(f"the truth scatters, and so the start is known: {words}")
+    return started
+
+
 def scenario_of(log, drive, scan, name):
     """Tables of a scenario, with noise by the scatter of the log."""
-    robot, sensor, landmark, options = drive.robot(), scan.sensor(), scan.landmark(), scan.options()
+    robot, sensor, landmark, options = drive.robot() | start_noise(log), scan.sensor(), scan.landmark(), scan.options()
     table = {"name": name, "robot": [robot], "sensor": [sensor], "landmark": landmark, "options": options}
     noise = [
-        f"{k} = {v}" for k, v in (robot | sensor).items() if "_std" in k or k in ("std", "gyro_noise", "acc_noise")
+        f"{k} = {v}"
+        for k, v in (robot | sensor).items()
+        if ("_std" in k and k not in START) or k in ("std", "gyro_noise", "acc_noise")
     ]
     noise += [f"association = {options['association']}"]
     log.said.append(f"taken from the log: {robot['motion']}, {scan.kind}; {', '.join(noise)}")

@@ -54,7 +54,13 @@ def speeds(log):
         length = _told(
             log, "wheelbase", "an angle of steering needs wheelbase, from the rear axle to the front one in m"
         )
-        return odo["v"], odo["v"] * np.tan(odo["steer"]) / length
+        ratio = log.plan["odometry"].get("steering_ratio", 1.0)
+        if not isinstance(ratio, int | float) or not 1 <= ratio < np.inf:
+            raise ValueError(
+                f"odometry: steering_ratio, turns of the steering wheel to one of the road wheels, must be "
+                f"a number from 1, got {ratio!r}"
+            )
+        return odo["v"], odo["v"] * np.tan(odo["steer"] / ratio) / length
     base = _told(log, "base", "speeds of wheels need base, how far they are apart in m")
     left, right = odo["left"], odo["right"]
     if "radius" in log.plan["odometry"] or looks.turning(log.plan["odometry"]):
@@ -161,7 +167,7 @@ class InSpace:
         """Steps of speeds that are held, and their variances."""
         nothing = np.zeros(len(dt))
         if "vx" in self.way:
-            v, w = ([odo[f"{kind}{a}"] for a in "xyz"] for kind in "vw")
+            v, w = ([odo.get(f"{kind}{a}", nothing) for a in "xyz"] for kind in "vw")
         else:
             ahead, turn = (a[first] for a in speeds(self.log))
             v, w = [ahead, nothing, nothing], [nothing, nothing, turn]

@@ -13,6 +13,10 @@ IN_G = 0.5, 2.0
 """Accelerations whose usual size is in between are multiples of the earth's."""
 G = 9.80665
 CLOCKWISE = "bearing", "theta", "w", "steer", "dtheta", "wz", "daz"
+FRD = "vy", "vz", "wy", "wz", "dy", "dz", "day", "daz", "ay", "az", "w", "dtheta"
+"""What changes its sign where the robot's y is to the right and its z down, as pilots count."""
+AGREE = 0.5
+"""Headings go with a path if the mean of exp(i difference) is so long."""
 TO_THE_RIGHT = "y", "cov_xy", "cov_yz"
 """What changes its sign, too, in a scan of points."""
 
@@ -69,6 +73,8 @@ class Log:
         if entry.get("clockwise"):
             flipped = (*CLOCKWISE, *(TO_THE_RIGHT if role == "scan" else ()))
             part |= {m: -part[m] for m in flipped if m in part}
+        if entry.get("frd"):
+            part |= {m: -part[m] for m in FRD if m in part}
         if "descriptor" in entry:
             columns = [*table.columns]
             first, last = map(columns.index, entry["descriptor"])
@@ -101,6 +107,8 @@ class Log:
             words.append(
                 f"  lat, lon: degrees on the ellipsoid WGS 84; x is metres to the east of {place}, y to the north"
             )
+        if role == "truth" and {"x", "y", "theta"} <= set(part) and "clockwise" not in entry:
+            words += self._from_north(part, words)
         if {"x", "y"} <= set(part) and role in ("odometry", "truth", "gps"):
             jump = looks.jumps(np.column_stack([part[m] for m in ("x", "y", "z") if m in part]))
             words += [f"  {jump}"] if jump else []
@@ -108,6 +116,21 @@ class Log:
             words.append(f"  {looks.ids(part.get('id', np.zeros(0)))}")
         self.said += words
         return part
+
+    @staticmethod
+    def _from_north(part, words):
+        """Turn headings that are counted from the north to the right, if only so they go with the path; words on it."""
+        way = np.diff(part["x"]) + 1j * np.diff(part["y"])
+        if not np.abs(way).any():
+            return []
+        share = np.abs(way) / np.abs(way).sum()
+        goes = lambda theta: abs(np.sum(share * np.exp(1j * (np.angle(way) - theta[:-1]))))
+        north = np.pi / 2 - part["theta"]
+        if goes(part["theta"]) > AGREE or goes(north) < AGREE:
+            return []
+        part["theta"] = north
+        words[:] = [line.partition("; they do not go")[0] for line in words]
+        return ["  theta: from the north to the right, as the path goes; truth.clockwise says otherwise"]
 
     @staticmethod
     def _in_time(role, part, words):

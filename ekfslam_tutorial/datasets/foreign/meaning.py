@@ -37,7 +37,7 @@ PLANE = {
 """Columns that say all that is needed, the better ones first."""
 SPACE = {
     "odometry": (
-        *(set(TWIST), set(STEP), set(POSE), {"x", "y", "z", *ANGLES}),
+        *(set(TWIST), {"vx", "vy", "vz", "wz"}, set(STEP), set(POSE), {"x", "y", "z", *ANGLES}),
         *({"v", "w"}, {"v", "steer"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}, set(IMU)),
     ),
     "scan": (
@@ -55,12 +55,13 @@ LINE = "line"
 OUT_OF_THE_PLANE = {"elevation", "z", "px", "py", "roll", "pitch", *QUATERNION, "vz", "dz", "dax", "ax", "az"}
 """Who names one of these columns means space."""
 SETTINGS = ("from", "t_unit", "t_offset", "angle_unit", "length_unit", "base", "radius", "wheelbase", "clockwise")
+SETTINGS += ("frd", "steering_ratio")
 SETTINGS += ("descriptor", "descriptor_std")
 SETTINGS += ("position", "orientation_deg", "k", "d", "image_size", "baseline", "rectified", "gravity")
 """What can be said beside columns."""
 NAMES = {
     "t": "t time stamp timestamp sec secs seconds elapsed clock ms ns us msec usec nsec time_stamp unix epoch millis "
-    f"{LINE}",
+    f"utc date_time datetime seconds_since_boot {LINE}",
     "v": "v speed velocity vel linear lin_vel v_lin vx forward forward_speed twist.twist.linear.x twist.linear.x "
     "linear.x linear_velocity linear_velocity_x",
     "w": "w omega om yaw_rate yawrate angular turn_rate gyro_z ang_vel wz yaw_speed gyro rotation_rate "
@@ -71,14 +72,14 @@ NAMES = {
     "dx": "dx ds delta_s delta_x step distance_travelled",
     "dy": "dy delta_y",
     "dtheta": "dtheta dth dyaw delta_theta delta_yaw dheading",
-    "x": "x px pos_x x_pos position_x east easting point.x position.x pose.position.x pose.pose.position.x",
-    "y": "y py pos_y y_pos position_y north northing point.y position.y pose.position.y pose.pose.position.y",
+    "x": "x px p_x pos_x x_pos position_x e east easting point.x position.x pose.position.x pose.pose.position.x",
+    "y": "y py p_y pos_y y_pos position_y n north northing point.y position.y pose.position.y pose.pose.position.y",
     "theta": "theta th yaw heading phi orientation orientation.yaw pose.orientation.yaw pose.pose.orientation.yaw "
     "rotation.yaw",
     "id": "id landmark landmark_id lm lm_id beacon beacon_id tag tag_id marker marker_id barcode subject object_id "
-    "track track_id anchor anchor_id ids node signature fiducial_id marker_ids name label",
+    "track track_id anchor anchor_id ids node signature fiducial_id marker_ids name label code pillar pole target",
     "range": "range r dist distance rho ranges rng range_val",
-    "bearing": "bearing brg phi angle azimuth alpha beta bearings theta b heading",
+    "bearing": "bearing brg phi angle azimuth alpha beta bearings theta b heading az azimuth_angle",
     "elevation": "elevation elev inclination vertical_angle el pitch_angle",
     "depth": "depth",
     "disparity": "disparity disp",
@@ -90,7 +91,7 @@ NAMES = {
     "pitch": "pitch",
 }
 NAMES |= {
-    "z": "z pz pos_z z_pos position_z up alt altitude point.z position.z pose.position.z pose.pose.position.z "
+    "z": "z pz p_z pos_z z_pos position_z up alt altitude point.z position.z pose.position.z pose.pose.position.z "
     "translation.z p_rs_r_z tz",
     "lat": "lat latitude",
     "lon": "lon lng long longitude",
@@ -125,11 +126,11 @@ NAMES |= {m: m for m in NOISE if m not in NAMES}
 ENDINGS = {"t": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "ns": 1e-9, "nsec": 1e-9}}
 ENDINGS["angle"] = {"rad": 1.0, "rads": 1.0, "deg": np.pi / 180, "degrees": np.pi / 180, "dps": np.pi / 180}
 ENDINGS["length"] = {"m": 1.0, "mps": 1.0, "cm": 0.01, "mm": 1e-3, "mmps": 1e-3, "km": 1e3, "ft": 0.3048}
-ENDINGS["length"] |= {"kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704}
+ENDINGS["length"] |= {"kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704, "kn": 1852 / 3600, "cbl": 185.2}
 UNITS = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "angle": {"rad": 1.0, "deg": np.pi / 180},
-    "length": {"m": 1.0, "cm": 0.01, "mm": 1e-3, "ft": 0.3048},
+    "length": {m: ENDINGS["length"][m] for m in ("m", "cm", "mm", "ft", "kmh", "kn", "cbl")},
 }
 KIND: dict[str, Any] = {"t": "t", "id": None} | dict.fromkeys((*QUATERNION, "px", "py", "disparity", "ax", "ay", "az"))
 KIND |= dict.fromkeys(("lat", "lon"))
@@ -137,9 +138,14 @@ KIND |= dict.fromkeys(
     ("w", "steer", "dtheta", "bearing", "elevation", "wx", "wy", "wz", "dax", "day", "daz", *ANGLES), "angle"
 )
 """Of the columns; lengths if not here."""
+IN_LISTS = "id", "range", "bearing", "elevation", "x", "y", "z"
+"""What things in a list tell: `markers.id`, `det.p_x`; not a lone x, which may be of anything."""
 FLAT = 1e-3
 """Heights that differ by less are of one plane, m."""
-TRUE = re.compile(r"truth|(^|[^a-z])(gt|true|mocap|vicon|ground)", re.IGNORECASE)
+TRUE = re.compile(
+    r"truth|reference|total.?station|(^|[^a-z])(gt|true|mocap|vicon|optitrack|ground|ppk|rtk|ref(?![a-z]))",
+    re.IGNORECASE,
+)
 MARK = re.compile(r"(^|_)(true|truth|gt)(_|$)")
 """A part of a column's name that says that it is the truth."""
 DESCRIPTOR = "look "
@@ -175,7 +181,8 @@ def find(table, meaning):
             if name == word or ("." in word and name.endswith(f".{word}")):
                 return column
     for column, name in names.items():  # of things in a list: markers.id, detections.range
-        if meaning in ("id", "range", "bearing", "elevation") and "." in name and name.rpartition(".")[2] in words:
+        last = name.rpartition(".")[2]
+        if meaning in IN_LISTS and last != name and last != meaning[-1] and last in words:
             return column
     if meaning == "t":  # in another language: Zeit_ms
         timed = [column for column in table.columns if plain(column)[1] in ENDINGS["t"]]
@@ -200,7 +207,7 @@ def guess_role(table):
     if "t" not in has and placed and ("id" in has or TRUE.search(table.name) or SURVEY.search(table.name)):
         return "map"
     if TRUE.search(table.name) and placed:
-        return "truth" if has & {"theta", "qw"} and {"x", "y"} <= has else "gps"
+        return "truth" if has & {"theta", "qw"} else "gps"
     if placed and (GPS.search(table.name) or (on_earth and "t" in has and not has & {"v", "range"})):
         return "gps"
     if pixels(table, has) and ("id" in has or LOOK.search(table.name)):
@@ -338,7 +345,7 @@ def checked(plan, tables):
             if key not in ROLES[role] and key not in SETTINGS:
                 known = (*ROLES[role], *SETTINGS)
                 raise ValueError(f"{role}: no key {key!r}; possible are {', '.join(known)}{nearest(key, known)}")
-            if key in NOISE and value == str(False):  # not this one
+            if (key in NOISE or key == "id") and value == str(False):  # not this one
                 continue
             if key in ROLES[role] and value not in by_name[name].columns:
                 there, hint = ", ".join(by_name[name].columns), nearest(value, by_name[name].columns)

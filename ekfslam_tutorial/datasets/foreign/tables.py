@@ -2,6 +2,8 @@
 
 import re
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -11,16 +13,22 @@ from ...toolbox.files.archives import check_regular, read_npz
 from ...toolbox.user_input import errors_at
 from ..matlab import read_mat
 from .bags import is_bag, read_bag
-from .meaning import LINE, find
+from .lines import LINES, read_lines
+from .meaning import LINE, find, plain
 
 TEXT = {".csv", ".tsv", ".txt", ".dat", ".log", ""}
-KNOWN = "text in columns (.csv, .tsv, .txt, .dat, .log), .mat, .npz, ROS bags (.bag, .mcap, .db3, or a folder)"
+KNOWN = (
+    "text in columns (.csv, .tsv, .txt, .dat, .log), JSON lines (.jsonl), .mat, .npz, ROS bags (.bag, .mcap, .db3, or "
+    "a folder)"
+)
 MOST_KINDS = 12
 """Lines that begin with one of so many words are of so many kinds."""
 PROSE = {"readme", "license", "licence", "copying"}
 """Files of these names are for people."""
 TUM = "t x y z qx qy qz qw"
 HEX = re.compile(r"0x[0-9a-f]+", re.IGNORECASE)
+DAY = 86400.0
+CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(\.\d*)?)")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)", re.IGNORECASE)
 
 
@@ -81,20 +89,31 @@ def read_tables(path):
     if is_bag(path):
         return [Table(*parts) for parts in read_bag(path)]
     if path.is_dir():
-        files = [p for p in sorted(path.iterdir()) if p.is_file() and p.suffix.lower() in TEXT | {".mat", ".npz"}]
-        files = [p for p in files if p.suffix and p.stem.lower() not in PROSE]
+        files = _files(path)
         if not files:
-            raise ValueError(f"the folder {path} holds no log; known are {KNOWN}")
+            folders = [p.name for p in sorted(path.iterdir()) if p.is_dir() and _files(p)]
+            hint = f"; but its folders {', '.join(folders)} do: a robot in each?" if folders else f"; known are {KNOWN}"
+            raise ValueError(f"the folder {path} holds no log{hint}")
         return with_common_words([table for file in files for table in read_tables(file)])
     kind = path.suffix.lower()
-    if kind not in TEXT | {".mat", ".npz"}:
+    if kind not in TEXT | LINES | {".mat", ".npz"}:
         raise ValueError(f"{path}: files {kind} are not known; known are {KNOWN}")
     with errors_at(path):
         check_regular(path)
-    tables = _text(path) if kind in TEXT else _arrays(path, read_mat(path) if kind == ".mat" else _npz(path))
+    if kind in LINES:
+        tables = [_table(path, name, [*rows[0]], [[*row.values()] for row in rows]) for name, rows in read_lines(path)]
+    else:
+        tables = _text(path) if kind in TEXT else _arrays(path, read_mat(path) if kind == ".mat" else _npz(path))
+    tables = [part for table in tables for part in _unrolled(_by_signal(table))]
     if not any(len(table) for table in tables):
         raise ValueError(f"{path} holds no rows of numbers")
     return with_common_words([table for table in tables if len(table)])
+
+
+def _files(folder):
+    """The files of a folder that may be a part of a log."""
+    files = [p for p in sorted(folder.iterdir()) if p.is_file() and p.suffix.lower() in TEXT | LINES | {".mat", ".npz"}]
+    return [p for p in files if p.suffix and p.stem.lower() not in PROSE]
 
 
 def with_common_words(tables):
@@ -105,7 +124,7 @@ def with_common_words(tables):
         """The table with the numbers of all."""
         columns, words = dict(table.columns), {}
         for name, old in table.words.items():
-            new = np.full(len(old) + 1, np.nan)
+            new = np.full(max(old.values()) + 1, np.nan)
             new[list(old.values())] = [order[word] for word in old]
             known = np.isfinite(columns[name])
             columns[name] = np.where(known, new[np.where(known, columns[name], 0).astype(int)], np.nan)
@@ -167,6 +186,62 @@ def _wide(path, arrays):
     return tables, {n: a for n, a in arrays.items() if n not in (*names, *places[:1])}
 
 
+def _by_signal(table):
+    """A table of times, names of signals and values, as of a CAN bus: a column for each signal, at all of its times.
+
+    Between its own times a signal is interpolated; before the first and after the last there is none.
+    """
+    time, value = find(table, "t"), next((c for c in table.columns if plain(c)[0] in ("value", "val")), None)
+    if time is None or value is None or len(table.columns) != 3 or len(table.words) != 1:
+        return table
+    ((signal, words),) = table.words.items()
+    if len(words) > MOST_KINDS or {signal, time, value} != set(table.columns):
+        return table
+    there = np.isfinite(table.columns[time]) & np.isfinite(table.columns[value])
+    t, a, which = (table.columns[name][there] for name in (time, value, signal))
+    times = np.unique(t)
+    columns, counts = {time: times}, []
+    for word, number in words.items():
+        own, first = np.unique(t[which == number], return_index=True)
+        counts.append(f"{word} {len(own):,}")
+        if len(own):
+            columns[word] = np.interp(times, own, a[which == number][first], left=np.nan, right=np.nan)
+    note = f"a column for each {signal}: {', '.join(counts)} times; interpolated in between"
+    return replace(table, columns=columns, words={}, notes=(note,))
+
+
+def _unrolled(table):
+    """The table, and one of the things in it that have columns each: `id1 range1 bearing1 id2 range2 bearing2`.
+
+    An empty cell is a thing that was not seen.
+    """
+    groups = {}
+    for column in table.columns:
+        if m := re.fullmatch(r"(.*[A-Za-z_])(\d{1,3})", column):
+            groups.setdefault(m[1], {})[m[2]] = column
+    time = find(table, "t")
+    first = next((stem for stem in groups if find(Table("", {stem: ()}), "range")), None)
+    if time is None or first is None or len(groups[first]) < 2:
+        return [table]
+    things = {stem: of for stem, of in groups.items() if [*of] == [*groups[first]]}
+    if len(things) < 2:
+        return [table]
+    named = find(Table("", dict.fromkeys(things, ())), "id") is not None
+    long = {name: [] for name in (time, *([] if named else ["id"]), *things)}
+    for number in groups[first]:
+        long[time].append(table.columns[time])
+        if not named:  # the number behind the names is the id
+            long["id"].append(np.full(len(table), float(number)))
+        for stem, of in things.items():
+            long[stem].append(table.columns[of[number]])
+    columns = {name: np.concatenate(parts) for name, parts in long.items()}
+    seen = np.isfinite(columns[first])
+    used = {column for of in things.values() for column in of.values()}
+    note = f"{', '.join(things)} have a column for each of {len(groups[first])} things; empty: not seen"
+    rest = replace(table, columns={name: a for name, a in table.columns.items() if name not in used})
+    return [rest, Table(f"{table.name}/{first}", {name: a[seen] for name, a in columns.items()}, (note,))]
+
+
 def _text(path):
     """Tables of a text file: one, or one for each word that its lines begin with."""
     try:
@@ -176,8 +251,9 @@ def _text(path):
     lines = [line for line in text.splitlines() if line.strip()]
     if not lines:
         raise ValueError(f"{path} is empty")
-    remarks = [line.lstrip("#%/ ") for line in lines if line.lstrip().startswith(("#", "%", "//"))]
-    lines = [line for line in lines if not line.lstrip().startswith(("#", "%", "//"))]
+    remark = lambda line: line.lstrip().startswith(("#", "%", "//"))
+    remarks = [line.lstrip("#%/ ") for line in takewhile(remark, lines)]  # the last one above the rows may name them
+    lines = [line for line in lines if not remark(line)]
     if not lines:
         raise ValueError(f"{path} holds nothing but remarks")
     middle = lines[len(lines) // 2]
@@ -228,24 +304,68 @@ def _table(path, name, head, rows, numbers=None):
     cells = [[float(cell) if _is_number(cell) else np.nan for cell in row] for row in kept]
     a = np.array(cells, float).reshape(len(kept), usual)
     a[np.isinf(a)] = np.nan
-    named = {}
-    for k, column in enumerate(names):
-        words = {row[k] for row in kept} - {""} if np.isnan(a[:, k]).all() else set()
-        if words and all(map(HEX.fullmatch, words)):
-            a[:, k] = [int(row[k], 16) if row[k] else np.nan for row in kept]
-            notes.append(f"column {column} holds hexadecimal numbers")
-        elif words:  # names of landmarks: each gets a number
-            number = {word: n for n, word in enumerate(sorted(words), 1)}
-            a[:, k] = [number.get(row[k], np.nan) for row in kept]
-            if len(number) < len(kept):
-                notes.append(f"column {column} holds words: {len(number)} different, numbered by the alphabet")
-            named[column] = number
+    named = _numbered(names, kept, a, notes)
+    notes += _hemispheres(names, a, named)
     table = dict(zip(names, a.T, strict=True))
     if names == TUM.split():
         table["yaw"] = q2e(a[:, [7, 4, 5, 6]])[0][:, 2]
     if numbers:
         table[LINE] = np.array([n for n, length in zip(numbers, lengths, strict=True) if length == usual], float)
     return Table(name, table, tuple(notes), words=named)
+
+
+def _times(words):
+    """Seconds of dates with a time, in UTC if no zone is said, or of times of the day; nothing if some are neither.
+
+    The day after midnight goes on.
+    """
+    try:
+        days = {word: CLOCK.fullmatch(word) for word in words}
+        if words and all(days.values()):
+            t = {word: 3600.0 * int(m[1]) + 60.0 * int(m[2]) + float(m[3]) for word, m in days.items() if m}
+            over = max(t.values()) - min(t.values()) > DAY / 2
+            return {word: s + DAY * (over and s < DAY / 2) for word, s in t.items()}
+        dates = {w: datetime.fromisoformat(w.replace("Z", "+00:00")) for w in words if len(w) > len("2024-05-14")}
+    except ValueError:
+        return {}
+    if len(dates) < len(words):
+        return {}
+    return {w: (d if d.tzinfo else d.replace(tzinfo=UTC)).timestamp() for w, d in dates.items()}
+
+
+def _numbered(names, rows, a, notes):
+    """Put numbers into `a` for columns of words: dates, hexadecimal numbers, names. Return the numbers of the names."""
+    named = {}
+    for k, column in enumerate(names):
+        words = {row[k] for row in rows} - {""} if np.isnan(a[:, k]).all() else set()
+        times = _times(words)
+        if times:
+            a[:, k] = [times.get(row[k], np.nan) for row in rows]
+        elif words and all(map(HEX.fullmatch, words)):
+            a[:, k] = [int(row[k], 16) if row[k] else np.nan for row in rows]
+            notes.append(f"column {column} holds hexadecimal numbers")
+        elif words:  # names of landmarks: each gets a number
+            number = {word: n for n, word in enumerate(sorted(words), 1)}
+            a[:, k] = [number.get(row[k], np.nan) for row in rows]
+            if len(number) < len(rows):
+                notes.append(f"column {column} holds words: {len(number)} different, numbered by the alphabet")
+            named[column] = number
+    return named
+
+
+def _hemispheres(names, a, words):
+    """Put latitudes and longitudes, with N or S, E or W in the next column, into degrees; words on ddmm.mmmm."""
+    for name, number in words.items():
+        k = names.index(name)
+        letters = {"N", "S"} if set(number) <= {"N", "S"} else {"E", "W"}
+        if not k or not set(number) <= letters:
+            continue
+        south = a[:, k] == number.get("S", number.get("W"))
+        if np.nanmax(np.abs(a[:, k - 1]), initial=0) > 180:
+            whole = np.floor(a[:, k - 1] / 100)
+            a[:, k - 1] = whole + (a[:, k - 1] - 100 * whole) / 60
+            yield f"column {names[k - 1]}: degrees and minutes, as receivers send them, {'/'.join(sorted(number))}"
+        a[south, k - 1] *= -1
 
 
 def _is_tum(rows):

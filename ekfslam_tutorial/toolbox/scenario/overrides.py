@@ -26,7 +26,7 @@ def parse_override(text):
         (parsed,) = tomllib.loads(f"value = {value}").values()
         return key, parsed
     except (ValueError, RecursionError):  # no TOML, or more than one value
-        if re.fullmatch(r"([A-Za-z_/~]|\.{1,2}/)[\w./-]*", value):
+        if re.fullmatch(r"([A-Za-z_/~]|\.{1,2}/)[\w./ -]*(\[[^\]]*\]|\([^)]*\))?", value):
             return key, value
         raise ValueError(
             f'--set {key}: {short_text(value)} is no value; write it as in TOML: 0.1, true, [1, 2], "text"'
