@@ -198,26 +198,24 @@ PLAIN = Frame2, Frame3
 
 
 def innovations(graph, looks):
-    """Innovations z (k, m), their noise R (k, m, m), and their Jacobians; groups of looks.
+    """Innovations z (k, m), their noise R (k, m, m), and the Jacobians of each by key; groups of looks.
 
-    Jacobians come as pairs: k keys, and the Jacobian of each by the first n numbers of its variable, (k, m, n). What is
-    known and no variable stands in the place of its key. What a sensor measured of landmarks of one type is one call of
-    the models, whatever the frame.
+    What a sensor measured of landmarks of one type is one call of the models, whatever the frame.
     """
     groups = {}
     for look in looks:
         groups.setdefault(look.alike, []).append(look)
     for some in groups.values():
-        one = some[0]
-        poses, lmks = zip(*((look.pose, l) for look in some for l in look.lmks), strict=True)
+        one, rows = some[0], [(look.pose, l) for look in some for l in look.lmks]
         Rf, Sf = graph.both(one)
         if one.frames[0] in PLAIN:
-            Rf = one.frames[0](np.array([graph.get(pose)[: Rf.size] for pose in poses]))
-        L = np.array([graph.get(l)[: one.type.size] for l in lmks])
+            Rf = one.frames[0](np.array([graph.get(pose)[: Rf.size] for pose, _ in rows]))
+        L = np.array([graph.get(l)[: one.type.size] for _, l in rows])
         e, _, E_r, E_s, E_l = expect(Rf, Sf, one.sensor, one.type, L)
         z = one.sensor.residual(np.concatenate([look.y for look in some]), e)
         R = np.concatenate([look.R for look in some])
-        yield z, R, [(poses, E_r), ([one.mount] * len(z), E_s), (lmks, E_l)]
+        blocks = zip(rows, E_r, E_s, E_l, strict=True)
+        yield z, R, [graph.padded((pose, R_r), (one.mount, R_s), (l, R_l)) for (pose, l), R_r, R_s, R_l in blocks]
 
 
 @dataclass

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import block_array, coo_array
 from scipy.sparse.linalg import splu
 
 from .chain import Chain, is_chain
@@ -20,8 +20,6 @@ COLUMNS = 256
 """So many columns of the inverse are computed at a time."""
 LASTING = 100
 """So many numbers of landmarks and mountings, and what is told of them, count as few."""
-KNOWN = -1
-"""In the place of the first number of a variable, where something is known and no variable."""
 SMALL = 1e-10
 """A step that changes no number by more is the last one: m, rad, or the unit of the number."""
 
@@ -106,8 +104,8 @@ def smooth(graph, iterations=50, after_step=lambda: None):
     Factors of covariance Q = G C G' that may be singular stand in the system with a multiplier v each, and the others,
     H = J' R^-1 J and g = J' R^-1 z, as usual:
 
-        [ H  A' ] [dx]   [  g ]
-        [ A  -Q ] [v ] = [ -r ],    w = C G' v
+        [ -Q  A ] [v ]   [ -r ]
+        [  A' H ] [dx] = [  g ],    w = C G' v
 
     The block of the inverse at dx is the covariance. With Q regular it is (H + A' Q^-1 A)^-1, as F. Dellaert,
     M. Kaess, "Factor Graphs for Robot Perception", 2017, section 2.
@@ -260,30 +258,29 @@ class _System:
         ends = np.cumsum([0, *(len(graph.values[key]) for key in keys)]).tolist()
         self.at = {key: np.arange(a, b) for key, a, b in zip(keys, ends, ends[1:], strict=False)}
         start, n = dict(zip(keys, ends, strict=False)), ends[-1]
-        M, r, when, self.noise = _Blocks(), [], [_frame(key) for key in keys for _ in self.at[key]], []
-        row = n  # the multipliers stand below the variables
+        A, Q, r, when, self.noise = _Blocks(), _Blocks(), [], [], []
+        row = 0
         for factor, e, blocks, G, C in linearised(graph, stiff):
-            M.add(row, row, -G @ C @ G.T)
-            for key, A in blocks.items():
-                M.add(row, start[key], A)
-                M.add(start[key], row, A.T)
-            r.append(e)
+            Q.add(row, row, G @ C @ G.T)
+            for key, block in blocks.items():
+                A.add(row, start[key], block)
+            r.append(-e)
             when += [max(map(_frame, blocks))] * len(e)
             self.noise.append((factor, C @ G.T, slice(row, row + len(e))))
             row += len(e)
-        g, self.n = np.zeros(n), n
-        for z, R, jacobians in innovations(graph, looks):
-            R_inv = np.linalg.inv(R)
-            places = [np.array([start[k] if isinstance(k, tuple) else KNOWN for k in some]) for some, _ in jacobians]
-            for i, (_, J_i) in zip(places, jacobians, strict=True):
-                JR, of = J_i.swapaxes(1, 2) @ R_inv, i != KNOWN
-                np.add.at(g, i[of, None] + np.arange(JR.shape[1]), (JR @ z[..., None])[of, :, 0])
-                for j, (_, J_j) in zip(places, jacobians, strict=True):
-                    both = of & (j != KNOWN)
-                    M.add(i[both], j[both], (JR @ J_j)[both])
-        self.b = np.concatenate([g, *(-e for e in r)])
+        J, z, rows = _Blocks(), [np.zeros(0)], 0
+        for innovation, R, each in innovations(graph, looks):
+            whiten = np.linalg.cholesky(np.linalg.inv(R)).swapaxes(1, 2)
+            for one, W, blocks in zip(innovation, whiten, each, strict=True):
+                for key, block in blocks.items():
+                    J.add(rows, start[key], W @ block)
+                z.append(W @ one)
+                rows += len(one)
+        A, Q, J = A.matrix(row, n), Q.matrix(row, row), J.matrix(rows, n)
+        self.b, self.n = np.concatenate([*r, J.T @ np.concatenate(z)]), n
+        when = np.array(when + [_frame(key) for key in keys for _ in self.at[key]])
         try:
-            self.factorised = _factorised(M.matrix(row), np.array(when), stiff)
+            self.factorised = _factorised(block_array([[-Q, A], [A.T, J.T @ J]], format="csc"), when, stiff)
         except (RuntimeError, np.linalg.LinAlgError) as error:
             raise ValueError("the factors do not fix all variables: their matrix is singular") from error
 
@@ -292,13 +289,13 @@ class _System:
         found = self.factorised.solve(self.b)
         for factor, CG, rows in self.noise:
             factor.w = CG @ found[rows]
-        return found[: self.n]
+        return found[-self.n :]
 
     def columns(self, some):
         """Some columns of the covariance of all variables, shape (n, k)."""
         E = np.zeros((len(self.b), len(some)))
-        E[np.asarray(some), np.arange(len(some))] = 1.0
-        return self.factorised.solve(E)[: self.n]
+        E[len(self.b) - self.n + np.asarray(some), np.arange(len(some))] = 1.0
+        return self.factorised.solve(E)[-self.n :]
 
     def joint(self, keys):
         """Covariance of some variables together."""
@@ -310,7 +307,7 @@ class _System:
         """Covariances of some variables, of all if not given, by key."""
         at = self.at if keys is None else {key: self.at[key] for key in keys}
         if isinstance(self.factorised, Chain):
-            P = self.factorised.inverse_at(list(at.values()))
+            P = self.factorised.inverse_at([len(self.b) - self.n + a for a in at.values()])
         else:
             P = self._blocks_by_columns(list(at.values()))
         return {key: (Q + Q.T) / 2 for key, Q in zip(at, P, strict=True)}
@@ -343,26 +340,24 @@ def _frame(key):
 
 
 class _Blocks:
-    """Blocks of a sparse matrix; one, or a stack of them."""
+    """Blocks of a sparse matrix."""
 
     def __init__(self):
         self._i, self._j, self._v = [], [], []
 
     def add(self, i, j, block):
-        """Add blocks whose first numbers are in rows i and columns j."""
-        if block.size == 0:
-            return
-        r, c = _indices(block.shape[-2:])
-        self._i.append((i + r).ravel())
-        self._j.append((j + c).ravel())
-        self._v.append(block.reshape(-1, r.size).T.ravel())
+        """Add a block whose first number is in row i and column j."""
+        r, c = _indices(block.shape)
+        self._i.append(i + r)
+        self._j.append(j + c)
+        self._v.append(block.ravel())
 
-    def matrix(self, n):
-        """The sparse matrix, shape (n, n); what is in one place is summed."""
-        i, j, v = map(np.concatenate, (self._i, self._j, self._v))
-        return coo_array((v, (i, j)), shape=(n, n)).tocsc()
+    def matrix(self, rows, columns):
+        """The sparse matrix; what is in one place is summed."""
+        i, j, v = (np.concatenate([np.zeros(0, int), *parts]) for parts in (self._i, self._j, self._v))
+        return coo_array((v, (i, j)), shape=(rows, columns)).tocsr()
 
 
 @cache
 def _indices(shape):
-    return tuple(a.reshape(-1, 1) for a in np.indices(shape))
+    return tuple(a.ravel() for a in np.indices(shape))

@@ -158,4 +158,5 @@ def test_plaza_2():
     filtered, smoothed = scores(smooth(graph))
     assert filtered["position_rmse_m"] < 0.5 and filtered["position_aligned_rmse_m"] < 0.4
     assert smoothed["position_aligned_rmse_m"] < 1.1 * 0.229 and smoothed["landmark_aligned_rmse_m"] < 1.1 * 0.229
+    assert 0.0 < smoothed["sigma_m"] < filtered["sigma_m"]  # the order of elimination keeps variances positive
     assert max(filtered["landmark_errors_m"].values()) < 0.5
