@@ -152,6 +152,11 @@ def test_the_nees_says_what_it_is_of(capsys):
     assert "NEES of the position and velocity" in capsys.readouterr().out
 
 
+def test_fixes_in_a_frame_of_their_own_are_judged_after_alignment(capsys):
+    results.tell(FIGURES | {"gps_rmse_best95_m": 1110.0, "gps_rmse_best95_aligned_m": 0.0434})
+    assert "1.11e+03 m  aligned: 0.0434 m" in capsys.readouterr().out
+
+
 def test_what_is_not_known_is_not_told(capsys):
     results.tell(FIGURES)
     assert "dead reckoning" not in (out := capsys.readouterr().out) and "heading" not in out
