@@ -34,15 +34,15 @@ def answer(id, *places):
 @pytest.mark.parametrize(
     ("id", "told", "places"),
     [  # one mistake, which looks like a listed one with a slip in it
-        ("01.2", "cos becomes -sin, sin becomes cos", [("-d * s], [0, 1, d * c]", "d * c], [0, 1, -d * s]")]),
+        ("01.2", "the two entries of the third column are exchanged", [("-d * s], [0, 1, d * c]", "d * c], [0, 1, -d * s]")]),
         ("04.1", "the sine stands in the row of x_l", [("-r * s], [0, 1, r * c]", "r * c], [0, 1, -r * s]")]),
-        ("09.3", "Nearest to 2 is for tuning R", [("np.argmin(nis)", "np.argmin(np.abs(nis - 1))")]),
+        ("09.3", "No ideal value is asked for", [("np.argmin(nis)", "np.argmin(np.abs(nis - 1))")]),
         ("05.2", "Angles are in radians", [("wrap(np.arctan2", "np.degrees(np.arctan2")]),
     ],
 )  # fmt: skip
 def test_a_slip_within_a_mistake_is_no_second_one(id, told, places):
     hint = of(id).judge(answer(id, *places)).hint
-    assert told in hint and "Two things" not in hint and "belongs" not in hint, hint
+    assert told in hint and "Two things" not in hint and "stood where" not in hint, hint
 
 
 def test_of_two_mistakes_each_is_told_as_it_is():
@@ -54,7 +54,7 @@ def test_of_two_mistakes_each_is_told_as_it_is():
 
 def test_a_block_is_named_by_its_place():
     """H holds the same block twice; the one of the robot is wrong."""
-    wrong = "-np.array([[dx / r, dy / r], [dx / r2, -dy / r2]]), [0, -1], E_l"
+    wrong = "-np.array([[dx / r, dy / r], [-dy / r2, 2 * dx / r2]]), [0, -1], E_l"
     hint = of("05.2").judge(answer("05.2", ("-E_l, [0, -1], E_l", wrong))).hint
     assert "in `-E_l`, in `H[:, :2]`" in hint, hint
 
@@ -117,7 +117,7 @@ def test_division_by_one_less_is_named_though_one_run_gives_infinity(recwarn):
     over = lambda e, P, c: (np.divide(np.sum(right(e, P, c)[0] * len(e)), len(e) - 1), right(e, P, c)[1])
     right = of("03.2").solution
     verdict = of("03.2").judge(over)
-    assert "Divided by one less than there are" in verdict.hint and not recwarn.list
+    assert "divide the sum by N, not by N - 1" in verdict.hint and not recwarn.list
 
 
 @pytest.mark.filterwarnings("error")
