@@ -32,7 +32,8 @@ ADVICE = {
 
 # What numpy says of slips that every student makes once: a part of its message, and what it means.
 SLIPS = {
-    "(0,)": "One of the arrays is empty: a slice that begins behind the end has no entries. Counting starts at 0.",
+    "(0,)": "One of the arrays is empty: a slice that begins behind the end has no entries. Counting starts at 0, and "
+    "a place is no id.",
     "not enough values to unpack": "There are fewer values than names on the left. Print what is taken apart: a slice "
     "that begins before 0, or behind the end, is empty. Counting starts at 0.",
     "can be converted to Python scalar": "An array came where one number is wanted. The functions of `math` take "
@@ -125,7 +126,7 @@ def _copy_advice(name, value):
         return f"{IN_PLACE} Build a new list: `{name} = list({name})`."
     if isinstance(value, dict):
         return f"{IN_PLACE} Work on a copy: `{name} = dict({name})`."
-    return f"{IN_PLACE} Work on a copy: `{name} = {name}.copy()`."
+    return f"{IN_PLACE} Work on a copy: `{name} = np.array({name})`."
 
 
 def misses_arguments(function, names):

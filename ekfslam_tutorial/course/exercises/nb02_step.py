@@ -123,6 +123,7 @@ step = table(
     x not updated | x = x + K @ z -> pass | P was corrected, x was not: x = x + K z.
     P not updated | P = P - K @ Z @ K.T -> pass | x was corrected, P was not: P = (I - K H) P.
     P grows | P = P - K @ Z -> P = P + K @ Z | A measurement never makes the map more uncertain: P *minus* K H P.
+    P - K H | P = P - K @ Z @ K.T -> P = P - K @ H | The last P is missing: P - K H P, which is (I - K H) P.
     P forgotten behind the bracket | P = P - K @ Z @ K.T -> P = np.eye(len(P)) - K @ H | (I - K H) must still be multiplied by P.
     R missing in Z | H @ P @ H.T + R -> H @ P @ H.T | Z = H P H' + R: without R the filter believes each measurement blindly.
     R squared | H.T + R -> H.T + R @ R | R holds variances already: do not square it.
