@@ -34,7 +34,7 @@ def answer(id, *places):
 @pytest.mark.parametrize(
     ("id", "told", "places"),
     [  # one mistake, which looks like a listed one with a slip in it
-        ("01.2", "the two entries of the third column are exchanged", [("-d * s], [0, 1, d * c]", "d * c], [0, 1, -d * s]")]),
+        ("01.2", "entries of the third column are exchanged", [("-d * s], [0, 1, d * c]", "d * c], [0, 1, -d * s]")]),
         ("04.1", "the sine stands in the row of x_l", [("-r * s], [0, 1, r * c]", "r * c], [0, 1, -r * s]")]),
         ("09.3", "No ideal value is asked for", [("np.argmin(nis)", "np.argmin(np.abs(nis - 1))")]),
         ("05.2", "Angles are in radians", [("wrap(np.arctan2", "np.degrees(np.arctan2")]),
