@@ -8,8 +8,9 @@ from ..table import table
 def known_then_new(ids, known, n_inits):
     """Sort the measurements of one sensor in one frame: which correct the map, which start a landmark.
 
-    ids, shape (m,): the landmark id of each measurement, -1 where nobody knows whose it is. known, shape (k,): the ids
-    of the landmarks in the map, in any order. n_inits: most landmarks that may be started in this frame.
+    ids, shape (m,): the landmark id of each measurement, none of them twice, and -1 where nobody knows whose it is.
+    known, shape (k,): the ids of the landmarks in the map, in any order. n_inits: most landmarks that may be started in
+    this frame.
     A measurement is used once. One of a known landmark corrects. One of an unknown landmark starts it, in the order in
     which they stand in ids. Those with id -1, and those beyond n_inits, are not used.
     Return two arrays of indices into ids, in rising order: those that correct, and those that start a landmark.
