@@ -55,7 +55,7 @@ sorted_out = table(
     all new     | start   | all new  | With an empty map every measurement starts a landmark.
     both        | correct, start | both     | Known ones correct, the others start, each place in one list, in the order in which they stand in `ids`; n_inits limits only those that start.
     nobody's    | start   | nobody's | -1 says: nobody knows whose measurement it is.
-    n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first in ids in `ids`.
+    n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first in `ids`.
     many frames | correct, start | many     | Try your function on paper with one of these frames.
     """,
     wrong="""
