@@ -514,7 +514,7 @@ def test_an_exception_does_not_hide_what_is_tested():
 
 
 @pytest.mark.parametrize(
-    "given, advice", [([np.eye(2)], "[item.copy() for item in F]"), ([1, 2], "list(F)"), (np.eye(2), "F.copy()")]
+    "given, advice", [([np.eye(2)], "[item.copy() for item in F]"), ([1, 2], "list(F)"), (np.eye(2), "np.array(F)")]
 )
 def test_how_to_copy_depends_on_what_it_is(given, advice):
     def spoil(F):
