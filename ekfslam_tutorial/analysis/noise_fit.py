@@ -90,7 +90,7 @@ class NoiseFit:
         )
 
 
-def fit_noise(scenario, recording, after_run=lambda: None):
+def fit_noise(scenario, recording, after_run=lambda: None, told=()):
     """Find the noise of a log by the likelihood of its innovations.
 
     Parameters
@@ -100,6 +100,8 @@ def fit_noise(scenario, recording, after_run=lambda: None):
     recording : Recording
     after_run : callable
         Is called after each run of the filter.
+    told : list of str
+        Keys that are known otherwise, `sensor.2.heading_std_deg`, and stay.
 
     Returns
     -------
@@ -109,16 +111,17 @@ def fit_noise(scenario, recording, after_run=lambda: None):
     --------
     tune : One factor for all of it, and clock, mounting and bias.
     """
-    return _Fit(scenario, recording, after_run).all()
+    return _Fit(scenario, recording, after_run, told).all()
 
 
 class _Fit:
-    def __init__(self, scenario, recording, after_run):
+    def __init__(self, scenario, recording, after_run, told=()):
         self.scenario, self.recording, self.after_run = scenario, recording, after_run
         counts = sum(np.diff(log.offsets) for log in recording.raw.values())
         k = int(np.searchsorted(np.cumsum(counts), ENOUGH)) + 1
         self.last = min(k, len(recording), MOST_FRAMES)
-        self.numbers, self.runs, self.known = numbers(scenario, recording), 0, {}
+        self.numbers = [number for number in numbers(scenario, recording) if number.name not in told]
+        self.runs, self.known = 0, {}
         self.above = {}  # of each logarithm: how far above the likeliest one the log contradicts it
 
     def all(self):

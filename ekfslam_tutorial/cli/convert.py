@@ -54,7 +54,7 @@ def fit(done):
             runs.total += 1
             runs.update()
 
-        fitted = fit_noise(done.scenario, done.recording, after_run)
+        fitted = fit_noise(done.scenario, done.recording, after_run, done.told)
     print(fitted)
     return fitted
 

@@ -18,7 +18,7 @@ SEEN = 5
 """A landmark counts when it has been used so often, in both maps."""
 
 MISFIT = 0.3
-"""A link that leaves a larger root mean square distance between the landmarks is not believed, m."""
+"""A link that leaves a larger root mean square distance between the landmarks is not believed, m, unless told."""
 
 CHECK_EVERY = 100
 """Frames between two tries."""
@@ -27,7 +27,7 @@ START_STD = 0.5, 20.0
 """What the starts are worth to the filter, m and degrees: a place to linearise at, and little more."""
 
 
-def find_starts(data, recording):
+def find_starts(data, recording, misfit=MISFIT):
     """Tell where robots start, from landmarks that they have in common: with the first robot, or with a known map.
 
     The log is used twice: for the starts, and then for the run. So that nothing counts twice, the starts come with
@@ -40,6 +40,8 @@ def find_starts(data, recording):
         The first robot keeps its start: it fixes the frame of the map. Where the landmarks are known, they do, and
         robots that have no start get one. Ids of landmarks hold for all robots.
     recording : Recording
+    misfit : float
+        A link that leaves a larger root mean square distance between the landmarks is not believed, m.
 
     Returns
     -------
@@ -56,7 +58,7 @@ def find_starts(data, recording):
     known_map = not data.landmark.in_map
     first = [] if known_map else [data.robots[0].id]
     wanted = [robot.id for robot in data.robots if robot.id not in first]
-    starts, t = _linked(data, recording, wanted)
+    starts, t = _linked(data, recording, wanted, misfit)
     robots = [replace(r, **_start(starts[r.id])) if r.id in wanted else r for r in data.robots]
     note = (
         f"starts of robots {wanted} {'on the known map' if known_map else f'relative to robot {first[0]}'} found from "
@@ -73,7 +75,7 @@ def _start(F):
     return place | dict(zip(("position_std", "orientation_std_deg"), START_STD, strict=True))
 
 
-def _linked(data, recording, wanted):
+def _linked(data, recording, wanted, misfit):
     """Frames of the own maps of some robots, and how long it took until all were linked."""
     runs = [universal_slam(_alone(data, robot, robot.id in wanted), recording) for robot in data.robots]
     known = [] if data.landmark.in_map else [("known", _surveyed(recording))]
@@ -81,7 +83,7 @@ def _linked(data, recording, wanted):
     for k, snapshots in enumerate(zip(*runs, strict=True), 1):
         if k % CHECK_EVERY == 0 or k == len(runs[0]):
             t = snapshots[0].t
-            frames = chain(dict(known + [(s.robs[0].id, _places(s)) for s in snapshots]))
+            frames = chain(dict(known + [(s.robs[0].id, _places(s)) for s in snapshots]), misfit)
             if len(frames) == len(wanted):
                 return frames, t
     missing = [id for id in wanted if id not in frames]
@@ -116,13 +118,15 @@ def _places(snapshot):
     return {i: lmk.point(snapshot.map)[0] for i, lmk in snapshot.lmks.items() if lmk.n_inlier >= SEEN}
 
 
-def chain(maps):
+def chain(maps, misfit=MISFIT):
     """Lay maps on the first one, one after the other; each time the one that has most in common with those laid.
 
     Parameters
     ----------
     maps : dict of int to (dict of int to ndarray)
         For each robot, its landmarks: id -> point in its own frame, metres.
+    misfit : float
+        See `find_starts`.
 
     Returns
     -------
@@ -134,7 +138,7 @@ def chain(maps):
     while waiting:
         robot = max(waiting, key=lambda i: len(waiting[i].keys() & laid.keys()))
         places = waiting.pop(robot)
-        F = _link(places, laid)
+        F = _link(places, laid, misfit)
         if F is not None:
             frames[robot] = F
             laid = {i: F.from_frame(p)[0] for i, p in places.items()} | laid
@@ -142,7 +146,7 @@ def chain(maps):
     return frames
 
 
-def _link(places, laid):
+def _link(places, laid, misfit):
     """The frame that lays one map on another by their common landmarks; the worst ones are left out. None: no link."""
     common = sorted(places.keys() & laid.keys())
     while len(common) >= COMMON:
@@ -152,7 +156,7 @@ def _link(places, laid):
         except ValueError:  # all in one place
             return None
         apart = np.linalg.norm(F.from_frame(a)[0] - b, axis=1)
-        if np.sqrt((apart**2).mean()) <= MISFIT:
+        if np.sqrt((apart**2).mean()) <= misfit:
             return F
         common.pop(int(apart.argmax()))
     return None

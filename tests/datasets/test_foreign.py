@@ -463,7 +463,8 @@ def test_times_and_headings_tell_their_units():
     [
         ("Speed [km/h]", "kmh, by its name", 1 / 3.6),
         ("speed_mps", "mps, by its name", 1.0),
-        ("Speed (knots)", "its unit 'knots' is not known", 1.0),
+        ("Speed (knots)", "knots, by its name", 1852 / 3600),
+        ("Speed (furlongs)", "its unit 'furlongs' is not known", 1.0),
     ],
 )
 def test_units_in_the_names_of_columns(tmp_path, column, says, factor):
@@ -631,7 +632,7 @@ def test_the_start_is_as_uncertain_as_the_truth_that_tells_it(drive, tmp_path):
 def test_a_folder_of_folders_is_named(tmp_path):
     (tmp_path / "robot_A").mkdir()
     (tmp_path / "robot_A" / "odo.csv").write_text("t,v,w\n0,1,0\n")
-    with pytest.raises(ValueError, match="holds no log; but its folders robot_A do"):
+    with pytest.raises(ValueError, match="holds no log; but its folder robot_A does"):
         convert(tmp_path)
 
 

@@ -1,22 +1,22 @@
 """Tables of a log become messages, messages a recording, and a scenario is written that plays it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...geometry import q2e, wrap
+from ...geometry import wrap
 from ...simulation import SimLmk
 from ...toolbox import UserData
 from ...toolbox.messages import recording_of
 from ...toolbox.recordings import Recording
-from .driving import InPlane, InSpace, poses
-from .log import Log
+from .driving import poses
+from .fleet import WITH_ROBOT, stacked
 from .meaning import LINE, OUT_OF_THE_PLANE, PLANE, SPACE, checked, columns_of, find, guess
-from .scans import Scan, scatter
+from .members import START, members_of, place, scan_axes, start_noise, told_by
 from .tables import read_tables
 
 WANTED = {
-    "odometry": ("v and w, or dx and dtheta, or x, y and theta", "twists, steps, poses or an IMU"),
+    "odometry": ("v and w, v and theta, or dx and dtheta, or x, y and theta", "twists, steps, poses or an IMU"),
     "scan": ("range, or x and y", "x, y and z, or px and py"),
 }
 """What a role needs, in words: in the plane, and in space besides."""
@@ -32,9 +32,6 @@ LEAST_TURN = 0.02
 """A robot turns if its turns of a second are so large, rad."""
 TOGETHER = 0.8
 """Turns of odometry and truth are of one motion if the cosine between all of them is larger."""
-START = "position_std", "orientation_std_deg"
-LEAST_START = 1e-3, 1e-3
-"""A truth that scatters by less than so many m and rad counts as exact."""
 FAR = 1e4
 """Positions from a receiver that are larger count from somewhere else, m."""
 
@@ -50,11 +47,14 @@ class Converted:
         Tables of a scenario file that plays it, the plan in `convert` included.
     said : list of str
         What was seen, line by line.
+    told : list of str
+        Keys of the noise that the log itself tells, `sensor.2.heading_std_deg`: a fit leaves them as they are.
     """
 
     recording: Recording
     scenario: dict
     said: list
+    told: list = field(default_factory=list)
 
 
 def convert(path, plan=None, name=None):
@@ -78,23 +78,28 @@ def convert(path, plan=None, name=None):
     ValueError, OSError
         One sentence.
     """
-    tables = read_tables(path)
+    tables, plan, lists = stacked(read_tables(path), plan or {})
     said = [line for table in tables for line in seen(table)]
-    left_out = {
-        role: {m: c for m, c in e.items() if c is False} for role, e in (plan or {}).items() if isinstance(e, dict)
-    }
-    unwanted = [role for role, entry in (plan or {}).items() if entry is False]
-    plan, space = completed(plan or {}, tables)
-    log = Log(*in_order(plan, {table.name: table for table in tables}), space)
+    left_out = {role: {m: c for m, c in e.items() if c is False} for role, e in plan.items() if isinstance(e, dict)}
+    unwanted = [role for role, entry in plan.items() if entry is False]
+    plan, space = completed(plan, tables)
+    members = members_of(*in_order(plan, {table.name: table for table in tables}), space)
     said += not_used(plan, tables, unwanted)
-    drive, scan = (InSpace if space else InPlane)(log), Scan(log)
-    scenario = scenario_of(log, drive, scan, name or "log")
-    recording = recording_from(log, drive, scan, UserData.from_dict(scenario))
+    scenario = scenario_of(members, name or "log")
+    recording = recording_from(members, UserData.from_dict(scenario))
+    if len(members) > 1:
+        place(members, scenario, recording)
     used = {entry["from"] for entry in plan.values()}
     recording.notes += [note for table in tables if table.name in used for note in table.notes]
+    recording.notes += [f"{m.name}: {note}" if m.name else note for m in members for note in m.log.notes]
     plan = {role: entry | left_out.get(role, {}) for role, entry in plan.items()}
+    plan = {role: entry | {"from": lists.get(entry["from"], entry["from"])} for role, entry in plan.items()}
     scenario |= {"convert": plan | ({"space": True} if space else {})}
-    return Converted(recording, scenario, said + log.said + after(recording) + doubts(log, recording))
+    for m in members:
+        said += [f"robot {m.id}: {m.name}"] * bool(m.name) + m.log.said
+    n = sum(len(recording.raw[m.id].ids) for m in members)
+    said += after(recording, n) + [line for m in members for line in doubts(m, recording)]
+    return Converted(recording, scenario, said, [key for m in members for key in told_by(m)])
 
 
 def seen(table):
@@ -106,8 +111,15 @@ def seen(table):
 
 
 def not_used(plan, tables, unwanted):
-    """A line on the tables that no role needs, where a truth or a map is missing that they may be."""
-    used = {entry["from"].partition("/")[0] for entry in plan.values()}
+    """Lines on the tables that no role needs: may they be of another robot, or a truth or a map that is missing?"""
+    by_name, names = {table.name: table for table in tables}, {entry["from"] for entry in plan.values()}
+    for role in (role for role in WITH_ROBOT if role in plan):
+        columns, name = [*by_name[plan[role]["from"]].columns], plan[role]["from"]
+        alike = [table.name for table in tables if table.name not in names and [*table.columns] == columns]
+        if alike:
+            both = ", ".join(f'"{n}"' for n in (name, *alike))
+            yield f"not used: {', '.join(alike)}, like {name}; of another robot? --set '{role}.from=[{both}]'"
+    used = {name.partition("/")[0] for name in names}
     rest = [table.name for table in tables if table.name.partition("/")[0] not in used]
     missing = [role for role in ("truth", "map") if role not in plan and role not in unwanted]
     if rest and missing:
@@ -133,9 +145,13 @@ def completed(plan, tables):
         table = next(table for table in tables if table.name == entry["from"])
         named = guessed[role] if guessed.get(role, {}).get("from") == table.name else columns_of(table, role, space)
         whole = any(way <= set(entry) for way in ways.get(role, ()))
-        told[role] = {m: c for m, c in named.items() if not whole or m in ("t", "id")} | entry
+        told[role] = {m: c for m, c in named.items() if not whole or m in ("t", "id", "robot")} | entry
     told |= {role: entry for role, entry in guessed.items() if role not in plan}
     told = {role: {m: c for m, c in e.items() if c != str(False)} for role, e in told.items()}
+    turned = {"compass", "world"} & set(told.get("scan", {})) or "compass" in told.get("odometry", {})
+    if turned and "theta" not in told.get("odometry", {"theta": None}):
+        table = next(table for table in tables if table.name == told["odometry"]["from"])
+        told["odometry"] |= {"theta": heading} if (heading := find(table, "theta")) else {}
     timed = lambda role, entry: entry if role in ("map", "camera") else _with_time(role, entry, tables)
     told = {role: timed(role, entry) for role, entry in told.items()}
     for role in {"truth", "gps", "map"} & set(told):
@@ -197,67 +213,62 @@ def in_order(plan, tables):
     return plan, timed
 
 
-def start_noise(log):
-    """How well it is known where the robot starts: as well as the truth scatters, for it begins there.
-
-    A filter that were certain of a start that is off by a fifth of a degree would look too sure ever after.
-    """
-    truth = log.parts.get("truth", {})
-    if not {"theta", "qw"} & set(truth):
-        return {}
-    if log.space:
-        known = poses(truth)
-        known = np.column_stack([known[:, :3], np.unwrap(q2e(known[:, 3:])[0], axis=0)])
-    else:
-        known = np.column_stack([truth["x"], truth["y"], np.unwrap(truth["theta"])])
-    stds = np.nan_to_num([scatter(column, truth["t"]) for column in known.T])
-    d = 3 if log.space else 2
-    if (stds[:d] < LEAST_START[0]).all() and (stds[d:] < LEAST_START[1]).all():
-        return {}
-    angles = np.rad2deg(stds[d:]).round(3).tolist()
-    started = dict(zip(START, (stds[:d].round(4).tolist(), angles if log.space else angles[0]), strict=True))
-    words = ", ".join(f"{key} = {value}" for key, value in started.items())
-    log.said.append(f"the truth scatters, and so the start is known: {words}")
-    return started
-
-
-def scenario_of(log, drive, scan, name):
+def scenario_of(members, name):
     """Tables of a scenario, with noise by the scatter of the log."""
-    robot, sensor, landmark, options = drive.robot() | start_noise(log), scan.sensor(), scan.landmark(), scan.options()
-    table = {"name": name, "robot": [robot], "sensor": [sensor], "landmark": landmark, "options": options}
-    noise = [
-        f"{k} = {v}"
-        for k, v in (robot | sensor).items()
-        if ("_std" in k and k not in START) or k in ("std", "gyro_noise", "acc_noise")
-    ]
-    noise += [f"association = {options['association']}"]
-    log.said.append(f"taken from the log: {robot['motion']}, {scan.kind}; {', '.join(noise)}")
-    return table
+    robots, sensors, compasses = [], [], []
+    unknown = next((m for m in members if not m.scan.known), members[0])
+    landmark, options = unknown.scan.landmark(), unknown.scan.options()
+    for m in members:
+        robot = {"id": m.id} | ({"name": m.name} if m.name else {}) | m.drive.robot() | start_noise(m.log)
+        sensor = {"id": m.id, "robot": m.id} | m.scan.sensor()
+        robots.append(robot)
+        sensors.append(sensor)
+        if m.compass is not None:
+            compasses.append({"id": m.compass, "robot": m.id} | m.drive.compass.sensor())
+            if "theta" not in m.log.parts.get("truth", {}):  # y of the map is the north
+                robot["orientation_deg"] = round(float(np.rad2deg(m.log.parts["odometry"]["theta"][0])), 2)
+        noise = [
+            f"{k} = {v}"
+            for table in (robot, sensor, *(c for c in compasses if c["robot"] == m.id))
+            for k, v in table.items()
+            if ("_std" in k and k not in START) or k in ("std", "gyro_noise", "acc_noise")
+        ]
+        noise += [f"association = {options['association']}"]
+        m.log.said.append(f"taken from the log: {robot['motion']}, {m.scan.kind}; {', '.join(noise)}")
+    return {"name": name, "robot": robots, "sensor": sensors + compasses, "landmark": landmark, "options": options}
 
 
-def recording_from(log, drive, scan, data):
+def recording_from(members, data):
     """The recording, with what is known of the truth."""
-    t0, messages = log.t0, list(scan.messages())
-    if log.space and drive.by_imu:
-        recording = _with_imu(drive, messages, data)
+    t0, messages = min(m.log.t0 for m in members), [s for m in members for s in m.scan.messages(m.id)]
+    if members[0].drive.by_imu:
+        recording = _with_imu(members[0].drive, messages, data)
         t0 = messages[0].t
     else:
-        recording = recording_of([*drive.controls(), *messages], data, data.name, t0)
-    if "truth" in log.parts:
-        truth = log.parts["truth"]
-        if {"theta", "qw"} & set(truth):
-            known = poses(truth) if log.space else np.column_stack([truth[m] for m in ("x", "y", "theta")])
-            recording.truth = {1: at_times(recording.t + t0, truth["t"], known)}
-        else:
-            log.parts.setdefault("gps", truth)
-    axes = [m for m in "xyz" if m in scan_axes(log)]
-    if "gps" in log.parts:
-        gps = log.parts["gps"]
-        p = np.column_stack([gps[m] for m in axes if m in gps])
-        if np.abs(p[0]).max() > FAR:
-            log.said.append(f"gps: positions are of the size {np.abs(p[0]).max():.2g} m: counted from the first one")
-            p = p - p[0]
-        recording.fixes = {1: np.column_stack([gps["t"] - t0, p])}
+        for m in members:
+            messages += m.controls(t0)
+            messages += m.drive.compass.messages(m.compass) if m.compass is not None else []
+        recording = recording_of(messages, data, data.name, t0)
+    first = None
+    for m in members:
+        if "truth" in m.log.parts:
+            truth = m.log.parts["truth"]
+            if {"theta", "qw"} & set(truth):
+                known = poses(truth) if m.log.space else np.column_stack([truth[a] for a in ("x", "y", "theta")])
+                recording.truth[m.id] = at_times(recording.t + t0, truth["t"], known)
+            else:
+                m.log.parts.setdefault("gps", truth)
+        if "gps" in m.log.parts:
+            gps = m.log.parts["gps"]
+            p = np.column_stack([gps[a] for a in scan_axes(m.log) if a in gps])
+            if np.abs(p[0]).max() > FAR or first is not None:
+                first = p[0] if first is None else first
+                size = f"{np.abs(p[0]).max():.2g}"
+                m.log.said.append(f"gps: positions are of the size {size} m: counted from the first one")
+                p = p - first
+            recording.fixes[m.id] = np.column_stack([gps["t"] - t0, p])
+    log, scan = members[0].log, members[0].scan
+    axes = scan_axes(log)
     if "map" in log.parts:
         survey = log.parts["map"]
         ids = survey["id"] if "id" in survey else np.arange(1, len(survey["x"]) + 1)  # the order of the lines
@@ -272,11 +283,6 @@ def recording_from(log, drive, scan, data):
     return Recording(**vars(recording))
 
 
-def scan_axes(log):
-    """The axes of a position."""
-    return "xyz" if log.space else "xy"
-
-
 def _with_imu(drive, messages, data):
     """A recording whose frames are those of the scan: an IMU has many controls between two of them."""
     odo = drive.log.parts["odometry"]["t"]
@@ -288,22 +294,23 @@ def _with_imu(drive, messages, data):
     return replace(seen, robots={1: log}, starts={1: begun})
 
 
-def after(recording):
-    """Lines on the recording."""
-    known = int(np.isfinite(recording.truth[1]).all(1).sum()) if recording.truth else 0
-    words = f"{len(recording):,} frames, {len(recording.raw[1].ids):,} measurements"
-    words += f"; the true pose is known in {known:,}" if recording.truth else "; no true poses"
+def after(recording, n):
+    """Lines on the recording with n measurements of landmarks."""
+    known = ", ".join(f"{np.isfinite(x).all(1).sum():,}" for x in recording.truth.values())
+    words = f"{len(recording):,} frames, {n:,} measurements"
+    words += f"; the true pose is known in {known}" if recording.truth else "; no true poses"
     if recording.fixes:
-        words += f", {len(recording.fixes[1]):,} fixes; they have a frame of their own, so look at"
+        words += f", {sum(map(len, recording.fixes.values())):,} fixes; they have a frame of their own, so look at"
         words += " gps_rmse_best95_aligned_m in result.json"
     return [words + (f", {len(recording.landmarks.ids)} true landmarks" if recording.landmarks else "")]
 
 
-def doubts(log, recording):
+def doubts(m, recording):
     """Lines on an odometry in the plane that does not go the way of the truth: units, wheels, a sign."""
-    if log.space or not recording.truth or len(recording.robots[1].u) != len(recording) or len(recording) < FEW:
+    u, truth = recording.robots[m.id].u, recording.truth.get(m.id)
+    if m.log.space or truth is None or len(u) != len(recording) or len(recording) < FEW:
         return []
-    told_way, told_turn, way, turn = by_seconds(recording)
+    told_way, told_turn, way, turn = by_seconds(recording.t, u, truth)
     found = []
     if len(way) < FEW or max(way.mean(), told_way.mean()) < LEAST_WAY:
         return found
@@ -321,21 +328,21 @@ def doubts(log, recording):
         why = "are the units of angles, and the base of the wheels, right?"
         if slope < 0:
             why = (
-                "is it counted to the right (--set odometry.clockwise=true), are left and right wheels swapped, "
+                "is it counted to the right (--set odometry.clockwise=true; a heading from the north: "
+                "odometry.compass=true), are left and right wheels swapped, "
                 "or does y of the truth go to the right?"
             )
         found.append(f"note: the odometry turns {slope:.2g} times as far as the truth: {why}")
     return found
 
 
-def by_seconds(recording):
+def by_seconds(t, u, truth):
     """Ways, m, and turns, rad, of each second: of the odometry and of the truth, four arrays as long as each other."""
-    t, u = recording.t, recording.robots[1].u
     speeds = u.shape[1] == 2  # else steps
     dt = np.diff(t, prepend=t[0])[:, None]
     steps = u * dt if speeds else np.column_stack([np.hypot(u[:, 0], u[:, 1]), u[:, 2]])
     ends = np.unique(np.searchsorted(t, np.arange(t[0], t[-1], 1.0)))
-    told, true = np.diff(np.cumsum(steps, axis=0)[ends], axis=0), np.diff(recording.truth[1][ends], axis=0)
+    told, true = np.diff(np.cumsum(steps, axis=0)[ends], axis=0), np.diff(truth[ends], axis=0)
     known = np.isfinite(true).all(1)
     way, turn = np.linalg.norm(true[known, :2], axis=1), wrap(true[known, 2])
     return np.abs(told[known, 0]), told[known, 1], way, turn

@@ -9,6 +9,7 @@ from ...toolbox.messages import Control
 from ..euroc_v101 import WINDOW, controls_between, start
 from ..odometry import OdometryNoise
 from . import looks
+from .heading import Compass
 from .meaning import PLANE, SPACE
 from .scans import scatter
 
@@ -39,9 +40,8 @@ def way_of(log):
             return way
     raise ValueError(
         f"odometry: {', '.join(sorted(odo - {'t'})) or 'the time'} alone does not say how the robot moves; v and w, "
-        "v and steer (with wheelbase, m), dx and dtheta, x, y and theta, or left and right (with base, m) are needed"
-        + "; in space twists, steps, poses or an IMU will do, too"
-        * log.space
+        "v and steer (with wheelbase, m), v and theta, dx and dtheta, x, y and theta, or left and right (with base, m) "
+        "are needed" + "; in space twists, steps, poses or an IMU will do, too" * log.space
     )
 
 
@@ -61,6 +61,8 @@ def speeds(log):
                 f"a number from 1, got {ratio!r}"
             )
         return odo["v"], odo["v"] * np.tan(odo["steer"] / ratio) / length
+    if "v" in odo:  # and a heading: its turn since the row before
+        return odo["v"], np.append(0.0, wrap(np.diff(odo["theta"])) / np.diff(odo["t"]))
     base = _told(log, "base", "speeds of wheels need base, how far they are apart in m")
     left, right = odo["left"], odo["right"]
     if "radius" in log.plan["odometry"] or looks.turning(log.plan["odometry"]):
@@ -90,21 +92,32 @@ class InPlane:
     log : Log
     """
 
+    by_imu = False
+
     def __init__(self, log):
-        self.log, self.way, self.starts = log, way_of(log), {}
+        self.log, self.way, odo = log, way_of(log), log.parts["odometry"]
+        north = log.plan["odometry"].get("compass") and "theta" in odo and "x" not in self.way
+        self.compass = Compass(odo, log.parts["scan"]["t"]) if north else None
 
     def robot(self):
         """Table of the robot, with its noise."""
         if not self.way & {"v", "left"}:
-            return {"id": 1, "motion": "odometry2"}
+            return {"motion": "odometry2"}
         v, w = (speed_noise(a, kind) for a, kind in zip(speeds(self.log), "vw", strict=True))
-        return {"id": 1, "motion": "unicycle", "v_std": round(v, 3), "w_std_deg": round(float(np.rad2deg(w)), 2)}
+        if self.compass and self.told:
+            w = self.compass.turn_rate_std
+        return {"motion": "unicycle", "v_std": round(v, 3), "w_std_deg": round(float(np.rad2deg(w)), 2)}
 
-    def controls(self):
+    @property
+    def told(self):
+        """Keys of the noise that the log tells by itself, and no fit should move."""
+        return ["w_std_deg"] if self.compass and self.way == {"v", "theta"} else []
+
+    def controls(self, robot=1):
         """Controls, each until its time."""
         t, first = np.unique(self.log.parts["odometry"]["t"], return_index=True)
         if self.way & {"v", "left"}:
-            return [Control(a, u) for a, u in zip(t, np.column_stack(speeds(self.log))[first], strict=True)]
+            return [Control(a, u, robot) for a, u in zip(t, np.column_stack(speeds(self.log))[first], strict=True)]
         odo = {m: a[first] for m, a in self.log.parts["odometry"].items()}
         if "dx" in self.way:
             steps = np.column_stack([odo["dx"], odo.get("dy", 0 * t), odo["dtheta"]])
@@ -116,7 +129,7 @@ class InPlane:
         far, turn = np.linalg.norm(steps[:, :2], axis=1), np.abs(steps[:, 2])
         q = STEP_NOISE
         var = np.column_stack([q.along**2 * far, q.across**2 * far, q.turn**2 * turn + q.drift**2 * dt]) + 1e-10
-        return [Control(a, u, U=np.diag(v)) for a, u, v in zip(t, steps, var, strict=True)]
+        return [Control(a, u, robot, np.diag(v)) for a, u, v in zip(t, steps, var, strict=True)]
 
 
 class InSpace:
@@ -128,7 +141,7 @@ class InSpace:
     """
 
     def __init__(self, log):
-        self.log, self.starts = log, {}
+        self.log, self.compass, self.told = log, None, []
         self.way: set = way_of(log) if "odometry" in log.parts else set()
         self.by_imu = "ax" in self.way
 
@@ -137,17 +150,17 @@ class InSpace:
         if not self.way:
             self.log.said.append("no odometry: constant velocity; dv_std and dw_std_deg say how quickly it changes")
             stds = {"dv_std": 0.1, "dw_std_deg": 6.0, "vel_std": 0.5, "ang_vel_std_deg": 20.0}
-            return {"id": 1, "motion": "constant_velocity"} | stds
+            return {"motion": "constant_velocity"} | stds
         if not self.by_imu:
-            return {"id": 1, "motion": "odometry3"}
+            return {"motion": "odometry3"}
         odo = self.log.parts["odometry"]
         step = float(np.median(np.diff(np.unique(np.asarray(odo["t"], float)))))
         of = {"gyro_noise": ("wx", "wy", "wz"), "acc_noise": ("ax", "ay", "az")}
         white = {key: max(np.nan_to_num(scatter(odo[m])) for m in columns) for key, columns in of.items()}
         noise = {key: round(max(std * np.sqrt(step), SHAKEN[key]), 6) for key, std in white.items()}
-        return {"id": 1, "motion": "imu"} | noise
+        return {"motion": "imu"} | noise
 
-    def controls(self):
+    def controls(self, robot=1):
         """Controls, each until its time; none of an IMU, which has many a frame, and without odometry."""
         if not self.way or self.by_imu:
             return []
@@ -161,7 +174,7 @@ class InSpace:
             far, turn = np.linalg.norm(steps[:, :3], axis=1), np.linalg.norm(steps[:, 3:], axis=1)
             q = STEP_NOISE
             var = np.repeat([q.along**2 * far, q.turn**2 * turn + q.drift**2 * dt], 3, axis=0).T
-        return [Control(a, u, U=np.diag(v)) for a, u, v in zip(t, steps, var + 1e-10, strict=True)]
+        return [Control(a, u, robot, np.diag(v)) for a, u, v in zip(t, steps, var + 1e-10, strict=True)]
 
     def _by_speeds(self, odo, dt, first):
         """Steps of speeds that are held, and their variances."""

@@ -5,13 +5,17 @@ import numpy as np
 from ...geometry import Frame3
 from . import looks
 from .earth import to_metres
-from .meaning import DESCRIPTOR, NAMES, ROLES
+from .fleet import of_robot
+from .heading import from_the_bow, heading_at
+from .meaning import DESCRIPTOR, MARK, NAMES, ROLES, plain
 
 APART = 1e5
 """Times of two tables that are so many seconds apart are in different time bases."""
 IN_G = 0.5, 2.0
 """Accelerations whose usual size is in between are multiples of the earth's."""
 G = 9.80665
+FROM_NORTH = "bearing", "theta"
+"""What a compass counts from the north to the right: it becomes an angle from the x axis, which is to the east."""
 CLOCKWISE = "bearing", "theta", "w", "steer", "dtheta", "wz", "daz"
 FRD = "vy", "vz", "wy", "wz", "dy", "dz", "day", "daz", "ay", "az", "w", "dtheta"
 """What changes its sign where the robot's y is to the right and its z down, as pilots count."""
@@ -31,10 +35,15 @@ class Log:
     tables : dict of str to Table
     space : bool
         True in space, False in the plane.
+    robot : dict of str to float
+        By role: the number of the robot whose log it is, if there are several. Units are those of all of them.
+    origin : (float, float), optional
+        Latitude and longitude of where x and y are zero.
     """
 
-    def __init__(self, plan, tables, space):
-        self.plan, self.space, self.said, self.parts, self.origin = plan, space, [], {}, None
+    def __init__(self, plan, tables, space, robot=(), origin=None):
+        plan, own = of_robot(plan, tables, dict(robot))
+        self.plan, self.space, self.said, self.notes, self.parts, self.origin = plan, space, [], [], {}, origin
         self.frames = {role: tables[entry["from"]].frame for role, entry in plan.items()}
         self.mounts = {child: where for table in tables.values() for child, where in table.mounts.items()}
         degrees, of_time = False, None
@@ -45,14 +54,16 @@ class Log:
             degrees = degrees or any("deg" in words for m, (_, words) in units.items() if m in ("bearing", "theta"))
             if role == "odometry" and "t" in entry:
                 of_time = units["t"][1].partition(",")[0], table.columns[entry["t"]]
-            self.parts[role] = self._read(role, entry, table, units)
+            self.parts[role] = self._read(role, entry, own[role], units)
         if degrees and "odometry" in plan and "angle_unit" not in plan["odometry"]:  # bearings tell of turn rates
             entry, table = plan["odometry"], tables[plan["odometry"]["from"]]
             again = looks.units(entry, table, None, True)
             if again != looks.units(entry, table):
                 self.said = [line for line in self.said if not line.startswith("odometry")]
-                self.parts["odometry"] = self._read("odometry", entry, table, again)
+                self.notes = [line for line in self.notes if not line.startswith("odometry")]
+                self.parts["odometry"] = self._read("odometry", entry, own["odometry"], again)
         self._check_times()
+        self._turn_scan()
 
     @staticmethod
     def _alike(entry, table, of_time):
@@ -70,6 +81,8 @@ class Log:
             t = part["t"] * units["t"][0] + float(entry.get("t_offset", 0.0))
             part["t"] = np.round(t, 6)  # what is measured at one time has one time, whatever was added
         part |= {m: part[m] * factor for m, (factor, _) in units.items() if m != "t"}
+        if entry.get("compass"):
+            part |= {m: np.pi / 2 - part[m] for m in FROM_NORTH if m in part}
         if entry.get("clockwise"):
             flipped = (*CLOCKWISE, *(TO_THE_RIGHT if role == "scan" else ()))
             part |= {m: -part[m] for m in flipped if m in part}
@@ -99,6 +112,7 @@ class Log:
         words += self._in_g(part)
         if lost:
             words.append(f"  {lost:,} of {len(whole):,} rows have no number in one of them and are left out")
+        part = self._once(role, entry, part, words)
         if "t" in part:
             part = self._in_time(role, part, words)
         if "lat" in part:
@@ -107,15 +121,35 @@ class Log:
             words.append(
                 f"  lat, lon: degrees on the ellipsoid WGS 84; x is metres to the east of {place}, y to the north"
             )
-        if role == "truth" and {"x", "y", "theta"} <= set(part) and "clockwise" not in entry:
+        if role == "truth" and {"x", "y", "theta"} <= set(part) and not {"clockwise", "compass"} & set(entry):
             words += self._from_north(part, words)
         if {"x", "y"} <= set(part) and role in ("odometry", "truth", "gps"):
             jump = looks.jumps(np.column_stack([part[m] for m in ("x", "y", "z") if m in part]))
             words += [f"  {jump}"] if jump else []
         if role == "scan":
             words.append(f"  {looks.ids(part.get('id', np.zeros(0)))}")
+            if "bearing" in entry and MARK.search(plain(entry["bearing"])[0]) and not {"compass", "world"} & set(entry):
+                words.append("  is the bearing one from the north, not from the bow? --set scan.compass=true")
         self.said += words
         return part
+
+    def _once(self, role, entry, part, words):
+        """Leave out rows that are copies of another one, which a filter would take for news; words on it."""
+        if role == "camera":
+            return part
+        rows = np.nan_to_num(np.column_stack(list(part.values())), nan=-1.0)  # an id may be unknown
+        first = np.sort(np.unique(rows, axis=0, return_index=True)[1])
+        copies = len(rows) - len(first)
+        if not copies:
+            return part
+        verb = "is a copy" if copies == 1 else "are copies"
+        note = (
+            f"{copies:,} of {len(rows):,} rows of {entry['from']} {verb} of another one (the same {', '.join(part)}) "
+            "and left out: what is told twice is not known better"
+        )
+        words.append(f"  {note}")
+        self.notes.append(f"{role}: {note}")
+        return {m: a[first] for m, a in part.items()}
 
     @staticmethod
     def _from_north(part, words):
@@ -144,6 +178,8 @@ class Log:
         twice = len(part["t"]) - len(np.unique(part["t"]))
         if twice and role == "odometry":
             words.append(f"  {twice:,} rows have the time of another one and are left out; were times rounded?")
+            first = np.unique(part["t"], return_index=True)[1]
+            part = {m: a[first] for m, a in part.items()}
         return part
 
     @staticmethod
@@ -173,6 +209,34 @@ class Log:
                 f"--set {role}.t_offset={begin['odometry'] - begin[role]:.6f} (s), puts them together "
                 "if both began at once"
             )
+
+    def _turn_scan(self):
+        """Turn what was seen along the axes of the world by the heading at its time.
+
+        Raises
+        ------
+        ValueError
+            The odometry has no heading, or one that counts from elsewhere.
+        """
+        entry, odo = self.plan["scan"], self.parts.get("odometry", {})
+        if not (entry.get("compass") or entry.get("world")):
+            return
+        word = "compass" if entry.get("compass") else "world"
+        if "theta" not in odo:
+            raise ValueError(
+                f"scan: {word} = true turns what was seen by the heading of the odometry, and it has none: "
+                "--set odometry.theta=COLUMN"
+            )
+        told = self.plan["odometry"]
+        if entry.get("compass") and told.get("clockwise"):
+            raise ValueError("odometry: clockwise does not say where zero is; --set odometry.compass=true: the north")
+        scan = self.parts["scan"]
+        outside = (scan["t"] < odo["t"][0]) | (scan["t"] > odo["t"][-1])
+        scan = {m: a[~outside] for m, a in scan.items()}
+        self.parts["scan"] = from_the_bow(scan, heading_at(odo, scan["t"]))
+        words = f"scan: turned by the heading at its time, theta = {told['theta']} of the odometry: {word} = true"
+        lost = f"; {outside.sum():,} rows are outside the times of the heading and are left out"
+        self.said.append(words + lost * bool(outside.any()))
 
     def mount(self):
         """Pose [t; q] of the sensor on the robot by /tf_static; None if that does not say it."""

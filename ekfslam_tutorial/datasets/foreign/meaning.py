@@ -17,19 +17,21 @@ NOISE = {f"{m}_std": (m,) for m in MEASURED} | {f"cov_{a}{b}": (a, b) for a, b i
 ROLES = {
     "odometry": tuple(
         dict.fromkeys(
-            ("t", "v", "w", "steer", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right")
+            ("t", "robot", "v", "w", "steer", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right")
             + (*POSE, *ANGLES, *TWIST, *STEP, *IMU)
         )
     ),
-    "scan": ("t", "id", *MEASURED, *NOISE),
-    "truth": ("t", "x", "y", "z", "theta", "roll", "pitch", *QUATERNION, "lat", "lon"),
-    "gps": ("t", "x", "y", "z", "lat", "lon"),
+    "scan": ("t", "robot", "id", *MEASURED, *NOISE),
+    "truth": ("t", "robot", "x", "y", "z", "theta", "roll", "pitch", *QUATERNION, "lat", "lon"),
+    "gps": ("t", "robot", "x", "y", "z", "lat", "lon"),
     "map": ("id", "x", "y", "z", "lat", "lon"),
     "camera": ("fx", "fy", "cx", "cy", "width", "height", "d1", "d2", "d3", "d4", "d5"),
 }
 """What a log can hold, and the columns of each."""
 PLANE = {
-    "odometry": ({"v", "w"}, {"v", "steer"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}),
+    "odometry": (
+        *({"v", "w"}, {"v", "steer"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}, {"v", "theta"}),
+    ),
     "scan": ({"range", "bearing"}, {"x", "y"}),
     "truth": ({"x", "y", "theta"}, {"x", "y"}, {"lat", "lon"}),
     "gps": ({"x", "y"}, {"lat", "lon"}),
@@ -38,7 +40,8 @@ PLANE = {
 SPACE = {
     "odometry": (
         *(set(TWIST), {"vx", "vy", "vz", "wz"}, set(STEP), set(POSE), {"x", "y", "z", *ANGLES}),
-        *({"v", "w"}, {"v", "steer"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}, set(IMU)),
+        *({"v", "w"}, {"v", "steer"}, {"left", "right"}, {"dx", "dtheta"}, {"x", "y", "theta"}, {"v", "theta"}),
+        set(IMU),
     ),
     "scan": (
         *({"range", "bearing", "elevation"}, {"px", "py", "depth"}, {"px", "py", "disparity"}),
@@ -49,21 +52,25 @@ SPACE = {
     "map": ({"id", "x", "y", "z"}, {"id", "lat", "lon", "z"}),
 }
 """The same in space."""
-PLANAR = ("t", "id", "v", "w", "steer", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right", "lat", "lon")
+PLANAR = ("t", "robot", "id", "v", "w", "steer", "x", "y", "theta", "dx", "dy", "dtheta", "left", "right", "lat", "lon")
 LINE = "line"
 """A column of the order of lines in a file, where these begin with a word: what follows a step was seen at its end."""
 OUT_OF_THE_PLANE = {"elevation", "z", "px", "py", "roll", "pitch", *QUATERNION, "vz", "dz", "dax", "ax", "az"}
 """Who names one of these columns means space."""
 SETTINGS = ("from", "t_unit", "t_offset", "angle_unit", "length_unit", "base", "radius", "wheelbase", "clockwise")
-SETTINGS += ("frd", "steering_ratio")
+SETTINGS += ("compass", "world", "frd", "steering_ratio")
 SETTINGS += ("descriptor", "descriptor_std")
 SETTINGS += ("position", "orientation_deg", "k", "d", "image_size", "baseline", "rectified", "gravity")
 """What can be said beside columns."""
+SWITCHES = {"clockwise": tuple(ROLES), "frd": tuple(ROLES), "rectified": ("scan",), "world": ("scan",)}
+SWITCHES |= {"compass": ("odometry", "scan", "truth")}
+"""Settings that are true or false, and the roles that have them."""
 NAMES = {
     "t": "t time stamp timestamp sec secs seconds elapsed clock ms ns us msec usec nsec time_stamp unix epoch millis "
     f"utc date_time datetime seconds_since_boot {LINE}",
+    "robot": "robot robot_id robot_name vehicle vehicle_id agent agent_id boat ship",
     "v": "v speed velocity vel linear lin_vel v_lin vx forward forward_speed twist.twist.linear.x twist.linear.x "
-    "linear.x linear_velocity linear_velocity_x",
+    "linear.x linear_velocity linear_velocity_x sog speed_over_ground",
     "w": "w omega om yaw_rate yawrate angular turn_rate gyro_z ang_vel wz yaw_speed gyro rotation_rate "
     "twist.twist.angular.z twist.angular.z angular.z angular_velocity.z angular_velocity angular_velocity_z",
     "steer": "steer steering steering_angle steer_angle front_wheel_angle",
@@ -75,11 +82,12 @@ NAMES = {
     "x": "x px p_x pos_x x_pos position_x e east easting point.x position.x pose.position.x pose.pose.position.x",
     "y": "y py p_y pos_y y_pos position_y n north northing point.y position.y pose.position.y pose.pose.position.y",
     "theta": "theta th yaw heading phi orientation orientation.yaw pose.orientation.yaw pose.pose.orientation.yaw "
-    "rotation.yaw",
+    "rotation.yaw hdg hdt heading_true true_heading",
     "id": "id landmark landmark_id lm lm_id beacon beacon_id tag tag_id marker marker_id barcode subject object_id "
     "track track_id anchor anchor_id ids node signature fiducial_id marker_ids name label code pillar pole target",
     "range": "range r dist distance rho ranges rng range_val",
-    "bearing": "bearing brg phi angle azimuth alpha beta bearings theta b heading az azimuth_angle",
+    "bearing": "bearing true_bearing bearing_true brg phi angle azimuth alpha beta bearings theta b heading az "
+    "azimuth_angle",
     "elevation": "elevation elev inclination vertical_angle el pitch_angle",
     "depth": "depth",
     "disparity": "disparity disp",
@@ -126,14 +134,15 @@ NAMES |= {m: m for m in NOISE if m not in NAMES}
 ENDINGS = {"t": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "ns": 1e-9, "nsec": 1e-9}}
 ENDINGS["angle"] = {"rad": 1.0, "rads": 1.0, "deg": np.pi / 180, "degrees": np.pi / 180, "dps": np.pi / 180}
 ENDINGS["length"] = {"m": 1.0, "mps": 1.0, "cm": 0.01, "mm": 1e-3, "mmps": 1e-3, "km": 1e3, "ft": 0.3048}
-ENDINGS["length"] |= {"kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704, "kn": 1852 / 3600, "cbl": 185.2}
+ENDINGS["length"] |= {"kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704, "cbl": 185.2, "nmi": 1852.0}
+ENDINGS["length"] |= dict.fromkeys(("kn", "kt", "kts", "knot", "knots"), 1852 / 3600)
 UNITS = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "angle": {"rad": 1.0, "deg": np.pi / 180},
-    "length": {m: ENDINGS["length"][m] for m in ("m", "cm", "mm", "ft", "kmh", "kn", "cbl")},
+    "length": {m: ENDINGS["length"][m] for m in ("m", "cm", "mm", "ft", "kmh", "kn", "cbl", "nmi")},
 }
-KIND: dict[str, Any] = {"t": "t", "id": None} | dict.fromkeys((*QUATERNION, "px", "py", "disparity", "ax", "ay", "az"))
-KIND |= dict.fromkeys(("lat", "lon"))
+KIND: dict[str, Any] = {"t": "t"} | dict.fromkeys((*QUATERNION, "px", "py", "disparity", "ax", "ay", "az"))
+KIND |= dict.fromkeys(("id", "robot", "lat", "lon"))
 KIND |= dict.fromkeys(
     ("w", "steer", "dtheta", "bearing", "elevation", "wx", "wy", "wz", "dax", "day", "daz", *ANGLES), "angle"
 )
@@ -259,7 +268,8 @@ def guess(tables, space=None):
     for role, some in candidates.items():
         table = max(some, key=lambda table: _worth(table, role, space))  # of the same worth, the first
         true = true_columns(table) if role == "truth" else {}
-        true = {"t": find(table, "t")} | true if true else columns_of(table, role, space)
+        whose = {m: c for m in ("t", "robot") if (c := find(table, m))}
+        true = whose | true if true else columns_of(table, role, space)
         plan[role] = {"from": table.name} | true
     return plan
 
@@ -299,10 +309,10 @@ def columns_of(table, role, space=False):
             return {
                 m: c
                 for m, c in found.items()
-                if m in way | {"t", "id"} or (m == "dy" and "dx" in way) or set(NOISE.get(m, "?")) <= way
+                if m in way | {"t", "id", "robot"} or (m == "dy" and "dx" in way) or set(NOISE.get(m, "?")) <= way
             }
     if role == "scan":
-        kept = {"t", "id", "range", "bearing"} if "range" in found else {"t", "id", "bearing", "x", "y"}
+        kept = {"t", "id", "robot", "bearing"} | ({"range"} if "range" in found else {"x", "y"})
         return {m: c for m, c in found.items() if m in kept or set(NOISE.get(m, "?")) <= kept}
     if not space and role in ("odometry", "truth", "gps", "map"):
         return {m: c for m, c in found.items() if m in PLANAR}
@@ -347,6 +357,9 @@ def checked(plan, tables):
                 raise ValueError(f"{role}: no key {key!r}; possible are {', '.join(known)}{nearest(key, known)}")
             if (key in NOISE or key == "id") and value == str(False):  # not this one
                 continue
+            if key in SWITCHES and (role not in SWITCHES[key] or not isinstance(value, bool)):
+                roles = " and ".join(SWITCHES[key])
+                raise ValueError(f"{role}: {key} is true or false, of {roles}, got {value!r}")
             if key in ROLES[role] and value not in by_name[name].columns:
                 there, hint = ", ".join(by_name[name].columns), nearest(value, by_name[name].columns)
                 raise ValueError(f"{role}: {name} has no column {value!r}; there are {there}{hint}")

@@ -28,6 +28,8 @@ SPACE = {
 }
 CAMERAS = "pin_hole", "pin_hole_depth", "stereo_pin_hole"
 LEAST = {"range": 0.05, "bearing": 0.005, "elevation": 0.005, "std": 0.05, "pixel": 0.5, "depth": 0.05}
+SHARE = 0.01
+"""Without ids the noise of lengths is taken for this share of the usual distance, if that is more than `UNKNOWN`."""
 LEAST["look"] = 1e-3
 """No noise is taken for smaller than this: m, rad, rad, m, pixels, m, and of a number of a descriptor."""
 UNKNOWN = {"range": 0.1, "bearing": 0.03, "elevation": 0.03, "std": 0.1, "pixel": 1.0, "depth": 0.1}
@@ -72,7 +74,7 @@ class Scan:
 
     def sensor(self):
         """Table of the sensor, with noise by the scatter of the log."""
-        table = {"id": 1, "robot": 1, "type": self.kind}
+        table: dict[str, Any] = {"type": self.kind}
         if self.kind in CAMERAS:
             table |= self._camera()
         if self.kind == "range" and self.log.space:
@@ -80,6 +82,9 @@ class Scan:
         for key in dict.fromkeys(key for _, key in self.fields):
             std = max(self._std(m, key) for m, k in self.fields if k == key)
             table[key] = round(float(np.rad2deg(std)), 3) if key.endswith("_deg") else round(std, 4)
+        if not self.known and self.own_noise() is None:
+            guessed = ", ".join(f"{key} = {table[key]}" for key in dict.fromkeys(key for _, key in self.fields))
+            self.log.said.append(f"without ids the scatter does not tell the noise, so it is a guess: {guessed}")
         return table | self._mounting()
 
     def landmark(self):
@@ -238,7 +243,7 @@ class Scan:
         """Noise of a measurement by the scatter of neighbouring ones of the same landmark."""
         kind = key.removesuffix("_deg").removesuffix("_std")
         if not self.known:
-            return UNKNOWN[kind]
+            return max(UNKNOWN[kind], SHARE * self._far() if kind in ("range", "std") else 0.0)
         found = []
         for id in np.unique(self.part["id"][self.part["id"] >= 0]):
             a, t = (self.part[m][self.part["id"] == id] for m in (meaning, "t"))
@@ -246,7 +251,19 @@ class Scan:
         found = [std for std in found if np.isfinite(std)]
         return max(float(np.median(found)), LEAST[kind]) if found else UNKNOWN[kind]
 
-    def messages(self):
+    def blur(self, sensor):
+        """How far off a measured landmark may be by the noise of the sensor's table, at the usual distance, m."""
+        along = [sensor[key] for key in ("range_std", "std", "depth_std") if key in sensor]
+        return max(along, default=0.0) + self._far() * np.deg2rad(sensor.get("bearing_std_deg", 0.0))
+
+    def _far(self):
+        """The usual distance of what is measured, m."""
+        if "range" in self.part:
+            return float(np.median(self.part["range"]))
+        p = [self.part[m] for m in (*"xyz", "depth") if m in self.part]
+        return float(np.median(np.linalg.norm(p, axis=0))) if p else 0.0
+
+    def messages(self, sensor=1):
         """Measurements, those of one time together."""
         scan = self.part
         y = np.column_stack([wrap(scan[m]) if m == "bearing" else scan[m] for m, _ in self.fields])
@@ -270,7 +287,7 @@ class Scan:
         for time, rows in zip(times, np.split(np.arange(len(y)), start[1:]), strict=True):
             rows = rows[ids[rows] >= 0] if self.known else rows
             of_rows = lambda a, rows=rows: None if a is None else a[rows]
-            yield Measurement(time, ids[rows], y[rows], R=of_rows(R), d=of_rows(d))
+            yield Measurement(time, ids[rows], y[rows], sensor, R=of_rows(R), d=of_rows(d))
 
 
 def scatter(a, t=None):

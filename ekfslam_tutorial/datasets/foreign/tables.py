@@ -13,6 +13,7 @@ from ...toolbox.files.archives import check_regular, read_npz
 from ...toolbox.user_input import errors_at
 from ..matlab import read_mat
 from .bags import is_bag, read_bag
+from .fleet import below
 from .lines import LINES, read_lines
 from .meaning import LINE, find, plain
 
@@ -91,9 +92,7 @@ def read_tables(path):
     if path.is_dir():
         files = _files(path)
         if not files:
-            folders = [p.name for p in sorted(path.iterdir()) if p.is_dir() and _files(p)]
-            hint = f"; but its folders {', '.join(folders)} do: a robot in each?" if folders else f"; known are {KNOWN}"
-            raise ValueError(f"the folder {path} holds no log{hint}")
+            return _of_folders(path)
         return with_common_words([table for file in files for table in read_tables(file)])
     kind = path.suffix.lower()
     if kind not in TEXT | LINES | {".mat", ".npz"}:
@@ -108,6 +107,25 @@ def read_tables(path):
     if not any(len(table) for table in tables):
         raise ValueError(f"{path} holds no rows of numbers")
     return with_common_words([table for table in tables if len(table)])
+
+
+def _of_folders(path):
+    """Tables of a folder with a folder for each robot: those of the same name become one."""
+    folders = [p for p in sorted(path.iterdir()) if p.is_dir() and _files(p)]
+    if len(folders) < 2:
+        hint = f"; but its folder {folders[0].name} does" if folders else f"; known are {KNOWN}"
+        raise ValueError(f"the folder {path} holds no log{hint}")
+    tables = [replace(t, name=f"{folder.name}/{t.name}") for folder in folders for t in read_tables(folder)]
+    alike = {}
+    for table in with_common_words(tables):
+        folder, _, name = table.name.partition("/")
+        alike.setdefault(name, {})[folder] = table
+    if max(map(len, alike.values())) < 2:
+        names = ", ".join(table.name for table in tables)
+        raise ValueError(
+            f"the folders of {path} have no file of the same name, got {names}; with a robot in each, name them alike"
+        )
+    return [below(name, of) if len(of) > 1 else next(iter(of.values())) for name, of in alike.items()]
 
 
 def _files(folder):
