@@ -148,10 +148,7 @@ def completed(plan, tables):
         told[role] = {m: c for m, c in named.items() if not whole or m in ("t", "id", "robot")} | entry
     told |= {role: entry for role, entry in guessed.items() if role not in plan}
     told = {role: {m: c for m, c in e.items() if c != str(False)} for role, e in told.items()}
-    turned = {"compass", "world"} & set(told.get("scan", {})) or "compass" in told.get("odometry", {})
-    if turned and "theta" not in told.get("odometry", {"theta": None}):
-        table = next(table for table in tables if table.name == told["odometry"]["from"])
-        told["odometry"] |= {"theta": heading} if (heading := find(table, "theta")) else {}
+    told = _with_heading(told, tables)
     timed = lambda role, entry: entry if role in ("map", "camera") else _with_time(role, entry, tables)
     told = {role: timed(role, entry) for role, entry in told.items()}
     for role in {"truth", "gps", "map"} & set(told):
@@ -170,6 +167,15 @@ def completed(plan, tables):
                 f"{' (or odometry=false: a hand-held camera)' * (space and role == 'odometry')}. The log has {there}"
             )
     return told, space
+
+
+def _with_heading(plan, tables):
+    """The plan, with a heading of the odometry where a compass, or the axes of the world, ask for one."""
+    odo = plan.get("odometry", {"theta": None})
+    if "theta" in odo or not ({"compass", "world"} & set(plan.get("scan", {})) or "compass" in odo):
+        return plan
+    heading = find(next(table for table in tables if table.name == odo["from"]), "theta")
+    return plan | ({"odometry": odo | {"theta": heading}} if heading else {})
 
 
 def _with_time(role, entry, tables):
@@ -249,38 +255,51 @@ def recording_from(members, data):
             messages += m.controls(t0)
             messages += m.drive.compass.messages(m.compass) if m.compass is not None else []
         recording = recording_of(messages, data, data.name, t0)
-    first = None
     for m in members:
         if "truth" in m.log.parts:
-            truth = m.log.parts["truth"]
-            if {"theta", "qw"} & set(truth):
-                known = poses(truth) if m.log.space else np.column_stack([truth[a] for a in ("x", "y", "theta")])
-                recording.truth[m.id] = at_times(recording.t + t0, truth["t"], known)
-            else:
-                m.log.parts.setdefault("gps", truth)
-        if "gps" in m.log.parts:
-            gps = m.log.parts["gps"]
-            p = np.column_stack([gps[a] for a in scan_axes(m.log) if a in gps])
-            if np.abs(p[0]).max() > FAR or first is not None:
-                first = p[0] if first is None else first
-                size = f"{np.abs(p[0]).max():.2g}"
-                m.log.said.append(f"gps: positions are of the size {size} m: counted from the first one")
-                p = p - first
-            recording.fixes[m.id] = np.column_stack([gps["t"] - t0, p])
-    log, scan = members[0].log, members[0].scan
-    axes = scan_axes(log)
-    if "map" in log.parts:
-        survey = log.parts["map"]
-        ids = survey["id"] if "id" in survey else np.arange(1, len(survey["x"]) + 1)  # the order of the lines
-        ids, first = np.unique(ids.astype(int), return_index=True)
-        if scan.known and not np.isin(log.parts["scan"]["id"], ids).any():
-            log.said.append(
-                "note: no id of the map is one of the scan's: its landmarks are not compared; do both count alike?"
-            )
-        if log.space and "z" not in survey:
-            raise ValueError("map: in space its landmarks need z; --set map=false leaves it out")
-        recording.landmarks = SimLmk(ids, np.column_stack([survey[m] for m in axes])[first])
+            add_truth(m, recording, t0)
+    add_fixes(members, recording, t0)
+    if "map" in members[0].log.parts:
+        recording.landmarks = surveyed(members[0])
     return Recording(**vars(recording))
+
+
+def add_truth(m, recording, t0):
+    """The true poses of a robot, at the times of the frames; without headings they are positions of a receiver."""
+    truth = m.log.parts["truth"]
+    if not {"theta", "qw"} & set(truth):
+        m.log.parts.setdefault("gps", truth)
+        return
+    known = poses(truth) if m.log.space else np.column_stack([truth[a] for a in ("x", "y", "theta")])
+    recording.truth[m.id] = at_times(recording.t + t0, truth["t"], known)
+
+
+def add_fixes(members, recording, t0):
+    """Positions of receivers; those far from zero count from the first one of all."""
+    first = None
+    for m in (m for m in members if "gps" in m.log.parts):
+        gps = m.log.parts["gps"]
+        p = np.column_stack([gps[a] for a in scan_axes(m.log) if a in gps])
+        if np.abs(p[0]).max() > FAR or first is not None:
+            first = p[0] if first is None else first
+            size = f"{np.abs(p[0]).max():.2g}"
+            m.log.said.append(f"gps: positions are of the size {size} m: counted from the first one")
+            p = p - first
+        recording.fixes[m.id] = np.column_stack([gps["t"] - t0, p])
+
+
+def surveyed(m):
+    """The true landmarks; words where they have not the ids of the scan."""
+    log, survey = m.log, m.log.parts["map"]
+    ids = survey["id"] if "id" in survey else np.arange(1, len(survey["x"]) + 1)  # the order of the lines
+    ids, first = np.unique(ids.astype(int), return_index=True)
+    if m.scan.known and not np.isin(log.parts["scan"]["id"], ids).any():
+        log.said.append(
+            "note: no id of the map is one of the scan's: its landmarks are not compared; do both count alike?"
+        )
+    if log.space and "z" not in survey:
+        raise ValueError("map: in space its landmarks need z; --set map=false leaves it out")
+    return SimLmk(ids, np.column_stack([survey[a] for a in scan_axes(log)])[first])
 
 
 def _with_imu(drive, messages, data):

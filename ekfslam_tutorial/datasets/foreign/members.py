@@ -128,7 +128,7 @@ def place(members, scenario, recording):
         if known[:1].all() and len(known):
             continue  # a run starts there
         if known.any() and recording.t[known][0] + t0 <= m.begin + AT_ONCE:
-            x = truth[known][0]
+            x = recording.truth[m.id][known][0]
             angles = q2e(x[3:])[0] if m.log.space else x[2]
             robot |= {"position": x[: 3 if m.log.space else 2].tolist(), "orientation_deg": np.rad2deg(angles).tolist()}
         elif fixes is not None and m.compass is not None:
