@@ -22,6 +22,7 @@ LOGS = "lost_in_the_woods", "starry_night"
 LINES = "house_ahm"
 OF_STATES = "descriptors", "doppler", "focal_length", "gps_compass", "ground_flow", "lever_arm", "lidar_in_space"
 ELSEWHERE = *OF_STATES, "plaza", "monoslam_desk", *(f"house_{kind}" for kind in ("plk", "apl", "idp", "hmg", "ahm"))
+ELSEWHERE += ("columns_idp",)
 """The beacons of `plaza` take a hundred frames to become landmarks: `tests/toolbox/test_rings.py` holds rings to the
 law. Images need the extra `images`: `tests/images` does it. Lines are computed as they are written in `slam`: one
 scenario, of points and lines, and few frames are enough; so are sensors with velocities or parameters among their
