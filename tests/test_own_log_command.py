@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from ekfslam_tutorial.cli import main, views
@@ -62,6 +63,16 @@ def test_what_the_scenario_leaves_out_is_named(log, played):
     assert played(raw=log.raw | {7: log.raw[1]}) == [
         "note: the recording has more sensors than the scenario; not used: 7"
     ]
+
+
+def test_copies_are_counted(log, played):
+    """Each row of the first two frames that saw something, once more behind itself."""
+    raw = log.raw[1]
+    n = int(raw.offsets[np.flatnonzero(raw.offsets)[1]])
+    again = np.r_[np.repeat(np.arange(n), 2), np.arange(n, len(raw.ids))]
+    offsets = np.where(raw.offsets <= n, 2 * raw.offsets, raw.offsets + n)
+    (note,) = played(raw={1: RawLog(1, offsets, raw.ids[again], raw.y[again])})
+    assert note.startswith(f"note: {n} of the {len(raw.ids) + n:,} measurements of sensor 1 are copies of another one")
 
 
 def test_of_a_few_frames_nothing_is_noted(log, played):

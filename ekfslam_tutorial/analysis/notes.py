@@ -51,7 +51,7 @@ def notes(figures, data, recording=None):
         One sentence each: what was found, what would be right, what to do next. If the measurements do not fit at all,
         only that is said, and not what follows from it.
     """
-    found = list(ids_left_out(data, recording)) if recording else []
+    found = [*ids_left_out(data, recording), *copies(data, recording)] if recording else []
     gross = gross_fault(figures, data)
     if gross:
         return [*found, gross]
@@ -69,6 +69,22 @@ def ids_left_out(data, recording):
             yield (
                 f"{without:,} of the {len(ids):,} measurements of sensor {sensor.id} have the id -1, and known_ids "
                 "passes over them: --set options.association=nearest_neighbour uses all"
+            )
+
+
+def copies(data, recording):
+    """Measurements that are there twice in a frame, of which `known_ids` uses the first."""
+    if not getattr(data.options.association, "by_id", False):
+        return
+    for log in (recording.raw[s.id] for s in data.sensors if s.id in recording.raw):
+        known = log.ids >= 0
+        frames = np.repeat(np.arange(len(log)), np.diff(log.offsets))
+        rows = np.column_stack([frames, log.ids, log.y])[known] if len(log.ids) else np.zeros((0, 2))
+        n = len(rows) - len(np.unique(rows, axis=0))
+        if n:
+            yield (
+                f"{n:,} of the {len(log.ids):,} measurements of sensor {log.sen} are copies of another one in a frame "
+                "and were dropped: what is told twice is not known better"
             )
 
 

@@ -150,7 +150,7 @@ def test_whole_degrees_hide_no_noise():
 def test_a_compass_that_does_not_fit_is_one_sentence(boat, tmp_path, capsys, words, says):
     harbour(boat, tmp_path)
     if "w=time" in words[-1]:
-        write(tmp_path / "nav.csv", "time course sog_kn", boat.odo)
+        write(tmp_path / "nav.csv", "time tilt sog_kn", boat.odo)
     write(tmp_path / "gps.csv", "time x y", boat.true[:, :3])
     assert main(["convert", str(tmp_path), "--look", *(x for word in words for x in ("--set", word))]) == 2
     (line,) = capsys.readouterr().err.splitlines()

@@ -138,7 +138,8 @@ def _guessed(kind, meaning, a, of_time, degrees):
     middle = float(np.median(np.abs(a))) if len(a) else 0.0
     limit = FASTEST if meaning in SPEEDS else FARTHEST if meaning == "range" else np.inf
     unit = "mm" if middle > limit else "m"
-    return UNITS["length"][unit], f"{unit}{PER[meaning in SPEEDS]}: up to {large:.3g}"
+    words = f"{unit}{PER[meaning in SPEEDS]}: up to {large:.3g}"
+    return UNITS["length"][unit], words + "; length_unit = m says otherwise" * (unit == "mm")
 
 
 def rate(t):

@@ -82,7 +82,7 @@ NAMES = {
     "x": "x px p_x pos_x x_pos position_x e east easting point.x position.x pose.position.x pose.pose.position.x",
     "y": "y py p_y pos_y y_pos position_y n north northing point.y position.y pose.position.y pose.pose.position.y",
     "theta": "theta th yaw heading phi orientation orientation.yaw pose.orientation.yaw pose.pose.orientation.yaw "
-    "rotation.yaw hdg hdt heading_true true_heading",
+    "rotation.yaw hdg hdt heading_true true_heading course cog course_over_ground",
     "id": "id landmark landmark_id lm lm_id beacon beacon_id tag tag_id marker marker_id barcode subject object_id "
     "track track_id anchor anchor_id ids node signature fiducial_id marker_ids name label code pillar pole target",
     "range": "range r dist distance rho ranges rng range_val",
@@ -134,7 +134,7 @@ NAMES |= {m: m for m in NOISE if m not in NAMES}
 ENDINGS = {"t": {"s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "ns": 1e-9, "nsec": 1e-9}}
 ENDINGS["angle"] = {"rad": 1.0, "rads": 1.0, "deg": np.pi / 180, "degrees": np.pi / 180, "dps": np.pi / 180}
 ENDINGS["length"] = {"m": 1.0, "mps": 1.0, "cm": 0.01, "mm": 1e-3, "mmps": 1e-3, "km": 1e3, "ft": 0.3048}
-ENDINGS["length"] |= {"kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704, "cbl": 185.2, "nmi": 1852.0}
+ENDINGS["length"] |= {"kmh": 1 / 3.6, "kph": 1 / 3.6, "mph": 0.44704, "cbl": 185.2, "nmi": 1852.0, "nm": 1852.0}
 ENDINGS["length"] |= dict.fromkeys(("kn", "kt", "kts", "knot", "knots"), 1852 / 3600)
 UNITS = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},

@@ -148,6 +148,7 @@ def place(members, scenario, recording):
     for robot, found in zip(scenario["robot"], data.robots, strict=True):
         if found.position is not None:
             robot |= {key: getattr(found, key) for key in ("position", "orientation_deg", *START)}
+            robot["position_std"] = round(max(robot["position_std"], blur), 3)
     members[0].log.said.append(note)
     recording.notes.append(note)
 
