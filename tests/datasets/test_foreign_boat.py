@@ -105,7 +105,8 @@ def test_what_no_ids_mean_is_said(boat, tmp_path):
     words = f"it is a guess: range_std = {sensor['range_std']}, bearing_std_deg = {sensor['bearing_std_deg']}"
     assert words in said and "association = nearest_neighbour" in said
     assert "is the bearing one from the north" not in said
-    assert "is the bearing one from the north" in "\n".join(convert(tmp_path, {"odometry": {"compass": True}}).said)
+    plain = "\n".join(convert(tmp_path).said)
+    assert "is the bearing one from the north" in plain and "theta counts to the left; if from the north" in plain
 
 
 def test_a_heading_without_a_compass_gives_its_turns_only(boat, tmp_path):
