@@ -3,7 +3,7 @@
 It prints
 
     w: deg/s: up to 17.9
-    range: mm: up to 4.82e+03
+    range: mm: up to 4.82e+03; length_unit = m says otherwise
     bearing: deg: up to 175
     6 different ids, each 16 to 44 times
     6 landmarks, robot off by 0.15 m

@@ -127,9 +127,7 @@ class Log:
             jump = looks.jumps(np.column_stack([part[m] for m in ("x", "y", "z") if m in part]))
             words += [f"  {jump}"] if jump else []
         if role == "odometry" and {"v", "theta"} <= set(part) and not {"compass", "clockwise"} & set(entry):
-            words.append(
-                "  theta counts to the left; if from the north to the right: --set odometry.compass=true"
-            )
+            words.append("  theta counts to the left; if from the north to the right: --set odometry.compass=true")
         if role == "scan":
             words.append(f"  {looks.ids(part.get('id', np.zeros(0)))}")
             if "bearing" in entry and MARK.search(plain(entry["bearing"])[0]) and not {"compass", "world"} & set(entry):
