@@ -90,7 +90,8 @@ def convert(path, plan=None, name=None):
     if len(members) > 1:
         place(members, scenario, recording)
     used = {entry["from"] for entry in plan.values()}
-    recording.notes += [note for table in tables if table.name in used for note in table.notes]
+    noted = [note for table in tables if table.name in used for note in table.notes]
+    recording.notes += dict.fromkeys(noted)  # a column of several tables has one
     recording.notes += [f"{m.name}: {note}" if m.name else note for m in members for note in m.log.notes]
     plan = {role: entry | left_out.get(role, {}) for role, entry in plan.items()}
     plan = {role: entry | {"from": lists.get(entry["from"], entry["from"])} for role, entry in plan.items()}
