@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import linecache
 import textwrap
 from functools import cache, cached_property
 
@@ -83,6 +84,15 @@ class Mistake:
         """The solution with the edits."""
         head, body = parts(self.solution)
         return function(self.solution, head + applied(body, self.edits, self.name), self.name)
+
+
+def form(solution, name, places):
+    """Return the solution in another form, as a function whose source can be read as that of the solution can."""
+    head, body = parts(solution)
+    made = function(solution, head + applied(body, places, name), f"{name} of {solution.__module__}")
+    source, file = head + applied(body, places, name), made.__code__.co_filename
+    linecache.cache[file] = len(source), None, source.splitlines(keepends=True), file
+    return made
 
 
 def composed(solution, one, other):

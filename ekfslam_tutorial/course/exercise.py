@@ -29,6 +29,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import copy
 import functools
 import inspect
 import os
@@ -138,6 +139,7 @@ class Exercise:
         self.misconceptions: list[Misconception | edits.Mistake] = []
         self.patience = PATIENCE
         self.variants: list[Variant] = []
+        self.forms: list[Exercise] = []
 
     # ---- how a module fills it -------------------------------------------------------------------------
 
@@ -155,6 +157,16 @@ class Exercise:
         """Add wrong answers that are the solution with some places written otherwise: see `edits.blocks`."""
         for name, hint, places in edits.blocks(text):
             self.misconceptions.append(edits.mistake(self.solution, name, hint, places))
+
+    def written(self, text: str):
+        """Add right answers in other forms, as edits: a slip in P - K Z K' is another one than that in P - K H P."""
+        for name, _, places in edits.blocks(text):
+            form = copy.copy(self)
+            form.solution, form.misconceptions, form.forms = edits.form(self.solution, name, places), [], []
+            for known in self.misconceptions:
+                with contextlib.suppress(ValueError):  # of a place that this form has not
+                    form.misconceptions.append(edits.mistake(form.solution, known.name, known.hint, known.edits))
+            self.forms.append(form)
 
     def wrong(self, name: str, hint: str):
         """Decorator: a wrong answer that students give, and the hint for it."""
@@ -246,6 +258,8 @@ class Exercise:
             tested = f" What is tested here: {at[0].help}" if not any(m.edits for m in known) else ""
             same = known[0].name == known[1].name  # one slip, made twice
             things = "The same thing at two places." if same else "Two things, in this order."
+            if not (same or all(m.edits for m in known)):  # a slip may be a trace of the other mistake
+                things = "Two things, in this order (one mistake may be behind both)."
             hint = f"{things} First: {known[0].hint} Then: {known[1].hint}{tested}"
         return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 import textwrap
 from collections import Counter
 from functools import lru_cache
@@ -45,6 +46,19 @@ def doubtful(mistake, own: Counter | None) -> bool:
     return right[belongs] > 0 and own[belongs] >= right[belongs] and not own[wrong]
 
 
+def foreign(mistake, own: Counter | None) -> bool:
+    """Return True if a slip says that a name stands for another one, and neither the statement nor the student has it.
+
+    Alone it explains all; beside another mistake it may do so by chance.
+    """
+    quoted = getattr(mistake, "quoted", None)
+    if not quoted or not mistake.name.startswith("slip: `"):
+        return False
+    old, new = (set(re.findall(r"[^\W\d]\w*", text)) for text in quoted)
+    known = set(inspect.signature(mistake.solution).parameters)
+    return any(name not in known and not (own and own[f"name {name}"]) for name in new - old)
+
+
 @lru_cache(maxsize=64)
 def _solution(solution):
     """The names of a solution with their formulas, and how often each formula stands in it."""
@@ -57,6 +71,8 @@ def _counted(function) -> Counter:
     for node in ast.walk(function):
         if isinstance(node, ast.expr | ast.stmt):
             found[_normal(node, means)] += 1
+        if isinstance(node, ast.Name):
+            found[f"name {node.id}"] += 1
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
             found[TWO] += any(isinstance(n, ast.Constant) and n.value == 2 for n in (node.left, node.right))
     return found

@@ -92,6 +92,12 @@ class Change:
         return spans
 
     @cached_property
+    def size(self) -> int:
+        """How many letters are written otherwise, without brackets round the whole."""
+        quoted = getattr(self.mistake, "quoted", None)
+        return sum(end - start + len(new) for start, end, new in ([_shortest(0, *quoted)] if quoted else self.hunks))
+
+    @cached_property
     def places(self):
         """The same as edits: with so much of the text around each that it stands there once."""
         found = []
@@ -303,7 +309,7 @@ class Table:
         self.rows = list(rows.values())
         self.row_of = {change: k for k, row in enumerate(self.rows) for change in row}
         self.V = np.array(values).reshape(len(values), len(self.t))
-        self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s) | np.isnan(self.V) & np.isnan(self.s)
+        self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s)
         self.wrong = ~_near(self.s, self.t)
         self.wrong_parts = np.array([self.wrong[self.parts == p].any() for p in range(int(self.parts.max()) + 1)])
 
@@ -366,6 +372,8 @@ class Table:
 
     def may_tell(self, one, other) -> bool:
         """Return True if neither of two changes is doubtful; beside one that is, a listed mistake is told alone."""
+        if any(own_words.foreign(change.mistake, self.own) for change in (one, other)):
+            return False
         sure = [change for change in (one, other) if not self.doubtful(change)]
         return len(sure) == 2 or len(sure) == 1 and sure[0].listed
 
@@ -525,11 +533,21 @@ class Table:
         return far + bad.mean(1)[:, None] + bad.mean(1)
 
 
-@lru_cache(maxsize=8)  # those of a notebook: who tries again asks for the same ones
+@lru_cache(maxsize=16)  # those of a notebook, with other forms: who tries again asks for the same ones
 def changes(exercise):
     """Return the changes of the solution: listed mistakes first, then slips."""
     mistakes = (*exercise.misconceptions, *exercise.slips())
     return [Change(mistake) for mistake in mistakes if hasattr(mistake, "solution")]
+
+
+def in_another_form(exercise, calls, own):
+    """Return, as a list, a change of another form of the solution that answers every call as the student did."""
+    wrong_first = sorted(calls, key=lambda c: _agree(exercise, c.result, _called(exercise.solution, c.args)))
+    for change in itertools.chain(*map(changes, exercise.forms)):
+        fits = lambda change=change: answers(exercise, change.answer, wrong_first)
+        if change.answer and _in_time(fits, change) and not own_words.doubtful(change.mistake, own):
+            return [change.mistake]
+    return []
 
 
 def find(table, calls, patience):
@@ -567,7 +585,7 @@ def find(table, calls, patience):
             for answer in with_both(one, other):
                 steps += COMPILED + 2 * table.steps  # most pairs fail in the first or second call
                 fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
-                if table.may_tell(one, other) and _in_time(fits, one, other):
+                if _in_time(fits, one, other) and table.may_tell(one, other):
                     found.append((one, other))
                     break
             if found and not table.few:
@@ -641,8 +659,7 @@ def _beside(table):
 def _plain(row, few):
     """Of changes that have the same results those to be tried: the listed ones, then those that change least."""
     row = [change for change in row if change.listed or not few]
-    size = lambda change: sum(end - start + len(new) for start, end, new in change.hunks)
-    return sorted(row, key=lambda change: (not change.listed, size(change)))[:TRIED] if len(row) > 1 else row
+    return sorted(row, key=lambda change: (not change.listed, change.size))[:TRIED] if len(row) > 1 else row
 
 
 def _with_outer(table):
@@ -761,7 +778,7 @@ def _kind(exercise, call, right):
     return known[key]
 
 
-@lru_cache(maxsize=8)  # as many as there are of `changes`
+@lru_cache(maxsize=16)  # as many as there are of `changes`
 def _kinds(exercise) -> dict:
     return {}
 
@@ -784,8 +801,9 @@ def _same(a, b):
 
 
 def _near(a, b):
+    """The same numbers to rounding; of what is not finite one is as good as another."""
     with np.errstate(all="ignore"):
-        return (np.abs(a - b) <= 1e-8 + 1e-6 * np.abs(b)) | (a == b)
+        return (np.abs(a - b) <= 1e-8 + 1e-6 * np.abs(b)) & np.isfinite(b) | ~np.isfinite(a) & ~np.isfinite(b)
 
 
 def _difference(a, t):

@@ -73,6 +73,8 @@ def recognise_more(exercise, calls, part, known, own=None):
     alone = [change.mistake for change in table.single() if _answers(exercise, change.mistake.answer, calls)]
     if alone and (not few or len(set(table.s)) > 1 and table.bits() >= SURE_BITS + np.log2(len(table.rows))):
         return alone[:1]
+    if table.tells and (alone := pairs.in_another_form(exercise, calls, own)):
+        return alone
     if not known and (alone := table.alone()):
         return [alone[0].mistake]
     both = pairs.find(table, calls, exercise.patience)

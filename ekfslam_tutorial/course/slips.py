@@ -180,9 +180,7 @@ class _Places:
 
     def of(self, node, old):
         """Return ", in `X_x`", or "" where what is quoted tells its place already."""
-        a, b = self.text.span(node)
-        lines = [s for s in self.statements if self.text.span(s)[0] <= a and b <= self.text.span(s)[1]]
-        line = min(lines, key=lambda s: self.text.span(s)[1] - self.text.span(s)[0], default=None)
+        (a, b), line = self.text.span(node), self.line(node)
         if isinstance(line, ast.Return):
             return ", in what is returned" if self.body.count(old) > 1 else ""
         if not isinstance(line, ast.Assign | ast.AugAssign):
@@ -194,6 +192,12 @@ class _Places:
                 return ""
             target = within[0]
         return f", in `{self.text.of(target)}`"
+
+    def line(self, node):
+        """Return the smallest statement that holds an expression."""
+        a, b = self.text.span(node)
+        lines = [s for s in self.statements if self.text.span(s)[0] <= a and b <= self.text.span(s)[1]]
+        return min(lines, key=lambda s: self.text.span(s)[1] - self.text.span(s)[0], default=None)
 
     def _holds(self, value, a, b):
         start, end = self.text.span(value)
@@ -223,11 +227,14 @@ def _of_uses(function, nodes, names, places, text):
         around = _around(nodes, node, text, signs=True)
         here = places.of(around, text.of(around))
         where = f" in `{text.of(around)[:60]}`{here}" if around is not node else here.removeprefix(",")
+        same = [n for n in names if n.id == node.id and places.line(n) is places.line(node)]
         for inner in (n for n in ast.walk(formula) if isinstance(n, ast.expr)):
             for what, new in _changes(inner, text):
                 old, changed = text.both(formula, inner, new)
-                told = f"your results are as if `{node.id}` were `{changed}`, not `{old}`,{where}"
-                yield f"{what}: {told}.", text.with_(node, changed), old, changed
+                told = f"{what}: your results are as if `{node.id}` were `{changed}`, not `{old}`,"
+                yield f"{told}{where}.", text.with_(node, changed), old, changed
+                if len(same) > 1 and node is same[0]:
+                    yield f"{told} in `{text.of(places.line(node))[:60]}`.", text.with_all(same, changed), old, changed
 
 
 def _of_repeated(statements, nodes, told, text):
@@ -253,11 +260,13 @@ def _of_angles(function, statements, text):
         start, end = text.span(node)
         line = text.text[start:end]
         for angle in (a for a in angles if a in line):
-            for term, sign in ((t, s) for t in terms[:MOST_TERMS] for s in "+-" if t not in angle):
-                what = f"`{angle} {sign} {term}` stood where `{angle}` belongs"
-                new = re.sub(rf"(?<![\w.]){re.escape(angle)}(?!\w)", f"({angle} {sign} {term})", line)
-                told = f"A term too many: your results are as if {what}."
-                yield told, text.with_(node, new, False), angle, f"{angle} {sign} {term}"
+            here = rf"(?<![\w.]){re.escape(angle)}(?!\w)"
+            for term, more in (
+                (t, m) for t in terms[:MOST_TERMS] for m in ("+ {}", "- {}", "+ {} / 2") if t not in angle
+            ):
+                turned = f"{angle} {more.format(term)}"
+                told = f"A term too many: your results are as if `{turned}` stood where `{angle}` belongs."
+                yield told, text.with_(node, re.sub(here, f"({turned})", line), False), angle, turned
 
 
 def _terms(function, text):
@@ -524,6 +533,7 @@ def _of_entries(node, of):
                 ("An entry is half as much", f"({entry}) / 2"),
             ):
                 yield wrong, row([*entries[:i], new, *entries[i + 1 :]])
+        yield from _of_terms(node, of, row)
     for i in range(len(entries) - 1):
         for j in range(i + 1, len(entries)):
             swapped = list(entries)
@@ -534,6 +544,15 @@ def _of_entries(node, of):
         for j in range(len(rows[0])):
             for words, column in _of_all_entries([r[j] for r in rows], list):
                 yield words, matrix([[*r[:j], new, *r[j + 1 :]] for r, new in zip(rows, column, strict=True)])
+
+
+def _of_terms(node, of, row):
+    """Two entries that are sums, from which the same term is missing: the first one, or the second."""
+    sums = [i for i, e in enumerate(node.elts) if isinstance(e, ast.BinOp) and isinstance(e.op, ast.Add | ast.Sub)]
+    for some in itertools.combinations(sums, 2):
+        for side in "left", "right":
+            left = [of(getattr(e, side)) if i in some else of(e) for i, e in enumerate(node.elts)]
+            yield "A term is missing in two entries", row(left)
 
 
 def _of_two_entries(rows, matrix):
@@ -582,6 +601,13 @@ def _of_parameters(function, parameters, text):
             (f"`{p}` is turned into degrees in yours: keep to radians", f"np.degrees({p})"),
         ):
             yield f"{sentence}.", before(f"{p} = {new}")
+        for sentence, new in (
+            (f"`{p}` is multiplied by dt in yours", f"{p} * dt"),
+            (f"`{p}` is multiplied by dt^2 in yours", f"{p} * dt**2"),
+            (f"`{p}` is divided by dt in yours", f"{p} / dt"),
+        ):
+            if "dt" in parameters and p != "dt":
+                yield f"{sentence}.", before(f"{p} = {new}")
         shape = re.search(rf"\b{p}\b[^.]*?shape \(([^)]*)\)", text.text[: text.head])
         matrix = shape and re.fullmatch("[^,]+,[^,]+", shape[1])
         called = (lambda i, p=p: f"column {i} of `{p}`") if matrix else (lambda i, p=p: f"`{p}[{i}]`")
@@ -596,6 +622,20 @@ def _of_parameters(function, parameters, text):
     for i, p in enumerate(parameters):
         for q in parameters[i + 1 :]:
             yield f"`{p}` and `{q}` are exchanged in yours.", before(f"{p}, {q} = {q}, {p}")
+
+
+def _of_a_part(node, text):
+    """A step that reaches some of its entries only: the others stay as they were."""
+    whole, step = re.fullmatch(r"(\w+)\[:(\d)\]", text.of(node.target)), text.of(node)
+    n = int(whole[2]) if whole else 0
+    for left in (f"{i}:{j}" for j in range(2, n + 1) for i in range(j - 1) if j - i < n):
+        name, i = whole[1], left[0]
+        kept = f"{name}_0 = np.array({name}); {step}; {name}[{left}] = {name}_0[{left}]"
+        place = f"{name}[{left if i != '0' else left[1:]}]"
+        yield (
+            f"`{place}` is not changed in yours: your results are as if it stayed as it was.",
+            text.with_(node, kept, False),
+        )
 
 
 def _of_statement(node, text):
@@ -616,6 +656,7 @@ def _of_statement(node, text):
                 text.with_(node.iter, f"[*({over})]{some}"),
             )
     if isinstance(node, ast.AugAssign):
+        yield from _of_a_part(node, text)
         target, value = text.of(node.target), text.of(node.value)
         for sign in ("", "-", "+"):
             new = f"{target} {sign}= {value}"

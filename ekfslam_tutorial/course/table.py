@@ -58,6 +58,7 @@ def table(
     shown=None,
     kinds=None,
     form=None,
+    forms="",
     **options,
 ):
     """Build an `Exercise`.
@@ -101,6 +102,9 @@ def table(
         What kind of value a result is, if it is no array: ``{"i": "an index counted from 0, or None"}``.
     form : str, optional
         What the first link says of results of a wrong form, where no check says more of them.
+    forms : str, optional
+        Right answers in other forms, written as `wrong` is: slips are looked for in them, too. The cell of the hint
+        says when it is a form that students write.
 
     Returns
     -------
@@ -162,6 +166,7 @@ def table(
             test = _value(cases[case], of_this, part, what, kind, right, said, angles, rounding, sphere)
         made.link(name, help, part if len(names) > 1 else None)(test)
     made.edited(wrong)
+    made.written(forms)
     return made
 
 

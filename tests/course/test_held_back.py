@@ -305,7 +305,7 @@ def test_pairs_are_named_both_of_them(time_to_search):
             verdict = registry.get(id).judge(both)
             assert verdict.status == "failed", f"{id} {[row[0] for row in pair]}"
             told += 1
-            two = verdict.hint.startswith("Two things, in this order.")
+            two = verdict.hint.startswith("Two things, in this order")
             if not (two and all(re.search(row[3], verdict.hint) for row in pair)):
                 off.append(f"{id} {[row[0] for row in pair]}: {verdict.hint}")
     assert told > 30 and len(off) <= (1 - BOTH) * told, "\n".join(off)

@@ -149,7 +149,7 @@ def test_a_slip_is_told_with_its_place(id, told, places):
 )
 def test_a_slip_beside_another_mistake_is_told_too(id, first, then, places):
     hint = registry.get(id).judge(answer(id, *places)).hint
-    assert hint.startswith("Two things, in this order.")
+    assert hint.startswith("Two things, in this order")
     assert first in hint.split(" Then: ")[0] and then in hint.split(" Then: ")[1], hint
 
 

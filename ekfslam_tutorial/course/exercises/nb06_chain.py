@@ -69,7 +69,7 @@ chain = table(
     all move alike | K = P[:, -1] / -> K = np.ones(len(P)) * P[-1, -1] / | Landmark 1 has the error of one step, the last one those of all steps: they cannot all move by the same amount.
     equal shares | K = P[:, -1] / -> K = np.arange(1, len(P) + 1) / len(P) * P[-1, -1] / | The gap is not spread evenly over the steps: where the odometry was bad, more of it belongs. Use q.
     R forgotten | (P[-1, -1] + R) -> P[-1, -1] | The closure has noise, too: divide by P_nn + R.
-    P_nn forgotten | (P[-1, -1] + R) -> max(R, 1e-12) | The gain divides by the whole uncertainty of the innovation, P_nn + R, not by R alone.
+    P_nn forgotten | (P[-1, -1] + R) -> R | The gain divides by the whole uncertainty of the innovation, P_nn + R, not by R alone.
     R squared | (P[-1, -1] + R) -> (P[-1, -1] + R**2) | R is a variance already: do not square it.
     R as a standard deviation | (P[-1, -1] + R) -> (P[-1, -1] + np.sqrt(R)) | R is a variance already: take no root.
     the larger of the two | np.minimum.outer -> np.maximum.outer | Landmarks i and k share the steps up to the *smaller* of the two.
@@ -81,6 +81,7 @@ chain = table(
     q squared | np.cumsum(q) -> np.cumsum(q**2) | q holds variances already: do not square them.
     sign of dx | return K * z -> return -K * z | z is measurement minus expectation: the landmarks move by + K z.
     gain returned | return K * z -> return K | K is the share of the gap: dx = K z.
+    P - K H, the last P forgotten | P - np.outer(K, P[-1]) -> np.eye(len(P)) - np.outer(K, np.eye(len(P))[-1]) | (I - K H) must still be multiplied by P: P - K H P.
     P as before | P - np.outer(K, P[-1]) -> P | x was corrected, P was not: P - K H P.
     P grows | P - np.outer -> P + np.outer | A measurement takes uncertainty away: P *minus* K H P.
     K K' without Z | np.outer(K, P[-1]) -> np.outer(K, K) | The loss is K Z K' with Z = P_nn + R; yours is K K'.

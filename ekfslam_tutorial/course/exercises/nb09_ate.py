@@ -75,6 +75,9 @@ trajectory = table(
     turned about the origin | a @ R.T -> path @ R.T - path.mean(axis=0) | Subtract the mean of the path before you turn it.
     turned the wrong way | R.T -> R | Your angle has the wrong sign, or R is transposed: it turns truth to path.
     with a scale | a @ R.T -> np.sum(b * (a @ R.T)) / np.sum(a * a) * a @ R.T | Range measurements fix the scale: it is no gauge. A free scale hides errors.
+    with the scale of the sizes | a @ R.T -> np.sqrt(np.sum(b * b) / np.sum(a * a)) * a @ R.T | Range measurements fix the scale: it is no gauge. A free scale hides errors.
+    with the square of a scale | a @ R.T -> np.sum(b * b) / np.sum(a * a) * a @ R.T | Range measurements fix the scale: it is no gauge. A free scale hides errors.
+    with the scale the other way | a @ R.T -> np.sum(a * a) / np.sum(b * (a @ R.T)) * a @ R.T | Range measurements fix the scale: it is no gauge. A free scale hides errors.
     mirror allowed | np.array([[c, -s], [s, c]]) -> _orthogonal(a, b) | The SVD may give a mirror image. The determinant of R must be +1.
     first points only | a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path[0], truth - truth[0] | Two points hold the noise of two points. Use all of them: least squares.
         np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b) -> a[1, 0] * b[1, 1] - a[1, 1] * b[1, 0], a[1] @ b[1]
@@ -95,6 +98,9 @@ trajectory = table(
     largest error | np.mean(d2) -> np.max(d2) | That is the worst point. ATE is an average over all.
     last point | np.mean(d2) -> d2[-1] | ATE is about the whole path, not about its end.
     median | np.mean(d2) -> np.median(d2) | ATE is a mean: every point counts, the far ones most.
+    """,
+    forms="""
+    a turn and a shift | a @ R.T + truth.mean(axis=0) -> path @ R.T + (truth.mean(axis=0) - R @ path.mean(axis=0)) | p' = R p + t
     """,
 )
 
