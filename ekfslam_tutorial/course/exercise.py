@@ -51,6 +51,7 @@ from .recognise import few_values, recognise, recognise_more, right_results, wro
 PATIENCE = 3.0  # seconds of the processor after which a search for slips ends, though `pairs` counts its steps
 FEW = 3  # wrong calls of the cases; with fewer, or with none beyond a known mistake, later links are asked, too
 LATER_S = 0.5  # that later links may take: they may show another mistake, or that a slip is none
+AN_ID = "An id is the name of a landmark, and says nothing of its place: `ids.index(id)` is the place of `id` in `ids`."
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -128,12 +129,16 @@ class Exercise:
         Deadline for all calls together.
     cases : dict of str to callable, optional
         ``rng -> list of argument tuples``, for links that share them.
+    ids : tuple, optional
+        ``(parameter, names of functions)``: a list of ids, and the functions that take places, never ids.
     """
 
-    def __init__(self, id, title, solution, hints, *, may_change=(), canonical=None, seconds=SECONDS, cases=None):
+    def __init__(
+        self, id, title, solution, hints, *, may_change=(), canonical=None, seconds=SECONDS, cases=None, ids=None
+    ):
         self.id, self.title, self.solution, self.hints = id, title, solution, tuple(hints)
         self.may_change, self.canonical, self.seconds = tuple(may_change), canonical, seconds
-        self.cases = dict(cases or {})
+        self.cases, self.ids = dict(cases or {}), ids
         self.returns: list[str] = []  # names of the results
         self.links: list[Link] = []
         self.misconceptions: list[Misconception | edits.Mistake] = []
@@ -250,6 +255,8 @@ class Exercise:
             warnings.simplefilter("ignore")  # of mistakes that are tried: these are not the student's
             known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
+        if not known and self.ids and own_words.ids_as_places(answer, *self.ids):
+            hint = f"{AN_ID} {hint}"
         if len(known) == 1:
             tested = hint if at[0] is self.links[0] else at[0].help
             slip = isinstance(known[0], slips.Slip)

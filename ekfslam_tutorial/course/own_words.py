@@ -46,6 +46,54 @@ def doubtful(mistake, own: Counter | None) -> bool:
     return right[belongs] > 0 and own[belongs] >= right[belongs] and not own[wrong]
 
 
+def ids_as_places(function, ids: str, functions: tuple[str, ...]) -> bool:
+    """Return True if an entry of the list `ids` is used as a place: multiplied, in a slice, or handed to a function.
+
+    An id is a name: `ids.index(id)` and the like are places. False if the text cannot be read.
+    """
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    except (OSError, TypeError, SyntaxError):
+        return False
+    named = {name for target, value in _loops(tree) for name in _entries_of(target, value, ids)}
+    is_id = lambda n: isinstance(n, ast.Name) and n.id in named or isinstance(n, ast.Subscript) and _is(n.value, ids)
+    for node in ast.walk(tree):
+        factors = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult) and (node.left, node.right)
+        ends = isinstance(node, ast.Slice) and (node.lower, node.upper)
+        given = isinstance(node, ast.Call) and getattr(node.func, "id", "") in functions and node.args
+        if any(map(is_id, factors or ends or given or ())):
+            return True
+    return False
+
+
+def _is(node, name) -> bool:
+    return isinstance(node, ast.Name) and node.id == name
+
+
+def _loops(tree):
+    """Yield what is given a value, and from what: by loops, and one name by one value."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.For | ast.comprehension):
+            yield node.target, node.iter
+        elif isinstance(node, ast.Assign):
+            entries = [pair for pair in _pairs(node.targets[0], node.value) if isinstance(pair[1], ast.Subscript)]
+            yield from ((ast.Name(name), ast.List([entry.value], ast.Load())) for name, entry in entries)
+
+
+def _entries_of(target, values, ids):
+    """Yield the names that a loop gives to the entries of the list `ids`."""
+    if isinstance(values, ast.List) and len(values.elts) == 1:
+        values = values.elts[0]
+    if _is(values, ids) and isinstance(target, ast.Name):
+        yield target.id
+    if isinstance(values, ast.Call) and isinstance(target, ast.Tuple):
+        called = getattr(values.func, "id", "")
+        args = [None, *values.args] if called == "enumerate" else values.args if called == "zip" else []
+        for part, inner in zip(target.elts, args, strict=False):
+            if inner is not None:
+                yield from _entries_of(part, inner, ids)
+
+
 def foreign(mistake, own: Counter | None) -> bool:
     """Return True if a slip says that a name stands for another one, and neither the statement nor the student has it.
 

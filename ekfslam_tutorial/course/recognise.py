@@ -78,6 +78,8 @@ def recognise_more(exercise, calls, part, known, own=None):
     if not known and (alone := table.alone()):
         return [alone[0].mistake]
     both = pairs.find(table, calls, exercise.patience)
+    for form in exercise.forms[:1] if table.tells and not both else ():
+        both = pairs.find(pairs.Table(form, calls, exercise.patience, own=own), calls, exercise.patience)
     if both or known or few:
         return both or known
     return [change.mistake for change in table.of_part(part or 0)[:1]]

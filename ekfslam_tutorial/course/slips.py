@@ -140,7 +140,7 @@ def _of(function, text) -> Iterator[tuple[str, ...]]:
         old, new = (" ".join(s.split()) for s in (old, new))
         if max(len(old), len(new)) > LONGEST:
             return f"{what}: look at `{old[:40]} ...`." if len(old) > LONGEST else f"{what}: look at `{old}`."
-        known = [f"{name} = {value}" for name, value in means.items() if re.search(rf"\b{name}\b", old)]
+        known = [f"{name} = {value}" for name, value in means.items() if re.search(rf"\b{name}\b", f"{old} {new}")]
         known = known if len(known) < 3 else []
         where = f" (with {', '.join(known)})" if known else ""
         return f"{what}: your results are as if `{new}` stood where `{old}` belongs{places.of(at, old)}{where}."

@@ -102,4 +102,8 @@ correction = table(
     column instead of vector | return x + K @ z, -> return (x + K @ z)[:, None], | Vectors have one axis here: x has shape (n,), no columns.
     sizes of the pose only | P - K @ Z @ K.T -> (np.eye(3) - K @ H) @ P | Write np.eye(len(x)), not np.eye(3): the state may have any size.
     """,
+    forms="""
+    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it
+    Joseph | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T + K @ R @ K.T | for any gain
+    """,
 )

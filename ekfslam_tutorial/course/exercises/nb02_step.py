@@ -83,6 +83,7 @@ step = table(
         "z = y - e with z[1] wrapped; Z = H P H' + R; K = P H' inv(Z); x = x + K z; P = (I - K H) P.",
     ),
     returns="x, P, ids",
+    ids=("seen", ("h", "observe")),
     cases={
         "any": lambda rng: [sees(rng, 7, ids=())],
         "new": lambda rng: [sees(rng, 7, 3, ids=()), sees(rng, 4)],
@@ -134,6 +135,9 @@ step = table(
     ids not kept | ids.append(id) -> pass | The map has grown, but `ids` has not: append the id of each new landmark, and return the list.
     id taken for the index | ids.index(id) -> id % len(ids) | The id of a landmark is its name. Its place in x is ids.index(id).
     motion noise in the map | ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P)) | The landmarks do not move: the prediction adds nothing to P.
+    """,
+    forms="""
+    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it
     """,
 )
 

@@ -89,4 +89,7 @@ effect = table(
     the whole covariance | return K_b, P_bb -> return K_b, P - PHt @ np.linalg.inv(Z) @ PHt.T | P_bb is the 2 x 2 block of landmark B: return P_new[b, b].
     covariances with B left out | PHt = P @ H.T -> P = P.copy(); P[:3, 3:], P[3:, :3] = 0, 0; PHt = P @ H.T | P H' needs the whole rows of B, with its covariances: P[b] @ H.T.
     """,
+    forms="""
+    rows of K H P | P[b, b] - K_b @ Z @ K_b.T -> P[b, b] - K_b @ PHt[b].T | P - K H P
+    """,
 )

@@ -88,4 +88,11 @@ inverse = table(
     sign in the derivative by the bearing: d cos(beta) = -sin(beta) d beta: in dp/dy, the derivative in the frame of the robot, the upper right entry is -r sin(beta).
         L_y = np.array([[c, -r * s], [s, r * c]]) -> u, v, C, S = np.cos(y[1]), np.sin(y[1]), np.cos(x_r[2]), np.sin(x_r[2]); L_y = np.array([[C, -S], [S, C]]) @ [[u, r * v], [v, r * u]]
     """,
+    forms="""
+    with a rotation | r, a = y[0], x_r[2] + y[1] -> u, v, p = np.cos(y[1]), np.sin(y[1]), y[0] * np.array([np.cos(y[1]), np.sin(y[1])]) | l = t + R p, and L_y = R dp/dy
+        c, s = np.cos(a), np.sin(a) -> C = np.array([[np.cos(x_r[2]), -np.sin(x_r[2])], [np.sin(x_r[2]), np.cos(x_r[2])]])
+        np.array([x_r[0] + r * c, x_r[1] + r * s]) -> x_r[:2] + C @ p
+        np.array([[1, 0, -r * s], [0, 1, r * c]]) -> np.column_stack([np.eye(2), np.array([[-np.sin(x_r[2]), -np.cos(x_r[2])], [np.cos(x_r[2]), -np.sin(x_r[2])]]) @ p])
+        np.array([[c, -r * s], [s, r * c]]) -> C @ np.array([[u, -y[0] * v], [v, y[0] * u]])
+    """,
 )

@@ -86,6 +86,12 @@ motion = table(
     noise on the first landmark: The landmarks stand still: X_u U X_u' is added to the robot's rows and columns only, P[:3, :3]. Behind them, in rows 3 and 4, there is no noise, and with the robot alone there are no such rows.
         P[:3, :3] += X_u @ U @ X_u.T -> G = np.zeros((len(P), len(U))); G[:3] = X_u; G[3:5] = X_u[:2]; P += G @ U @ G.T
     """,
+    forms="""
+    matrices of the whole state | P = P.copy() -> F, G = np.eye(len(P)), np.zeros((len(P), X_u.shape[1])) | F P F' + G U G'
+        P[:3] = X_x @ P[:3] -> F[:3, :3] = X_x
+        P[:, :3] = P[:, :3] @ X_x.T -> G[:3] = X_u
+        P[:3, :3] += X_u @ U @ X_u.T -> P = F @ P @ F.T + G @ U @ G.T
+    """,
 )
 
 

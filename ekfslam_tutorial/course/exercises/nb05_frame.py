@@ -97,6 +97,7 @@ frame = table(
         "k = 3 + 2 * ids.index(id); e, H = observe(x, slice(k, k + 2)); x, P = correct(x, P, y, R, e, H). After augment: ids = ids + [id].",
     ),
     returns="x, P, ids",
+    ids=("seen", ("slice", "observe")),
     angles={"x": 2},
     rtol={"P": 1e-3},
     cases={

@@ -127,6 +127,11 @@ prediction = table(
     entries of the heading column exchanged: The two entries of the last column of X_x are exchanged: -s dx - c dy belongs in the row of x, c dx - s dy in the row of y.
         [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, c * u[0] - s * u[1]], [0, 1, -s * u[0] - c * u[1]]
     """,
+    forms="""
+    matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G'
+        P[:, :3] = P[:, :3] @ X_x.T -> F[:3, :3], G[:3] = X_x, X_u
+        P[:3, :3] += X_u @ U @ X_u.T -> P = F @ P @ F.T + G @ U @ G.T
+    """,
 )
 
 

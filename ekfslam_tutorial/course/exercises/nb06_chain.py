@@ -89,6 +89,9 @@ chain = table(
     only the variance of the last | np.outer(K, P[-1]) -> np.diag(np.eye(len(P))[-1]) * K[-1] * P[-1, -1] | All entries of P change, not only the last one: P - K H P.
     only the diagonal of P | P - np.outer(K, P[-1]) -> np.diag(np.diag(P - np.outer(K, P[-1]))) | P has the covariances between the landmarks, too: they do not vanish.
     """,
+    forms="""
+    P - K Z K' | np.outer(K, P[-1]) -> np.outer(K, K) * (P[-1, -1] + R) | the loss is symmetric
+    """,
 )
 
 VARIANCES = "P - K H P: what is the variance of each landmark now?"

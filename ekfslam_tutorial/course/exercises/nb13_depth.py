@@ -75,6 +75,10 @@ corrected = table(
     P grows | (1 - K * H) * P -> (1 + K * H) * P | Information is gained: (1 - K H) P, with a minus.
     innovation turned round | y - e -> e - y | The innovation is measured minus expected, y - e.
     """,
+    forms="""
+    P - K Z K | (1 - K * H) * P -> P - K * (H * P * H + var) * K | the loss is symmetric
+    Joseph | (1 - K * H) * P -> (1 - K * H) ** 2 * P + K**2 * var | for any gain
+    """,
 )
 
 

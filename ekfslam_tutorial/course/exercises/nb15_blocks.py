@@ -97,6 +97,10 @@ exercise = table(
         np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks))
     R counted twice | H.T + R -> H.T + 2 * R | The noise of a measurement counts once, however many states it depends on: Z = H P H' + R.
     """,
+    forms="""
+    P - K Z K' | P - K @ H @ P -> P - K @ Z @ K.T | the loss is symmetric
+    Joseph | P - K @ H @ P -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T + K @ R @ K.T | for any gain
+    """,
 )
 
 

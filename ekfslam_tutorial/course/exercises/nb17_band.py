@@ -39,7 +39,12 @@ band = table(
     ),
     returns="honest",
     form="The mean is over the runs, axis 0: one truth value for each frame.",
-    cases={"any": lambda rng: [(rng.uniform(1, 20, (runs, n)), 6) for runs, n in ((20, 7), (5, 30))]},
+    cases={
+        "any": lambda rng: [(rng.uniform(1, 20, (runs, n)), 6) for runs, n in ((20, 7), (5, 30))],
+        "rising": lambda rng: [  # each mistake shows in other frames
+            scan(rng, runs, dof, frames=100) for runs, dof in ((25, 6), (12, 3), (4, 6), (10, 3), (2, 2), (1, 6))
+        ],
+    },
     checks="",
     wrong="""
     limits of one run | runs * dof) / runs -> dof) | Those are the limits of *one* NEES. The mean of several runs scatters less.
@@ -52,6 +57,7 @@ band = table(
     no lower limit | (mean >= low) & (mean <= high) -> mean <= high | Too cautious is not honest either: there is a lower limit.
     no upper limit | (mean >= low) & (mean <= high) -> mean >= low | Over-confident is worse: there is an upper limit.
     where it is dishonest | (mean >= low) & (mean <= high) -> (mean < low) | (mean > high) | That is True where the filter is *not* honest.
+    sum for the mean | np.mean( -> np.sum( | These are the limits of the *mean* over the runs: divide the sum by their number.
     median | np.mean( -> np.median( | The chi-square limits are those of the *mean* over the runs.
     mean over the frames | axis=0 -> axis=1 | The frames of one run are correlated. Take the mean over the runs: axis=0.
     degrees of freedom less one | runs * dof) / runs -> max(runs - 1, 1) * dof) / max(runs - 1, 1) | Nothing was estimated from the runs: R dof degrees of freedom, not (R - 1) dof.

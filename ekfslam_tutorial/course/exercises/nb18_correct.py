@@ -89,6 +89,9 @@ both = table(
     the first two robots always | H[:, a], H[:, b] = E_a, E_b -> H[:, 0:3], H[:, 3:6] = E_a, E_b | a and b are slices: H[:, a] = E_a and H[:, b] = E_b, not 0:3 and 3:6.
     P corrected once | P - K @ Z @ K.T -> P - K @ H | K goes on both sides: P - K Z K', or P - K H P.
     """,
+    forms="""
+    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it
+    """,
 )
 
 

@@ -98,4 +98,9 @@ repair = table(
     brackets of the wrapping | wrap(x[2] + r1 + r2) -> (x[2] + r1 + r2 + np.pi) % 2 * np.pi - np.pi | `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
     degrees | np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(np.radians(x[2] + r1)), np.sin(np.radians(x[2] + r1)) | All angles are in radians already: no conversion.
     """,
+    forms="""
+    matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G'
+        P[:, :3] = P[:, :3] @ X_x.T -> F[:3, :3], G[:3] = X_x, X_u
+        P[:3, :3] += X_u @ U @ X_u.T -> P = F @ P @ F.T + G @ U @ G.T
+    """,
 )

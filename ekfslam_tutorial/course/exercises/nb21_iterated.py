@@ -111,6 +111,9 @@ exercise = table(
     P with a new Jacobian at the end | return at, P_new -> return at, _right(x, P, y, R, observe, iterations + 1)[1] | Use the K and H of the last iteration for P, together.
     P corrected twice | return at, P_new -> return at, (P_new - K @ H @ P_new) | One measurement, one correction of P: P - K H P, with the last K and H, once.
     """,
+    forms="""
+    P - K Z K' | P - K @ H @ P -> P - K @ (H @ P @ H.T + R) @ K.T | the loss is symmetric
+    """,
 )
 
 
