@@ -145,6 +145,7 @@ class Exercise:
         self.patience = PATIENCE
         self.variants: list[Variant] = []
         self.forms: list[Exercise] = []
+        self.asks_helpers = True
 
     # ---- how a module fills it -------------------------------------------------------------------------
 
@@ -167,6 +168,7 @@ class Exercise:
         """Add right answers in other forms, as edits: a slip in P - K Z K' is another one than that in P - K H P."""
         for name, _, places in edits.blocks(text):
             form = copy.copy(self)
+            form.asks_helpers = False  # they are the same as in the solution
             form.solution, form.misconceptions, form.forms = edits.form(self.solution, name, places), [], []
             for known in self.misconceptions:
                 with contextlib.suppress(ValueError):  # of a place that this form has not
@@ -382,7 +384,8 @@ class Exercise:
 
     @cached_property
     def _slips(self) -> list:
-        return slips.slips(self.solution) + slips.slips_of_helpers(self.solution)
+        helpers = slips.slips_of_helpers(self.solution) if self.asks_helpers else []
+        return slips.slips(self.solution) + helpers
 
     def fails_at(self, mistake: Misconception) -> int:
         """Return the number of the link at which a mistake fails."""

@@ -278,7 +278,7 @@ class Table:
         most = max(FEWEST, min(most, most * MANY // max(len(all_changes), 1)))
         self.exercise, self.steps = exercise, _steps(exercise, calls)
         affordable = int((STEPS / max(len(all_changes), 1) - COMPILED) / self.steps)
-        most = max(2, min(most, affordable))
+        most = max(FEWEST, min(most, affordable))
         all_changes = all_changes[: int(STEPS / (COMPILED + most * self.steps))]
         right = [exercise.result(exercise.solution, call.args) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)

@@ -39,7 +39,9 @@ def recognise(exercise, calls, part=None):
         return []
     wrong = wrong_part(exercise, calls, truth, part)
     if few_values(exercise, calls, wrong):
-        return _unlike_chance(exercise, calls, truth, wrong)
+        return _unlike_chance(exercise, calls, truth, None, wrong) or _unlike_chance(
+            exercise, calls, truth, wrong, wrong
+        )
     whole = _fitting(exercise, calls, truth, None)
     return whole or (_fitting(exercise, calls, truth, part) if part is not None else [])
 
@@ -120,9 +122,13 @@ def _contradicts(exercise, mistake, calls) -> bool:
     return False
 
 
-def _unlike_chance(exercise, calls, truth, part):
-    """The one mistake that fits in all calls, as a list; empty if others fit, too, or if the fit may be chance."""
-    found = [m for m in exercise.misconceptions if _answers(exercise, m.answer, calls)]
+def _unlike_chance(exercise, calls, truth, of, part):
+    """The one mistake that fits in all calls, as a list; empty if others fit, too, or if the fit may be chance.
+
+    It fits in the whole of the results, or in one of them (`of`), if it spoils no other one that is right.
+    """
+    found = [m for m in exercise.misconceptions if _answers(exercise, m.answer, calls, of)]
+    found = [m for m in found if of is None or not _contradicts(exercise, m, calls)]
     if len({m.hint for m in found}) != 1 or _bits(exercise, calls, truth, part) < SURE_BITS:
         return []
     return found[:1]

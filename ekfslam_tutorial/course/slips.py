@@ -10,6 +10,7 @@ import ast
 import copy
 import itertools
 import re
+import sys
 import types
 from collections.abc import Iterator
 from typing import Any
@@ -84,14 +85,28 @@ def slips(solution, body=None) -> list[Slip]:
 
 
 def slips_of_helpers(solution) -> list[Slip]:
-    """Return the slips of those functions of other exercises that a solution calls: a student may write them anew."""
+    """Return the slips of those functions of other exercises that a solution calls: a student may write them anew.
+
+    First come the mistakes that the other exercise knows.
+    """
     found = []
     for name in solution.__code__.co_names:
         helper = solution.__globals__.get(name)
         if isinstance(helper, types.FunctionType) and helper.__module__.startswith(f"{__package__}.exercises"):
+            body = edits.parts(helper)[1]
+            for known in _listed(helper):
+                text = edits.applied(body, known.edits, known.name)
+                found.append(Slip(helper, f"As in `{name}`. {known.hint}", text, solution))
             told = ((f"As in `{name}`. {s.hint}", s) for s in slips(helper))
             found += [Slip(helper, hint, s.body, solution, s.quoted) for hint, s in told]
     return found
+
+
+def _listed(helper) -> list:
+    """The mistakes that are edits of a solution, by the exercise in whose module it stands."""
+    made = vars(sys.modules[helper.__module__]).values()
+    exercises = [e for e in made if getattr(e, "solution", None) is helper]
+    return [m for e in exercises for m in e.misconceptions if m.edits]
 
 
 class _Text:
@@ -156,6 +171,8 @@ def _of(function, text) -> Iterator[tuple[str, ...]]:
         parent = _around(nodes, node, text) if small else node
         for what, new in [*_changes(node, text), *_of_name(node, names)]:
             both = text.both(parent, node, new)
+            if re.search(r"linspace\((\S+), \1,", both[1]):
+                continue  # nobody searches in a single number
             yield told(what, parent, *both), text.with_(node, new, id(node) not in free), *both
     yield from _of_parameters(function, parameters, text)
     for node in statements:

@@ -135,6 +135,7 @@ step = table(
     ids not kept | ids.append(id) -> pass | The map has grown, but `ids` has not: append the id of each new landmark, and return the list.
     id taken for the index | ids.index(id) -> id % len(ids) | The id of a landmark is its name. Its place in x is ids.index(id).
     motion noise in the map | ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P)) | The landmarks do not move: the prediction adds nothing to P.
+    Joseph without the noise | P = P - K @ Z @ K.T -> P = (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it

@@ -87,6 +87,9 @@ inverse = table(
         L_y = np.array([[c, -r * s], [s, r * c]]) -> u, v, C, S = np.cos(y[1]), np.sin(y[1]), np.cos(x_r[2]), np.sin(x_r[2]); L_y = np.array([[u, -r * v], [v, r * u]]) @ [[C, -S], [S, C]]
     sign in the derivative by the bearing: d cos(beta) = -sin(beta) d beta: in dp/dy, the derivative in the frame of the robot, the upper right entry is -r sin(beta).
         L_y = np.array([[c, -r * s], [s, r * c]]) -> u, v, C, S = np.cos(y[1]), np.sin(y[1]), np.cos(x_r[2]), np.sin(x_r[2]); L_y = np.array([[C, -S], [S, C]]) @ [[u, r * v], [v, r * u]]
+    bearing subtracted, in the Jacobians, too: Angles count counter-clockwise: a bearing to the left is added to the heading.
+        r, a = y[0], x_r[2] + y[1] -> r, a = y[0], x_r[2] - y[1]
+        [[c, -r * s], [s, r * c]] -> [[c, r * s], [s, -r * c]]
     """,
     forms="""
     with a rotation | r, a = y[0], x_r[2] + y[1] -> u, v, p = np.cos(y[1]), np.sin(y[1]), y[0] * np.array([np.cos(y[1]), np.sin(y[1])]) | l = t + R p, and L_y = R dp/dy

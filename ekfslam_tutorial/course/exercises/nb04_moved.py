@@ -85,6 +85,9 @@ motion = table(
     only the robot is left | return P -> return P[:3, :3] | P must keep the size of the joint state: robot and landmarks.
     noise on the first landmark: The landmarks stand still: X_u U X_u' is added to the robot's rows and columns only, P[:3, :3]. Behind them, in rows 3 and 4, there is no noise, and with the robot alone there are no such rows.
         P[:3, :3] += X_u @ U @ X_u.T -> G = np.zeros((len(P), len(U))); G[:3] = X_u; G[3:5] = X_u[:2]; P += G @ U @ G.T
+    noise before the motion: Your noise goes through X_x as well: it belongs to the pose after the step, so add it after the motion.
+        P[:3, :3] += X_u @ U @ X_u.T -> pass
+        P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
     """,
     forms="""
     matrices of the whole state | P = P.copy() -> F, G = np.eye(len(P)), np.zeros((len(P), X_u.shape[1])) | F P F' + G U G'

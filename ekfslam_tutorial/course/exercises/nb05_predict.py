@@ -126,6 +126,9 @@ prediction = table(
     landmarks pushed along | return x, P -> x[3::2] += (X_u @ u)[0]; x[4::2] += (X_u @ u)[1]; return x, P | The landmarks stand still: only x[:3] changes.
     entries of the heading column exchanged: The two entries of the last column of X_x are exchanged: -s dx - c dy belongs in the row of x, c dx - s dy in the row of y.
         [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, c * u[0] - s * u[1]], [0, 1, -s * u[0] - c * u[1]]
+    noise before the motion: Your noise goes through X_x as well: it belongs to the pose after the step, so add it after the motion.
+        P[:3, :3] += X_u @ U @ X_u.T -> pass
+        P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G'

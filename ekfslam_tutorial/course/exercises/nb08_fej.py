@@ -115,6 +115,7 @@ fej = table(
         observe(x_first, i) -> observe(x_first, 0)
     gain at x, covariance at x_first | return x + K @ z -> G = observe(x, i)[1]; return x + P @ G.T @ np.linalg.inv(G @ P @ G.T + R) @ z | One H, taken at x_first, for the gain and for the covariance.
     gain at x_first, covariance at x | P - K @ Z @ K.T -> P - P @ (G := observe(x, i)[1]).T @ np.linalg.inv(G @ P @ G.T + R) @ G @ P | One H, taken at x_first, for the gain and for the covariance.
+    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
 )
 

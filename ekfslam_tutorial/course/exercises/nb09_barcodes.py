@@ -83,5 +83,8 @@ barcodes = table(
     stops at the first misread row | keep = (subjects != -1) -> keep = (np.cumsum(subjects == -1) == 0) | Only the misread row is dropped, the rows behind it stay: `continue`, not `break`.
     stops at the first robot | & ~np.isin(subjects, robots) -> & (np.cumsum(np.isin(subjects, robots)) == 0) | Only the rows that show a robot are dropped, those behind them stay: `continue`, not `break`.
     sorted by subject | return rows[keep, 0] -> keep = np.flatnonzero(keep)[np.argsort(subjects[keep], kind="stable")]; return rows[keep, 0] | The rows keep their order, that of time: do not sort them by subject.
+    barcode and range for the measurement | rows[keep, 2:] -> rows[keep, 1:3] | The columns are [time, barcode, range, bearing]: range and bearing are the columns 2 and 3.
+    misread barcodes kept as subjects | subject_of.get(barcode, -1) -> subject_of.get(barcode, barcode) | A barcode that is not in the table was misread: drop the row. The barcode is no subject.
+    grouped by landmark | return rows[keep, 0] -> keep = np.array([k for b in table[:, 1] for k in np.flatnonzero(keep & (rows[:, 1] == b))], int); return rows[keep, 0] | These are the right rows in another order: keep the order of the file.
     """,
 )

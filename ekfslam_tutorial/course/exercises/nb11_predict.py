@@ -74,5 +74,6 @@ exercise = table(
     mean not moved | return x2 -> return x | odo3 returns the new x as its first result: return it.
     Jacobians after the step | return x2 -> _, X_x, X_u = odo3(x2, u); return x2 | Both Jacobians belong to the pose *before* the step: odo3(x, u).
     noise subtracted | X_x.T + X_u -> X_x.T - X_u | Noise makes the prediction less certain: plus X_u U X_u'.
+    noise through X_x | X_x @ P @ X_x.T + X_u @ U @ X_u.T -> X_x @ (P + X_u @ U @ X_u.T) @ X_x.T | Your noise goes through X_x as well: it belongs to the state after the step, so add it after the motion.
     """,
 )

@@ -73,5 +73,7 @@ projected = table(
     U_r twice | U_ls @ LS_s -> U_ls @ LS_lr @ LR_r | U_s is the derivative by the camera's frame, the second step: U_s = U_ls LS_s.
     LS_s taken at l | U_ls @ LS_s -> U_ls @ Sf.to_frame(l)[1] | The second step starts at lr: Sf.to_frame(lr), not Sf.to_frame(l).
     pin_hole at lr | U_r = U_ls -> U_ls = pin_hole(lr, k, d)[1]; U_r = U_ls | The camera sees ls, the point in its own frame, not lr.
+    from_frame for the camera | Sf.to_frame(lr) -> Sf.from_frame(lr) | Both steps go into a frame: to_frame, for the camera, too.
+    from_frame for the robot | Rf.to_frame(l) -> Rf.from_frame(l) | Both steps go into a frame: to_frame, for the robot, too.
     """,
 )

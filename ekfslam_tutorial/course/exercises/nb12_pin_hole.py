@@ -91,5 +91,6 @@ camera = table(
     U_k: focal lengths | np.diag(ud) -> np.diag(k[2:]) | The derivative of au x by au is x: the last two columns are diag(ud), not diag(au, av).
     U_d: focal lengths left out | U_ud @ UD_d -> UD_d | UD_d is the derivative of ud. Of the pixel it is U_ud UD_d.
     U_d: one factor too many | U_ud @ UD_d -> U_ud @ UD_up @ UD_d | d acts in the lens itself: U_d = U_ud UD_d. UD_up is not in this chain.
+    k in another order, in U_ud, too | u = k[:2] + k[2:] * ud -> k = k[[2, 3, 0, 1]]; u = k[:2] + k[2:] * ud | k = [u0, v0, au, av]: first the centre, then the focal lengths.
     """,
 )

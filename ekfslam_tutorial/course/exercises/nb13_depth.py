@@ -74,6 +74,8 @@ corrected = table(
     P not updated | (1 - K * H) * P -> P | A correction makes P smaller: (1 - K H) P.
     P grows | (1 - K * H) * P -> (1 + K * H) * P | Information is gained: (1 - K H) P, with a minus.
     innovation turned round | y - e -> e - y | The innovation is measured minus expected, y - e.
+    Joseph without the noise | (1 - K * H) * P -> (1 - K * H) ** 2 * P | Joseph's form has a second term: (1 - K H)^2 P + K^2 var.
+    rho taken for the depth, by arctan2 | np.arctan(b * rho) -> np.arctan2(b, rho) | rho is one over the depth: b / d = b rho.
     """,
     forms="""
     P - K Z K | (1 - K * H) * P -> P - K * (H * P * H + var) * K | the loss is symmetric

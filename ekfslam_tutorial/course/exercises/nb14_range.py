@@ -68,5 +68,7 @@ roomy = table(
     gaps added up | free = 0 if taken else free + 1 -> free += not taken | The count begins anew behind each number in use: a state lies in one piece.
     one number to spare | if free == k: -> if free == k + 1: | A gap of exactly k numbers is long enough.
         [i + 1 - k, i + 1] -> [i - k, i]
+    no gap before the first state | free = 0 if taken else free + 1 -> free = 0 if taken or any(used) and not any(used[:i]) else free + 1 | The map may begin with free numbers, too: a gap before the first state is one like the others.
+    free numbers behind the last state counted twice | n = len(used) - free -> n = len(used) - 2 * free | n is the first number of those that are free at the end.
     """,
 )

@@ -96,6 +96,7 @@ exercise = table(
         H @ P @ H.T -> H @ _own_blocks(P, blocks) @ H.T
         np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks))
     R counted twice | H.T + R -> H.T + 2 * R | The noise of a measurement counts once, however many states it depends on: Z = H P H' + R.
+    Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
     forms="""
     P - K Z K' | P - K @ H @ P -> P - K @ Z @ K.T | the loss is symmetric

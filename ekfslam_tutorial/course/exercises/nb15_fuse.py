@@ -53,8 +53,11 @@ exercise = table(
     average of both | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 2 | Not covariances are averaged, but information, with a w that fits the two.
     covariances mixed | return x, P -> return w * xa + (1 - w) * xb, w * Pa + (1 - w) * Pb | The weights belong to the information matrices, inv(Pa) and inv(Pb), not to Pa and Pb.
     P not inverted | return x, P -> return x, np.linalg.inv(P) | w inv(Pa) + (1 - w) inv(Pb) is the information: its inverse is P.
-    the better one alone | return x, P -> return (xa, Pa) if np.trace(Pa) < np.trace(Pb) else (xb, Pb) | Each may be better in another direction: mix them, with w between 0 and 1.
+    the better one alone | return x, P -> return (xa, Pa) if np.trace(Pa) < np.trace(Pb) else (xb, Pb) | Yours is one of the two alone, w is 0 or 1. Weigh the *informations*, inv(Pa) and inv(Pb): then the trace of P is smallest for a w in between.
     always one half | ws[i], Ps[i] -> ws[500], Ps[500] | w = 1/2 is allowed, but not the best: search for the smallest trace.
+    trace of the information | np.trace(Ps, -> np.trace(np.linalg.inv(Ps), | The trace of P must be smallest, not that of its inverse.
+    weights forgotten in x | (w * Ia @ xa + (1 - w) * Ib @ xb) -> (Ia @ xa + Ib @ xb) | In x, too, each information has its weight, w and 1 - w.
+    weights exchanged in x | (w * Ia @ xa + (1 - w) * Ib @ xb) -> ((1 - w) * Ia @ xa + w * Ib @ xb) | w belongs to inv(Pa), in x as in P, and 1 - w to inv(Pb).
     the largest trace | argmin -> argmax | The trace of P must be smallest: min, not max.
     determinant | np.trace(Ps, axis1=1, axis2=2) -> np.linalg.det(Ps) | That is another rule, and a usual one. Here the *trace* of P is to be smallest.
     weights of the traces | w, P = ws[i], Ps[i] -> w = np.trace(Pb) / np.trace(Pa + Pb); P = np.linalg.inv(w * Ia + (1 - w) * Ib) | w from the two traces is a rule of thumb. Search for the smallest trace.

@@ -77,5 +77,8 @@ exercise = table(
     poses subtracted | robot2.compose(back)[0].x -> robot2.x - F2.x | Frames are composed, not subtracted: the place of F2 must be turned, too.
     theta in degrees | robot2.compose(back)[0].x -> robot2.compose(back)[0].x * [1, 1, 180 / np.pi] | theta is asked in radians, as all angles are.
     degrees | r, b12, b21 = y -> r, b12, b21 = y[0], *np.radians(y[1:]) | All angles are in radians already: no conversion.
+    both bearings the wrong way | F1.theta + b12 + np.pi - b21 -> F1.theta - b12 + np.pi + b21 | theta1 + b12 is the direction to robot 2, and theta2 + b21 the one back: so theta2 = theta1 + b12 + pi - b21.
+    the way back before the meeting: First F1, then robot 2 as robot 1 sees it, then F2.inverse(): the steps do not commute.
+        robot2.compose(back)[0].x -> F1.compose(back)[0].compose(Frame2(np.array([r * np.cos(b12), r * np.sin(b12), b12 + np.pi - b21])))[0].x
     """,
 )

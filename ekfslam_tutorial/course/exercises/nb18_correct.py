@@ -88,6 +88,8 @@ both = table(
     corrected twice | x + K @ z, P - K @ Z @ K.T -> x + 2 * K @ z, P - 2 * K @ Z @ K.T | One sighting is one correction, although it is about two robots. Used for a and then again for b, it counts twice.
     the first two robots always | H[:, a], H[:, b] = E_a, E_b -> H[:, 0:3], H[:, 3:6] = E_a, E_b | a and b are slices: H[:, a] = E_a and H[:, b] = E_b, not 0:3 and 3:6.
     P corrected once | P - K @ Z @ K.T -> P - K @ H | K goes on both sides: P - K Z K', or P - K H P.
+    sign of E_b | = E_a, E_b -> = E_a, -E_b | E_b is a derivative already, with its sign: H[:, b] = E_b.
+    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it

@@ -97,6 +97,9 @@ repair = table(
     mean not moved | x[:3] = x[0] + dx, x[1] + dy, wrap(x[2] + r1 + r2) -> pass | The mean moves as well: return the new x.
     brackets of the wrapping | wrap(x[2] + r1 + r2) -> (x[2] + r1 + r2 + np.pi) % 2 * np.pi - np.pi | `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
     degrees | np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(np.radians(x[2] + r1)), np.sin(np.radians(x[2] + r1)) | All angles are in radians already: no conversion.
+    noise before the motion: Your noise goes through X_x as well: it belongs to the pose after the step, so add it after the motion.
+        P[:3, :3] += X_u @ U @ X_u.T -> pass
+        P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G'

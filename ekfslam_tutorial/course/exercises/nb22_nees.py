@@ -23,9 +23,9 @@ def line_nees(l, P, truth):
     return e @ np.linalg.solve(B @ P @ B.T, e)
 
 
-def case(rng, scale=1.0, true_scale=1.0):
+def case(rng, scale=1.0, true_scale=1.0, sizes=(0.5, 2.0)):
     """A true line and an estimate: small errors of all the filter can have, also along the scale."""
-    n, v = np.linalg.qr(rng.normal(size=(3, 2)))[0].T * rng.uniform(0.5, 2.0, (2, 1))
+    n, v = np.linalg.qr(rng.normal(size=(3, 2)))[0].T * rng.uniform(*sizes, (2, 1))
     truth, across = np.concatenate([n, v]), unit(np.concatenate([v, n]))[0]
     T = np.eye(6) - np.outer(across, across)
     P = T @ random_covariance(rng, 6, 1e-5) @ T
@@ -46,7 +46,7 @@ free = table(
     returns="nees",
     rtol={"nees": 3e-3},  # first order in errors of 1e-5; P has lost digits
     cases={
-        "any": lambda rng: [case(rng), case(rng), case(rng, 3e4, 3e4)],
+        "any": lambda rng: [case(rng), case(rng), case(rng, 3e4, 3e4), case(rng, sizes=(1, 1))],  # |n| = |v|, too
         "scaled": lambda rng: [case(rng, a, b) for a, b in ((3.0, 1.0), (-0.4, 1.0), (1.0, 5.0), (2.0, -0.3))],
     },
     checks="""
@@ -57,6 +57,8 @@ free = table(
     six numbers: Two of the six have no meaning, and P says nothing of them. A pseudo-inverse hides that; the four directions B show what is left.
         e @ np.linalg.solve(B @ P @ B.T, e) -> (l - truth) @ np.linalg.pinv(P, rcond=1e-9) @ (l - truth)
     condition forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> truth[None])[2][1:] | n'v = 0 takes away one direction more: across [v; n]. Five directions are one too many.
+    sign in the condition | np.concatenate([v, n])])) -> np.concatenate([v, -n])])) | (n + dn)' (v + dv) = 0 forbids v'dn + n'dv: the second row is [v; n], with a plus.
+    rows from 2 on | [2][2:] -> [2][:4] | The first two rows of svd lie along those of A. Take the rows from 2 on: they are across both.
     scale forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.concatenate([v, n])[None])[2][1:] | A line has no scale: the direction of truth itself is to be taken away, too.
     directions of the estimate | n, v = truth[:3], truth[3:] -> truth = l; n, v = truth[:3], truth[3:] | B is across the *true* line: across the estimate itself, B l is zero whatever the error.
     the other directions | [2][2:] -> [2][:2] | Those are the two directions that mean nothing. The four that are left are the other rows.

@@ -96,5 +96,14 @@ exercise = table(
         move(x[:16], u, dt) -> move(x[:16], u, dt * len(us))
     dt of the frame | move(x[:16], u, dt) -> move(x[:16], u, dt * len(us)) | dt is the time of one control, not of the frame.
     landmarks moved, too | P[:16, :16] += Q -> P[:16, :16] += Q; P[16:, 16:] += np.trace(U) * np.eye(len(x) - 16) | The landmarks stand still: nothing is added to P_mm.
+    transposed: It is R_r P R_r', not R_r' P R_r: the transposed one stands behind.
+        X = R_r @ X -> X = X @ R_r
+        Q = R_r @ Q @ R_r.T -> Q = R_r.T @ Q @ R_r
+        P[:16] = X @ P[:16] -> P[:16] = X.T @ P[:16]
+        P[:, :16] = P[:, :16] @ X.T -> P[:, :16] = P[:, :16] @ X
+    correlations by the last derivative only: What the IMU and the landmarks have in common moves with each control: R_r P_rm, once for each of them.
+        P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], R_r @ P[:16, 16:]
+        P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ R_r.T
+    U by dt | R_u @ U @ R_u.T -> R_u @ U @ R_u.T * dt | U is the covariance of one control already: no dt.
     """,
 )
