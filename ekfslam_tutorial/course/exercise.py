@@ -33,6 +33,7 @@ import copy
 import functools
 import inspect
 import os
+import re
 import textwrap
 import time
 import warnings
@@ -140,12 +141,13 @@ class Exercise:
         self.may_change, self.canonical, self.seconds = tuple(may_change), canonical, seconds
         self.cases, self.ids = dict(cases or {}), ids
         self.returns: list[str] = []  # names of the results
+        self.symbols: list[str] = []  # what the hints call so: "P_x = dp/dx"
         self.links: list[Link] = []
         self.misconceptions: list[Misconception | edits.Mistake] = []
         self.patience = PATIENCE
         self.variants: list[Variant] = []
         self.forms: list[Exercise] = []
-        self.asks_helpers = True
+        self.asks_helpers, self.note = True, ""
 
     # ---- how a module fills it -------------------------------------------------------------------------
 
@@ -166,8 +168,9 @@ class Exercise:
 
     def written(self, text: str):
         """Add right answers in other forms, as edits: a slip in P - K Z K' is another one than that in P - K H P."""
-        for name, _, places in edits.blocks(text):
+        for name, note, places in edits.blocks(text):
             form = copy.copy(self)
+            form.note = note
             form.asks_helpers = False  # they are the same as in the solution
             form.solution, form.misconceptions, form.forms = edits.form(self.solution, name, places), [], []
             for known in self.misconceptions:
@@ -270,13 +273,20 @@ class Exercise:
             if not (same or all(m.edits for m in known)):  # a slip may be a trace of the other mistake
                 things = "Two things, in this order (one mistake may be behind both)."
             hint = f"{things} First: {known[0].hint} Then: {known[1].hint}{tested}"
-        return Verdict("failed", at[0].name, str(outcome), hint, name, printed, seconds)
+        return Verdict("failed", at[0].name, str(outcome), self._with_symbols(hint), name, printed, seconds)
 
     def _help(self, outcome, link) -> str:
         """What to say where no listed mistake is recognised: the advice of the failure, then the link's own help."""
         if not outcome.hint or outcome.certain or link is self.links[0]:  # the first asks for the form of the results
             return outcome.hint or link.help
         return f"{outcome.hint} What is tested here: {link.help}"
+
+    def _with_symbols(self, hint) -> str:
+        """The hint, and what the names in it mean that the statement does not have."""
+        names = lambda text: set(re.findall(r"[^\W\d]\w*", text))
+        new = names(hint) - names(self.solution.__doc__ or "")
+        used = [text for text in self.symbols if names(text.split(" = the ")[0]) & new]
+        return f"{hint} Here {', '.join(used)}." if used else hint
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
@@ -294,7 +304,8 @@ class Exercise:
         right = right_results(self, more.calls)
         of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
         own = own_words.formulas(f.function)
-        return recognise_more(self, more.calls if of_cases else f.calls, failed.part, known, own)
+        calls = [*more.calls, *f.calls] if few and part is None else more.calls if of_cases else f.calls
+        return recognise_more(self, calls, failed.part, known, own)
 
     @staticmethod
     def _call_more(calls, limit):

@@ -543,11 +543,20 @@ def changes(exercise):
 def in_another_form(exercise, calls, own):
     """Return, as a list, a change of another form of the solution that answers every call as the student did."""
     wrong_first = sorted(calls, key=lambda c: _agree(exercise, c.result, _called(exercise.solution, c.args)))
-    for change in itertools.chain(*map(changes, exercise.forms)):
-        fits = lambda change=change: answers(exercise, change.answer, wrong_first)
-        if change.answer and _in_time(fits, change) and not own_words.doubtful(change.mistake, own):
-            return [change.mistake]
+    for form in exercise.forms:
+        for change in changes(form):
+            fits = lambda change=change: answers(exercise, change.answer, wrong_first)
+            if change.answer and _in_time(fits, change) and not own_words.doubtful(change.mistake, own):
+                return [in_form(form, change.mistake)]
     return []
+
+
+def in_form(form, mistake):
+    """Return the mistake; a slip says in which form of the solution it is."""
+    if not mistake.edits:
+        mistake = copy.copy(mistake)
+        mistake.hint = f"In the form {form.note}: {mistake.hint}"
+    return mistake
 
 
 def find(table, calls, patience):

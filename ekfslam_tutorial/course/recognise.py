@@ -82,6 +82,7 @@ def recognise_more(exercise, calls, part, known, own=None):
     both = pairs.find(table, calls, exercise.patience)
     for form in exercise.forms[:1] if table.tells and not both else ():
         both = pairs.find(pairs.Table(form, calls, exercise.patience, own=own), calls, exercise.patience)
+        both = [pairs.in_form(form, mistake) for mistake in both]
     if both or known or few:
         return both or known
     return [change.mistake for change in table.of_part(part or 0)[:1]]

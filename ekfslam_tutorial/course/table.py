@@ -59,6 +59,7 @@ def table(
     kinds=None,
     form=None,
     forms="",
+    symbols="",
     **options,
 ):
     """Build an `Exercise`.
@@ -104,7 +105,10 @@ def table(
         What the first link says of results of a wrong form, where no check says more of them.
     forms : str, optional
         Right answers in other forms, written as `wrong` is: slips are looked for in them, too. The cell of the hint
-        says when it is a form that students write.
+        says what is written so, ``P = P - K H P``.
+    symbols : str, optional
+        What the hints call by names that the statement does not have: ``"P_x = dp/dx; q = [u, v, 1]"``. Of those that
+        a hint names the student is told.
 
     Returns
     -------
@@ -117,7 +121,7 @@ def table(
         options["canonical"] = lambda result: _turned(result, angles, len(names))
     id, title = title.split(" ", 1)
     made = Exercise(id, title, solution, hints, cases=cases, **options)
-    made.returns = names
+    made.returns, made.symbols = names, [text.strip() for text in symbols.split(";") if text.strip()]
     params, lines = made.parameters(), rows(checks)
     said = shown or (lambda *args: at(params, args))
     helps, of_row = {}, {}

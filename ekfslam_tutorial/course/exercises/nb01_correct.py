@@ -101,10 +101,9 @@ correction = table(
     H x subtracted again | x + K @ z -> x + K @ (z - H @ x) | z is the innovation already, measured minus expected: do not subtract H x from it.
     column instead of vector | return x + K @ z, -> return (x + K @ z)[:, None], | Vectors have one axis here: x has shape (n,), no columns.
     sizes of the pose only | P - K @ Z @ K.T -> (np.eye(3) - K @ H) @ P | Write np.eye(len(x)), not np.eye(3): the state may have any size.
-    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
     forms="""
-    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it
-    Joseph | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T + K @ R @ K.T | for any gain
+    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P
+    Joseph | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T + K @ R @ K.T | of Joseph
     """,
 )

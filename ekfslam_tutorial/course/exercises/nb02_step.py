@@ -133,12 +133,13 @@ step = table(
     return inside the loop | zip(seen, ys -> zip(seen[:1], ys[:1] | Only the first measurement is used: is the `return` inside the loop?
     only the last measurement | zip(seen, ys -> zip(seen[-1:], ys[-1:] | Only the last measurement is used: is the update outside the loop?
     ids not kept | ids.append(id) -> pass | The map has grown, but `ids` has not: append the id of each new landmark, and return the list.
+    id put in front | ids.append(id) -> ids.insert(0, id) | add_landmark puts the new landmark at the end of x: append its id at the end of ids.
     id taken for the index | ids.index(id) -> id % len(ids) | The id of a landmark is its name. Its place in x is ids.index(id).
     motion noise in the map | ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P)) | The landmarks do not move: the prediction adds nothing to P.
     Joseph without the noise | P = P - K @ Z @ K.T -> P = (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
     forms="""
-    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it
+    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P
     """,
 )
 

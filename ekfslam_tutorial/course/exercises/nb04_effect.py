@@ -54,6 +54,7 @@ effect = table(
         "Z = H P H' + R, K_b = P[b] H' inv(Z), P_bb = P[b, b] - K_b Z K_b'.",
     ),
     returns="K_b, P_bb",
+    symbols="H_b = the columns of H of landmark B; P_new = P afterwards",
     cases={
         "any": lambda rng: [*(some(rng, n, b) for n, b in SIZES), some(rng, m=1)],
         "nothing shared": lambda rng: [nothing_shared(rng)],

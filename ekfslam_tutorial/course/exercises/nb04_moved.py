@@ -90,7 +90,7 @@ motion = table(
         P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
     """,
     forms="""
-    matrices of the whole state | P = P.copy() -> F, G = np.eye(len(P)), np.zeros((len(P), X_u.shape[1])) | F P F' + G U G'
+    matrices of the whole state | P = P.copy() -> F, G = np.eye(len(P)), np.zeros((len(P), X_u.shape[1])) | F P F' + G U G' of the whole state
         P[:3] = X_x @ P[:3] -> F[:3, :3] = X_x
         P[:, :3] = P[:, :3] @ X_x.T -> G[:3] = X_u
         P[:3, :3] += X_u @ U @ X_u.T -> P = F @ P @ F.T + G @ U @ G.T

@@ -51,6 +51,7 @@ augmentation = table(
         "x: np.concatenate([x, l]). P: np.block([[P, P_lx.T], [P_lx, P_ll]]).",
     ),
     returns="x, P",
+    symbols="P_xl = the transpose of P_lx",
     angles={"x": 2},
     rtol={"P": 1e-3},
     cases={

@@ -132,10 +132,9 @@ correction = table(
     K H subtracted | K @ Z @ K.T -> K @ H | K H has no unit: it is K H P, or K Z K', that is taken off P.
     only the variances of P | return x, P -> return x, np.diag(np.diag(P)) | A correction does not make the states independent: keep all of P, not only its diagonal.
     shift not undone | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
-    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
     forms="""
-    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it
-    Joseph | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T + K @ R @ K.T | for any gain
+    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P
+    Joseph | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T + K @ R @ K.T | of Joseph
     """,
 )

@@ -131,7 +131,7 @@ prediction = table(
         P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
     """,
     forms="""
-    matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G'
+    matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state
         P[:, :3] = P[:, :3] @ X_x.T -> F[:3, :3], G[:3] = X_x, X_u
         P[:3, :3] += X_u @ U @ X_u.T -> P = F @ P @ F.T + G @ U @ G.T
     """,

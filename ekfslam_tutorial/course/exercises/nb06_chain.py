@@ -47,6 +47,7 @@ chain = table(
         "C = np.cumsum(q), P = np.minimum.outer(C, C), K = P[:, -1] / (P[-1, -1] + R); then K z and P - K H P.",
     ),
     returns="dx, P",
+    symbols="P_nn = the variance of the last landmark before the closure",
     cases={
         "any": lambda rng: [some(rng, n) for n in (4, 7, 1)],
         "sizes": lambda rng: [some(rng, n) for n in (5, 9, 2, 1)],
@@ -90,7 +91,7 @@ chain = table(
     only the diagonal of P | P - np.outer(K, P[-1]) -> np.diag(np.diag(P - np.outer(K, P[-1]))) | P has the covariances between the landmarks, too: they do not vanish.
     """,
     forms="""
-    P - K Z K' | np.outer(K, P[-1]) -> np.outer(K, K) * (P[-1, -1] + R) | the loss is symmetric
+    P - K Z K' | np.outer(K, P[-1]) -> np.outer(K, K) * (P[-1, -1] + R) | P - K Z K'
     """,
 )
 

@@ -57,6 +57,7 @@ joint = table(
         "z = np.concatenate(zs), H = np.concatenate(Hs), Z = H P H' + np.kron(np.eye(m), R), d2 = z' inv(Z) z, and the limit is chi2.ppf(confidence, 2 m).",
     ),
     returns="ok, d2, Z",
+    symbols="H_i, H_j = the Jacobians of two pairs",
     kinds={"ok": "True or False"},
     shown=pairs,
     cases={

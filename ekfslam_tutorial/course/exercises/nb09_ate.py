@@ -100,7 +100,7 @@ trajectory = table(
     median | np.mean(d2) -> np.median(d2) | ATE is a mean: every point counts, the far ones most.
     """,
     forms="""
-    a turn and a shift | a @ R.T + truth.mean(axis=0) -> path @ R.T + (truth.mean(axis=0) - R @ path.mean(axis=0)) | p' = R p + t
+    a turn and a shift | a @ R.T + truth.mean(axis=0) -> path @ R.T + (truth.mean(axis=0) - R @ path.mean(axis=0)) | R p + t
     """,
 )
 

@@ -56,6 +56,7 @@ exercise = table(
         "R, _ = q2R(F[3:]); t = R @ G[:3] + F[:3]; q, _, _ = q_prod(F[3:], G[3:]).",
     ),
     returns="x",
+    symbols="F = [t_F, q_F]; G = [t_G, q_G]; R_F = the rotation matrix of q_F",
     cases={
         "any": lambda rng: [(frame(rng), frame(rng)) for _ in range(4)],
         "not turned": lambda rng: [(frame(rng, q=False), frame(rng, q=False)) for _ in range(2)],

@@ -44,6 +44,7 @@ corrected = table(
         "K = P H / Z; rho + K (y - e); (1 - K H) P. Every line works for N points at once.",
     ),
     returns="rho, P",
+    symbols="H = the derivative of the expected angle by rho; K = P H / (H P H + var)",
     cases={
         "any": lambda rng: [case(rng, n) for n in (5, 1, 3)],
         "expected": lambda rng: [as_expected(*case(rng, 5, b)) for b in (1.0, -0.7, 2.5)],
@@ -78,8 +79,8 @@ corrected = table(
     rho taken for the depth, by arctan2 | np.arctan(b * rho) -> np.arctan2(b, rho) | rho is one over the depth: b / d = b rho.
     """,
     forms="""
-    P - K Z K | (1 - K * H) * P -> P - K * (H * P * H + var) * K | the loss is symmetric
-    Joseph | (1 - K * H) * P -> (1 - K * H) ** 2 * P + K**2 * var | for any gain
+    P - K Z K | (1 - K * H) * P -> P - K * (H * P * H + var) * K | P - K Z K
+    Joseph | (1 - K * H) * P -> (1 - K * H) ** 2 * P + K**2 * var | of Joseph
     """,
 )
 

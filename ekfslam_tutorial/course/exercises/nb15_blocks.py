@@ -56,6 +56,7 @@ exercise = table(
         "Z = H @ P @ H.T + R; K = P @ H.T @ inv(Z); x + K @ z; P - K @ H @ P.",
     ),
     returns="x, P",
+    symbols="E_a, E_b = two blocks of H; P_ab = the covariance of the states of these blocks",
     cases={
         "any": lambda rng: [
             case(rng, 8, 2, (A, B)),
@@ -99,8 +100,8 @@ exercise = table(
     Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
     forms="""
-    P - K Z K' | P - K @ H @ P -> P - K @ Z @ K.T | the loss is symmetric
-    Joseph | P - K @ H @ P -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T + K @ R @ K.T | for any gain
+    P - K Z K' | P - K @ H @ P -> P - K @ Z @ K.T | P - K Z K'
+    Joseph | P - K @ H @ P -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T + K @ R @ K.T | of Joseph
     """,
 )
 

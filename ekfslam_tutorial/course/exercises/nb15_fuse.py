@@ -57,7 +57,6 @@ exercise = table(
     always one half | ws[i], Ps[i] -> ws[500], Ps[500] | w = 1/2 is allowed, but not the best: search for the smallest trace.
     trace of the information | np.trace(Ps, -> np.trace(np.linalg.inv(Ps), | The trace of P must be smallest, not that of its inverse.
     weights forgotten in x | (w * Ia @ xa + (1 - w) * Ib @ xb) -> (Ia @ xa + Ib @ xb) | In x, too, each information has its weight, w and 1 - w.
-    weights exchanged in x | (w * Ia @ xa + (1 - w) * Ib @ xb) -> ((1 - w) * Ia @ xa + w * Ib @ xb) | w belongs to inv(Pa), in x as in P, and 1 - w to inv(Pb).
     the largest trace | argmin -> argmax | The trace of P must be smallest: min, not max.
     determinant | np.trace(Ps, axis1=1, axis2=2) -> np.linalg.det(Ps) | That is another rule, and a usual one. Here the *trace* of P is to be smallest.
     weights of the traces | w, P = ws[i], Ps[i] -> w = np.trace(Pb) / np.trace(Pa + Pb); P = np.linalg.inv(w * Ia + (1 - w) * Ib) | w from the two traces is a rule of thumb. Search for the smallest trace.

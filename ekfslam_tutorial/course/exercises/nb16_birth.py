@@ -41,6 +41,7 @@ born = table(
         "P_pp = P_x P P_x' + m var m' + (r m') N (r m')', with m' = [-s, c]; P_px = P_x P.",
     ),
     returns="p, P_pp, P_px",
+    symbols="P_x = dp/dx",
     cases={
         "any": lambda rng: [case(rng, scale) for scale in (1.0, 0.1, 3.0)],
         "prior": lambda rng: [case(rng, pose=0, range_=0) for _ in range(2)],

@@ -38,6 +38,7 @@ band = table(
         "low, high = chi2.ppf([0.025, 0.975], R * dof) / R; compare with np.mean(nees, axis=0); join with &.",
     ),
     returns="honest",
+    symbols="R = the number of runs",
     form="The mean is over the runs, axis 0: one truth value for each frame.",
     cases={
         "any": lambda rng: [(rng.uniform(1, 20, (runs, n)), 6) for runs, n in ((20, 7), (5, 30))],

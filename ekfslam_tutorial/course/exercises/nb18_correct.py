@@ -56,6 +56,7 @@ both = table(
         "Z holds four products: E_a P_aa E_a', E_a P_ab E_b', its transpose, E_b P_bb E_b'. K has rows for all n numbers, also those of robots and landmarks that are not in z.",
     ),
     returns="x, P",
+    symbols="P_bb = P[b, b]",
     cases={
         "any": lambda rng: [case(rng, *c) for c in ((9,), (9, 6, 0), (13, 3, 8), (6, 0, 3, 1), (18, 12, 3, 3))],
         "by hand": by_hand,
@@ -92,7 +93,7 @@ both = table(
     Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,
     forms="""
-    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | as Kalman writes it
+    P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P
     """,
 )
 

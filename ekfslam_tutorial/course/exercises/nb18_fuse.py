@@ -89,9 +89,9 @@ fusion = table(
     P grows | P1 - K @ P1 -> P1 + K @ P1 | Map 2 has brought information: P = P1 - K P1, with a minus.
     """,
     forms="""
-    information | l = l1 + K @ (l2 - l1) -> P = np.linalg.inv(np.linalg.inv(P1) + np.linalg.inv(P2)) | what is known adds up
+    information | l = l1 + K @ (l2 - l1) -> P = np.linalg.inv(np.linalg.inv(P1) + np.linalg.inv(P2)) | P = inv(inv(P1) + inv(P2))
         P = P1 - K @ P1 -> l = P @ (np.linalg.inv(P1) @ l1 + np.linalg.inv(P2) @ l2)
-    weights of both | l = l1 + K @ (l2 - l1) -> l = P2 @ np.linalg.inv(P1 + P2) @ l1 + K @ l2 | K and I - K
+    weights of both | l = l1 + K @ (l2 - l1) -> l = P2 @ np.linalg.inv(P1 + P2) @ l1 + K @ l2 | of two weights
         P = P1 - K @ P1 -> P = P2 @ np.linalg.inv(P1 + P2) @ P1
     """,
 )

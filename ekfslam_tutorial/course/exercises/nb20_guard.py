@@ -75,6 +75,8 @@ watch = table(
     transposed | F_x @ P @ F_x.T -> F_x.T @ P @ F_x | Your guard has the very bug it should find: F_x P F_x', not F_x' P F_x.
     Jacobians after the step | moved(x, u), x) -> moved(x, u), x_new) | F_x and F_u are taken at x, before the step, not at the new state.
         lambda u: moved(x, u) -> lambda u: moved(x_new, u)
+    F_x after the step | moved(x, u), x) -> moved(x, u), x_new) | F_x is taken at x, before the step, not at the new state.
+    U left out | F_u @ U @ F_u.T -> F_u @ F_u.T | U belongs between the two: F_u U F_u'.
     other sign | return D -> return -D | The order is: what P is, minus what it should be.
     magnitude | return D -> return np.abs(D) | Give the difference with its sign, without abs: the sign tells whether P is too large or too small.
     symmetry only | return D -> return P_new - P_new.T | A symmetric P can be wrong: F_x' P F_x is symmetric. Compare P2 with F_x P F_x' + F_u U F_u'.

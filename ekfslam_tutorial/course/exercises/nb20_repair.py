@@ -53,6 +53,8 @@ repair = table(
         "Take the direction a = x[2] + r1 before x changes. Column of the heading: [-t sin a, t cos a, 1]. X_u = [[-t sin a, cos a, 0], [t cos a, sin a, 0], [1, 0, 1]].",
     ),
     returns="x, P",
+    symbols="X_x, X_u = the derivatives of the new pose by the old one and by u; P_rr = P[:3, :3]; P_rm = P[:3, 3:]; "
+    "F_x, F_u = the same as X_x and X_u, for the whole state",
     angles={"x": 2},
     cases={
         "any": lambda rng: [case(rng, n) for n in (7, 3, 5, 11)],
@@ -102,7 +104,7 @@ repair = table(
         P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
     """,
     forms="""
-    matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G'
+    matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state
         P[:, :3] = P[:, :3] @ X_x.T -> F[:3, :3], G[:3] = X_x, X_u
         P[:3, :3] += X_u @ U @ X_u.T -> P = F @ P @ F.T + G @ U @ G.T
     """,

@@ -68,6 +68,7 @@ exercise = table(
         "In the loop: e, H = observe(at); z; K = P H' inv(H P H' + R); at = x + K (z - H (x - at)). After the loop: return at, P - K H P.",
     ),
     returns="x, P",
+    symbols="Z = H P H' + R",
     angles={"x": 2},
     cases={
         "any": lambda rng: [case(rng, n) for n in (5, 7, 5)],
@@ -112,7 +113,7 @@ exercise = table(
     P corrected twice | return at, P_new -> return at, (P_new - K @ H @ P_new) | One measurement, one correction of P: P - K H P, with the last K and H, once.
     """,
     forms="""
-    P - K Z K' | P - K @ H @ P -> P - K @ (H @ P @ H.T + R) @ K.T | the loss is symmetric
+    P - K Z K' | P - K @ H @ P -> P - K @ (H @ P @ H.T + R) @ K.T | P - K Z K'
     """,
 )
 

@@ -40,6 +40,7 @@ apart = table(
         "With q = [u, v, 1] and L = hypot(a, b): z = q @ h / L, and dz/dh = (q - z [a, b, 0] / L) / L.",
     ),
     returns="z, Z_y, Z_h",
+    symbols="L = sqrt(a^2 + b^2); q = [u, v, 1]",
     jacobians={"Z_y": "z", "Z_h": "z"},
     entries={"z": "end 1, end 2", "y": "u1, v1, u2, v2", "h": "a, b, c"},
     cases={

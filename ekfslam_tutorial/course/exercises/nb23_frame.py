@@ -53,6 +53,7 @@ exercise = table(
         "At the end P[:16] = X @ P[:16]; P[:, :16] = P[:, :16] @ X.T; P[:16, :16] += Q.",
     ),
     returns="x, P",
+    symbols="X = the product of all R_r; P_rm = P[:16, 16:]; P_mr = P[16:, :16]; Q = the noise so far",
     shown=lambda x, P, move, us, U, dt: f"{len(us)} controls, {len(x) - 16} numbers of landmarks",
     cases={
         "any": lambda rng: [case(rng, 3), case(rng, 2, 3)],
@@ -97,10 +98,8 @@ exercise = table(
     dt of the frame | move(x[:16], u, dt) -> move(x[:16], u, dt * len(us)) | dt is the time of one control, not of the frame.
     landmarks moved, too | P[:16, :16] += Q -> P[:16, :16] += Q; P[16:, 16:] += np.trace(U) * np.eye(len(x) - 16) | The landmarks stand still: nothing is added to P_mm.
     transposed: It is R_r P R_r', not R_r' P R_r: the transposed one stands behind.
-        X = R_r @ X -> X = X @ R_r
+        X = R_r @ X -> X = R_r.T @ X
         Q = R_r @ Q @ R_r.T -> Q = R_r.T @ Q @ R_r
-        P[:16] = X @ P[:16] -> P[:16] = X.T @ P[:16]
-        P[:, :16] = P[:, :16] @ X.T -> P[:, :16] = P[:, :16] @ X
     correlations by the last derivative only: What the IMU and the landmarks have in common moves with each control: R_r P_rm, once for each of them.
         P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], R_r @ P[:16, 16:]
         P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ R_r.T

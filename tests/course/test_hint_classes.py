@@ -1,0 +1,306 @@
+"""Classes of mistakes that students make in any exercise: each is told as what it is, and no other one beside it."""
+
+import inspect
+import linecache
+import re
+import textwrap
+
+import numpy as np
+import pytest
+
+from ekfslam_tutorial.course import own_words, registry
+from ekfslam_tutorial.course.diagnose import diagnose
+from ekfslam_tutorial.course.exercise import Exercise
+
+pytestmark = pytest.mark.usefixtures("time_to_search")
+EXERCISES = [exercise for exercise in registry.everything() if isinstance(exercise, Exercise)]
+FORMS = [(exercise, form) for exercise in EXERCISES for form in exercise.forms]
+
+
+def judged(id, text, *places):
+    """The verdict on a text, as from a cell, with some places written otherwise."""
+    exercise, text = registry.get(id), textwrap.dedent(text)
+    for old, new in places:
+        assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times"
+        text = text.replace(old, new)
+    name, space = f"<cell {id} {len(linecache.cache)}>", dict(exercise.solution.__globals__)
+    linecache.cache[name] = len(text), None, text.splitlines(keepends=True), name
+    exec(compile(text, name, "exec"), space)
+    return exercise.judge(space[exercise.name])
+
+
+PREDICT = """
+def predict(x, P, u, U):
+    c, s = np.cos(x[2]), np.sin(x[2])
+    F, G = np.eye(len(x)), np.zeros((len(x), 3))
+    F[0, 2] = -s * u[0] - c * u[1]
+    F[1, 2] = c * u[0] - s * u[1]
+    G[:3] = [[c, -s, 0], [s, c, 0], [0, 0, 1]]
+    new = np.array(x, float)
+    new[:2] += [c * u[0] - s * u[1], s * u[0] + c * u[1]]
+    new[2] += u[2]
+    return new, F @ P @ F.T + G @ U @ G.T
+"""
+MATRICES = """
+def inverse_observation(x_r, y):
+    c, s = np.cos(x_r[2]), np.sin(x_r[2])
+    C = np.array([[c, -s], [s, c]])
+    dC = np.array([[-s, -c], [c, -s]])
+    u, v = np.cos(y[1]), np.sin(y[1])
+    p, P_y = y[0] * np.array([u, v]), np.array([[u, -y[0] * v], [v, y[0] * u]])
+    return x_r[:2] + C @ p, np.hstack([np.eye(2), (dC @ p)[:, None]]), C @ P_y
+"""
+CHAIN = """
+def close_chain(q, R, z):
+    n = len(q)
+    P = np.array([[sum(q[: min(i, k) + 1]) for k in range(n)] for i in range(n)])
+    H = np.eye(n)[-1:]
+    Z = (H @ P @ H.T + R)[0, 0]
+    K = P @ H.T / Z
+    return K[:, 0] * z, (np.eye(n) - K @ H) @ P
+"""
+ATE = """
+def ate(path, truth):
+    m, t = path.mean(axis=0), truth.mean(axis=0)
+    U, _, Vt = np.linalg.svd((path - m).T @ (truth - t))
+    R = Vt.T @ np.diag([1, np.linalg.det(Vt.T @ U.T)]) @ U.T
+    new = (path - m) @ R.T + t
+    return new, np.sqrt(np.mean(np.sum((new - truth) ** 2, axis=1)))
+"""
+RHO = """
+def correct_rho(rho, P, b, y, var):
+    H = b / (1 + (b * rho) ** 2)
+    Z = H * P * H + var
+    K = P * H / Z
+    return rho + K * (y - np.arctan(b * rho)), P - K * Z * K
+"""
+STEP = """
+def map_step(x, P, ids, seen, ys, x_r, R):
+    ids = list(ids)
+    for n in range(len(seen)):
+        id, y = seen[n], ys[n]
+        if id in ids:
+            e, H = h(x, ids.index(id), x_r)
+            z = y - e
+            z[1] = wrap(z[1])
+            Z = H @ P @ H.T + R
+            K = P @ H.T @ np.linalg.inv(Z)
+            x, P = x + K @ z, P - K @ H @ P
+        else:
+            x, P = add_landmark(x, P, y, x_r, R)
+            ids.append(id)
+    return x, P, ids
+"""
+FRAME = """
+def slam_frame(x, P, ids, u, U, seen, ys, R):
+    x, P = predict(x, P, u, U)
+    start, known = x, list(ids)
+    for id, y in zip(seen, ys):
+        if id in ids:
+            k = 3 + 2 * ids.index(id)
+            e, H = observe(x, slice(k, k + 2))
+            H = np.pad(H, ((0, 0), (0, len(x) - H.shape[1])))
+            x, P = correct(x, P, y, R, e, H)
+        else:
+            x, P = augment(x, P, y, R)
+            known.append(id)
+    return x, P, known
+"""
+GROW = """
+def add_landmark(x, P, y, x_r, R):
+    a, n = x_r[2] + y[1], len(x)
+    L = np.array([[np.cos(a), -y[0] * np.sin(a)], [np.sin(a), y[0] * np.cos(a)]])
+    new = np.zeros((n + 2, n + 2))
+    new[:n, :n], new[n:, n:] = P, L @ R @ L.T
+    return np.append(x, x_r[:2] + y[0] * np.array([np.cos(a), np.sin(a)])), new
+"""
+BAND = """
+def in_band(nees, dof):
+    runs = len(nees)
+    mean = nees.mean(axis=0)
+    low, high = (chi2.ppf(p, runs * dof) / runs for p in (0.025, 0.975))
+    return (low <= mean) & (mean <= high)
+"""
+TEXTS = {"05.1": PREDICT, "04.1": MATRICES, "06.2": CHAIN, "09.4": ATE, "13.1": RHO, "02.5": STEP, "05.5": FRAME,
+         "02.4": GROW, "17.2": BAND}  # fmt: skip
+
+
+@pytest.mark.parametrize("id", TEXTS)
+def test_the_text_is_a_right_answer(id):
+    assert judged(id, TEXTS[id]).passed
+
+
+ONE = [  # exercise, what is told, places
+    # a step that reaches a part only
+    ("05.1", r"`x\[:2\]` is not changed in yours", ("new[:2] +=", "new[:2] + ")),
+    # the heading in the middle of the step
+    (
+        "05.1",
+        r"`x\[2\] \+ u\[2\] / 2` stood where `x\[2\]`",
+        ("np.cos(x[2]), np.sin(x[2])", "np.cos(a := x[2] + u[2] / 2), np.sin(a)"),
+    ),
+    # a matrix of one's own for the noise, used on both sides
+    (
+        "05.1",
+        r"as if `X_u` were .*\[0, 0, 0\]\]\)`, not .* in `P\[:3, :3\] \+= X_u @ U @ X_u.T`",
+        ("[0, 0, 1]]", "[0, 0, 0]]"),
+    ),
+    ("05.1", "add it after the motion", ("F @ P @ F.T + G @ U @ G.T", "F @ (P + G @ U @ G.T) @ F.T")),
+    # one slip in another form, which would be two in the solution
+    ("13.1", "In the form P - K Z K: A division is missing", ("P * H / Z", "P * H")),
+    ("13.1", r"K\^2 var", ("P - K * Z * K", "(1 - K * H) ** 2 * P")),
+    ("04.1", "In the form l = t . R p, .*: A transpose too many", ("C @ P_y", "C.T @ P_y")),
+    ("04.1", "cos becomes -sin, and sin becomes cos", ("dC @ p", "C @ p")),
+    (
+        "09.4",
+        "A free scale hides errors",
+        ("R.T + t", "R.T * np.sqrt(np.sum((truth - t) ** 2) / np.sum((path - m) ** 2)) + t"),
+    ),
+    # where R is zero, a quotient is infinite or no number: that is one mistake all the same
+    ("06.2", "not by R alone", ("P @ H.T / Z", "P @ H.T / R")),
+    ("06.2", "must still be multiplied by P", ("(np.eye(n) - K @ H) @ P", "np.eye(n) - K @ H")),
+    # the id is a name, whatever fails because of it
+    ("02.5", "An id is the name of a landmark", ("ids.index(id)", "id")),
+    ("02.5", "An id is the name of a landmark", ("ids.index(id)", "seen[n]")),
+    ("05.5", "An id is the name of a landmark", ("2 * ids.index(id)", "2 * id")),
+    ("17.2", "the argument dof: 6 is one case only", ("runs * dof", "runs * 6")),
+]
+
+
+@pytest.mark.parametrize(("id", "told", "places"), [(i, t, p) for i, t, *p in ONE], ids=lambda v: str(v)[:40])
+def test_one_mistake_is_told_as_one(id, told, places):
+    verdict = judged(id, TEXTS[id], *places)
+    hint = " ".join(verdict.hint.split())
+    assert verdict.status == "failed" and re.search(told, hint) and "Two things" not in hint, hint
+
+
+TWO = [  # exercise, what is told of each, places
+    # no name of the solution is said to stand for another one
+    (
+        "09.4",
+        "`a @ R.T` stood where",
+        "take the mean of the squares",
+        ("R.T + t", "R.T"),
+        ("np.mean(np.sum", "np.sum(np.sum"),
+    ),
+    # truth values of many frames
+    (
+        "17.2",
+        "limits of .one. NEES",
+        "there is an upper limit",
+        ("runs * dof) / runs", "dof)"),
+        ("& (mean <= high)", ""),
+    ),
+    (
+        "17.2",
+        "2.5 % on each side",
+        "are those of the .mean.",
+        ("0.025, 0.975", "0.05, 0.95"),
+        ("nees.mean(", "np.median(nees, "),
+    ),
+    # another exercise, written anew: its own words
+    (
+        "02.4",
+        "As in `q`. ",
+        "A landmark twice as far away",
+        ("L = np", "b = y[1]; L = np"),
+        ("[np.cos(a), np.sin(a)]", "[np.cos(b), np.sin(b)]"),
+        ("-y[0] * np.sin(a)], [np.sin(a), y[0] * np.cos(a)]", "-np.sin(a)], [np.sin(a), np.cos(a)]"),
+    ),
+    (
+        "04.1",
+        "Angles count counter-clockwise",
+        "The last column of L_r is not zero",
+        ("c, s = np.cos(x_r[2]), np.sin(x_r[2])", "c, s = np.cos(x_r[2]), np.sin(x_r[2]); y = np.array([y[0], -y[1]])"),
+        ("u, -y[0] * v], [v, y[0] * u", "u, y[0] * v], [v, -y[0] * u"),
+        ("dC @ p", "0 * p"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("id", "one", "other", "places"), [(i, a, b, p) for i, a, b, *p in TWO],
+                         ids=lambda v: str(v)[:40])  # fmt: skip
+def test_of_two_mistakes_each_is_told(id, one, other, places):
+    hint = " ".join(judged(id, TEXTS[id], *places).hint.split())
+    assert hint.startswith("Two things, in this order") and re.search(one, hint) and re.search(other, hint), hint
+
+
+def test_two_that_may_be_one_are_told_so():
+    """With a slip beside it nobody knows whether the student has made two mistakes."""
+    listed = judged("17.2", BAND, ("runs * dof) / runs", "dof)"), ("& (mean <= high)", "")).hint
+    slip = judged("09.4", ATE, ("R.T + t", "R.T"), ("np.mean(np.sum", "np.sum(np.sum")).hint
+    assert "one mistake may be behind both" in slip and "one mistake" not in listed
+
+
+def test_of_a_result_with_few_values_its_mistake_is_named_though_another_one_is_wrong_too():
+    places = ("observe(x, ", "observe(start, "), ("known.append(id)", "known.insert(0, id)")
+    assert "put its id at the end of ids" in judged("05.5", FRAME, *places).hint
+
+
+@pytest.mark.parametrize(("exercise", "form"), FORMS, ids=lambda e: e.id)
+def test_each_form_is_a_right_answer_whose_text_can_be_read(exercise, form):
+    assert exercise.judge(form.solution).passed and form.note
+    assert own_words.formulas(form.solution) and inspect.getsource(form.solution).startswith("def ")
+
+
+def test_places_are_told_from_ids():
+    def by_place(seen, ys, x):
+        return [x[2 * k : 2 * k + 2] + y for k, y in enumerate(ys)]
+
+    def by_id(seen, ys, x):
+        return [x[2 * id : 2 * id + 2] + y for id, y in zip(seen, ys, strict=True)]
+
+    def named(seen, ys, x):
+        return [h(x, i) for n, i in enumerate(seen)]  # noqa: F821
+
+    found = [own_words.ids_as_places(f, "seen", ("h",)) for f in (by_place, by_id, named, eval("lambda seen: 2"))]
+    assert found == [False, True, True, False]
+
+
+def test_a_covariance_by_dt_is_known():
+    exercise = next(e for e in EXERCISES if "dt" in e.parameters() and "U" in e.parameters())
+    hints = [slip.hint for slip in exercise.slips()]
+    assert {f"`U` is {what} by dt in yours." for what in ("multiplied", "divided")} <= set(hints)
+
+
+# ---- remarks on numbers -----------------------------------------------------------------------------------
+
+
+def test_of_two_remarks_that_fit_none_is_made():
+    assert diagnose(2.0, 4.0) == ""  # the half and the root
+    assert diagnose(1.5, 3.0) == "Yours is exactly half." and diagnose(3.0, 9.0) == "Yours is the square root."
+
+
+def test_what_rounding_has_left_of_zero_is_zero():
+    P = np.array([[0.04, 0.01], [0.01, 0.02]])
+    assert diagnose(np.array([[-6.9e-18, 3e-18], [1e-18, 2e-18]]), P) == "Yours is zero."
+    assert diagnose(np.array([[0.04, 1e-18], [3e-18, 0.02]]), P) == "Missing (zero) at [0, 1], [1, 0]."
+
+
+def test_a_sign_is_no_sign_where_the_numbers_were_chosen_by_hand():
+    assert "sign" not in diagnose([3.0, 0.0, -1.0], [3.0, 0.0, 1.0])
+    assert diagnose([3.0, 0.0, -1.2], [3.0, 0.0, 1.2]) == "Wrong sign at [2]."
+
+
+# ---- names ------------------------------------------------------------------------------------------------
+
+A_NAME = re.compile(r"(?<![\w'.])(?:[A-Z]_\w+|[A-Z])(?![\w(])")  # P_x, L
+ENGLISH = {"A", "I", "K", "H", "Z", "P", "R", "U"}  # and what all filters have
+
+
+@pytest.mark.parametrize("id", ["16.3", "20.3", "22.2"])
+def test_names_in_hints_are_those_of_the_statement_or_are_explained(id):
+    exercise = registry.get(id)
+    known = set(re.findall(r"\w+", f"{exercise.solution.__doc__} {exercise.symbols}")) | ENGLISH
+    said = " ".join([*(m.hint for m in exercise.misconceptions), *(link.help for link in exercise.links)])
+    assert set(A_NAME.findall(said)) <= known
+
+
+def test_what_a_name_means_is_told_with_the_hint_that_has_it():
+    exercise = registry.get("22.2")
+    hints = {
+        m.name: exercise.judge(m.answer).hint
+        for m in exercise.misconceptions
+        if m.name in ("negative", "Z_y without length")
+    }
+    assert "Here L = sqrt(a^2 + b^2)." in hints["Z_y without length"] and "Here" not in hints["negative"]
