@@ -46,6 +46,12 @@ def doubtful(mistake, own: Counter | None) -> bool:
     return right[belongs] > 0 and own[belongs] >= right[belongs] and not own[wrong]
 
 
+def as_near(own: Counter | None, form, solution) -> bool:
+    """Return True if the student has written as many formulas of one form of the solution as of the other one."""
+    shared = [sum((own & known[1]).values()) for known in map(_solution, (form, solution)) if own and known]
+    return len(shared) < 2 or shared[0] >= shared[1]
+
+
 def ids_as_places(function, ids: str, functions: tuple[str, ...]) -> bool:
     """Return True if an entry of the list `ids` is used as a place: multiplied, in a slice, or handed to a function.
 

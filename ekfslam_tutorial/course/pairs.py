@@ -540,10 +540,15 @@ def changes(exercise):
     return [Change(mistake) for mistake in mistakes if hasattr(mistake, "solution")]
 
 
+def forms_of(exercise, own):
+    """Return the other forms of the solution that the student may have written."""
+    return [form for form in exercise.forms if own_words.as_near(own, form.solution, exercise.solution)]
+
+
 def in_another_form(exercise, calls, own):
     """Return, as a list, a change of another form of the solution that answers every call as the student did."""
     wrong_first = sorted(calls, key=lambda c: _agree(exercise, c.result, _called(exercise.solution, c.args)))
-    for form in exercise.forms:
+    for form in forms_of(exercise, own):
         for change in changes(form):
             fits = lambda change=change: answers(exercise, change.answer, wrong_first)
             if change.answer and _in_time(fits, change) and not own_words.doubtful(change.mistake, own):

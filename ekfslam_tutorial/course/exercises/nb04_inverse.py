@@ -67,7 +67,6 @@ inverse = table(
     only beta in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * np.sin(y[1])], [0, 1, r * np.cos(y[1])]] | In the last column of L_r, sin and cos are taken of the whole direction theta + beta.
     range forgotten in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -s], [0, 1, c]] | A landmark twice as far away swings twice as much: the last column of L_r has a factor r.
     sine and cosine swapped in the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -r * c], [0, 1, r * s]] | d cos(a) = -sin(a) da: the sine stands in the row of x_l, the cosine in the row of y_l.
-    rotation not derived | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, r * c], [0, 1, r * s]] | The last column of L_r is the derivative by theta: cos becomes -sin, and sin becomes cos.
     sign of the last column | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, r * s], [0, 1, -r * c]] | d cos(a) = -sin(a) da and d sin(a) = +cos(a) da: check the signs in the last column of L_r.
     minus sign forgotten in L_r | [1, 0, -r * s] -> [1, 0, r * s] | d cos(a) = -sin(a) da: the upper right entry of L_r has a minus sign.
     position block negative | [[1, 0, -r * s], [0, 1, r * c]] -> [[-1, 0, -r * s], [0, -1, r * c]] | Move the robot by 1 m: the new landmark moves with it, not against it.
@@ -92,6 +91,7 @@ inverse = table(
     bearing subtracted, in the Jacobians, too: Angles count counter-clockwise: a bearing to the left is added to the heading.
         r, a = y[0], x_r[2] + y[1] -> r, a = y[0], x_r[2] - y[1]
         [[c, -r * s], [s, r * c]] -> [[c, r * s], [s, -r * c]]
+    rotation not derived | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, r * c], [0, 1, r * s]] | The last column of L_r is the derivative by theta: cos becomes -sin, and sin becomes cos.
     """,
     forms="""
     with a rotation | r, a = y[0], x_r[2] + y[1] -> u, v, p = np.cos(y[1]), np.sin(y[1]), y[0] * np.array([np.cos(y[1]), np.sin(y[1])]) | l = t + R p, and L_y = R dp/dy
