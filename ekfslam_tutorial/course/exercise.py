@@ -232,8 +232,8 @@ class Exercise:
     def _signature(self) -> tuple:
         return tuple(inspect.signature(self.solution).parameters)
 
-    def judge(self, answer) -> Verdict:
-        """Test an answer. Never raises for what the student has written."""
+    def judge(self, answer, forgiven=()) -> Verdict:
+        """Test an answer, which may change these of its inputs. Never raises for what the student has written."""
         started = time.perf_counter()
         if answer is None or answer is Ellipsis or answer is NotImplemented:
             return Verdict("not attempted")
@@ -243,7 +243,7 @@ class Exercise:
         missing = guard.misses_arguments(answer, self.parameters())
         if missing:
             return Verdict("failed", "arguments", missing, "Keep the `def` line of the exercise as it is.")
-        f = guard.Guarded(answer, self.may_change, self.parameters())
+        f = guard.Guarded(answer, [*self.may_change, *forgiven], self.parameters())
         limit = self._limit()
         at = [self.links[0]]
         try:
@@ -262,6 +262,9 @@ class Exercise:
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if not known and self.ids and own_words.ids_as_places(answer, *self.ids):
             hint = f"{AN_ID} {hint}"
+        if outcome.certain and not forgiven:  # who changes an input may have made another mistake, too
+            besides = self.judge(answer, forgiven=self.parameters())
+            name, hint = besides.misconception, f"{hint} And besides: {besides.hint}" if besides.misconception else hint
         if len(known) == 1:
             tested = hint if at[0] is self.links[0] else at[0].help
             slip = isinstance(known[0], slips.Slip)
