@@ -80,7 +80,7 @@ def recognise_more(exercise, calls, part, known, own=None):
     if not known and (alone := table.alone()):
         return [alone[0].mistake]
     both = pairs.find(table, calls, exercise.patience)
-    for form in pairs.forms_of(exercise, own)[:1] if table.tells and not both else ():
+    for form in pairs.forms_of(exercise, own)[:1] if table.tells and not both and not known else ():
         both = pairs.find(pairs.Table(form, calls, exercise.patience, own=own), calls, exercise.patience)
         both = [pairs.in_form(form, mistake) for mistake in both]
     if both or known or few:

@@ -169,7 +169,7 @@ def _of(function, text) -> Iterator[tuple[str, ...]]:
     for node in nodes:
         small = isinstance(node, ast.Constant) or node in names
         parent = _around(nodes, node, text) if small else node
-        for what, new in [*_changes(node, text), *_of_name(node, names)]:
+        for what, new in [*_changes(node, text), *_of_name(node, names), *_by_dt(node, names, text, parameters)]:
             both = text.both(parent, node, new)
             if re.search(r"linspace\((\S+), \1,", both[1]):
                 continue  # nobody searches in a single number
@@ -354,6 +354,13 @@ def _of_name(node, names):
     if node in names:
         yield "A square too many", f"{node.id}**2"
         yield "A root too many", f"np.sqrt({node.id})"
+
+
+def _by_dt(node, names, text, parameters):
+    """A factor dt too many, of a name or of some of its entries."""
+    entries = isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load) and isinstance(node.value, ast.Name)
+    if "dt" in parameters and (entries or node in names and node.id != "dt"):
+        yield "A factor dt too many", f"{text.of(node)} * dt"
 
 
 def _around(nodes, node, text, signs=False):

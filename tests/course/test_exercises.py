@@ -41,7 +41,7 @@ def test_a_misconception_is_rejected_with_its_own_hint(pair):
     verdict = within(2.0, lambda: exercise.judge(misconception.answer))
     assert verdict.status == "failed", f"{verdict.status}"
     assert verdict.misconception == misconception.name, f"{verdict.link}: {verdict.message}"
-    assert verdict.hint == misconception.hint
+    assert verdict.hint.startswith(misconception.hint)  # what its names mean may stand behind it
 
 
 @pytest.mark.parametrize("pair", RIGHT, ids=name)
