@@ -208,7 +208,7 @@ WRONG = r"""
     x + K @ z -> x + K.sum() * z.sum()
 15.2 w of the largest entry: trace
     np.trace(Ps, axis1=1, axis2=2) -> Ps.max(axis=(1, 2))
-15.2 one estimate doubled: one w for both|stay|rule
+15.2 one estimate doubled: each information has its weight
     w * Ia @ xa + (1 - w) * Ib @ xb -> Ia @ xa + Ib @ xb
 15.3 both headings added: robot 2
     F1.theta + b12 -> F1.theta + F2.theta + b12

@@ -17,7 +17,7 @@ from .collector import answer_to, check_of
 # --- 01.2 move ---
 
 
-@answer_to("01.2", hint="middle of the turn")
+@answer_to("01.2", hint=r"`x\[2\] \+ u\[1\] \* dt / 2` stood where `x\[2\]` belongs")
 def heading_in_the_middle_of_the_turn(x, u, dt):
     half = np.array([x[0], x[1], x[2] + u[1] * dt / 2])
     x2, F_x, F_u = move(half, u, dt)
