@@ -15,7 +15,7 @@ def map_step(x, P, ids, seen, ys, x_r, R):
     """Use all measurements of one time step.
 
     ids is the list of the landmarks in the map, in the order of x. ys, shape (m, 2), holds the measurements
-    [range, bearing], and seen the id of each. x, P, x_r, R are as before. The landmarks do not move.
+    [range, bearing], and seen the id of each, none twice. x, P, x_r, R are as before. The landmarks do not move.
     Return the new x, P and ids. Do not change the inputs.
     """
     ids = list(ids)
