@@ -126,23 +126,31 @@ def table(
     said = shown or (lambda *args: at(params, args))
     helps, of_row = {}, {}
     for _name, what, case, help in lines:
-        helps.setdefault(_part(what, names), help)
-        of_row.setdefault((case, help), {})[_part(what, names)] = ""
+        helps.setdefault(_part(what, names), (help, case))
+        of_row.setdefault((case, help), {})[_part(what, names)] = ("", case)
+
+    def help_to(i, args, right, row):
+        """The help to result i; where inputs decide its size, not the help that goes with a case of another size."""
+        help, case = (helps | of_row.get(row, {})).get(i, ("", None))
+        if not help:
+            return ""
+        there = solution(*cases[case](np.random.default_rng(0))[0])
+        same = np.shape(there[i] if len(names) > 1 else there) == np.shape(right)
+        return help if same else f"A case that you can do on paper: {said(*args)}."
 
     def parts(args, result, row=()):
         """The results of one call in the types and shapes of the solution's, else `Failed`.
 
         With the help to the part that fails; for the parts that a row is about its links have their own.
         """
-        help_to = helps | of_row.get(row, {})
         right = solution(*args)
         if len(names) == 1:
-            taken, right = [_taken(result, right, names[0], help_to.get(0, ""))], [right]
+            taken, right = [_taken(result, right, names[0], lambda: help_to(0, args, right, row))], [right]
         else:
             given = expect.results(result, *names)
             _in_order(given, right, returns)
             taken = [
-                _taken(value, want, name, help_to.get(i, ""))
+                _taken(value, want, name, functools.partial(help_to, i, args, want, row))
                 for i, (value, want, name) in enumerate(zip(given, right, names, strict=True))
             ]
         return settled(taken, right) if settled else taken
@@ -227,6 +235,7 @@ def _taken(value, right, name, help):
     try:
         return expect.array(value, np.shape(right), name)
     except expect.Failed as failed:
+        help = help()
         both = failed.hint == expect.NO_NUMBER and help
         raise expect.Failed(str(failed), f"{failed.hint} {help}" if both else failed.hint or help) from None
 

@@ -304,3 +304,15 @@ def test_what_a_name_means_is_told_with_the_hint_that_has_it():
         if m.name in ("negative", "Z_y without length")
     }
     assert "Here L = sqrt(a^2 + b^2)." in hints["Z_y without length"] and "Here" not in hints["negative"]
+
+
+def test_a_wrong_size_gets_no_help_of_a_case_of_another_size():
+    """In the first case of 14.2 the map knows all ids: nothing may be said of an empty map."""
+
+    def starts_all(ids, known, n_inits):
+        correct = [i for i, id in enumerate(ids) if id in known]
+        return np.array(correct, int), np.arange(len(ids))[:n_inits]
+
+    verdict = registry.get("14.2").judge(starts_all)
+    assert "empty map" not in verdict.hint
+    assert "A case that you can do on paper: ids = [4, 7, 9], known = [7, 9, 4, 2], n_inits = 5." in verdict.hint

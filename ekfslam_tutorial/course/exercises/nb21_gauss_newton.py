@@ -60,10 +60,10 @@ exercise = table(
     """,
     wrong="""
     noise forgotten | np.linalg.solve(R, H) -> H | All measurements count the same in your answer. Weigh them: H' R^-1 H dx = H' R^-1 z.
-    noise forgotten in dx | np.linalg.solve(A, W.T @ z) -> np.linalg.solve(H.T @ H, H.T @ z) | The right side needs R^-1, too: both sides of the normal equations are weighted.
+    noise forgotten in dx | np.linalg.solve(A, W.T @ z) -> np.linalg.solve(H.T @ H, H.T @ z) | dx is that of least squares without weights: both sides of what you solve need R^-1, H' R^-1 H dx = H' R^-1 z.
     R instead of its inverse | np.linalg.solve(R, H) -> R @ H | A large variance must make a measurement count *less*: R^-1, not R.
     only the diagonal of R | np.linalg.solve(R, H) -> np.linalg.solve(np.diag(np.diag(R)), H) | R^-1 as a matrix: covariances count, too.
-    weights on one side | W.T @ z -> H.T @ z | Weigh both sides: H' R^-1 H dx = H' R^-1 z.
+    weights on one side | W.T @ z -> H.T @ z | The right side needs R^-1, too: H' R^-1 H dx = H' R^-1 z.
     sigma for variance | np.linalg.solve(R, H) -> np.linalg.solve(np.diag(np.sqrt(np.diag(R))), H) | R holds variances: weigh with R^-1, not with its root.
     opposite direction | return dx, A -> return -dx, A | z is measured minus expected: add dx, do not subtract it. The sign is plus.
     a step downhill | np.linalg.solve(A, W.T @ z) -> W.T @ z | H' R^-1 z is the direction of steepest descent. Solve with A = H' R^-1 H.
@@ -71,6 +71,7 @@ exercise = table(
     covariance returned | return dx, A -> return dx, np.linalg.inv(A) | A is the information matrix. Its inverse is the covariance.
     information of the measurements | return dx, A -> return dx, np.diag(np.diag(A)) | A belongs to the unknowns, n x n: H' R^-1 H.
     information without noise | return dx, A -> return dx, H.T @ H | A = H' R^-1 H: R^-1 is missing.
+    mean of the information | return dx, A -> return dx, A / len(z) | Information adds up: A is a sum over the measurements, no mean. Do not divide it by their number.
     twice the information | return dx, A -> return dx, 2 * A | A = H' R^-1 H, without a factor 2.
     """,
 )

@@ -40,7 +40,7 @@ exercise = table(
         ],
     },
     checks="""
-    after one second       | off    | one second  | With t = 1 only the factors count: 9.81 for the gyrometer, and those of the integrals.
+    after one second       | off    | one second  | With t = 1 only the factors count: 9.81 for the gyrometer, 1 / k! for a bias, 1 / ((k - 1)! sqrt(2k - 1)) for white noise.
     each has its place     | off    | one of them | In the order of the arguments: b_w, b_a, n_w, n_a. Each cause makes one of the four.
     bias of the gyrometer  | off[0] | any         | Turn rate, angle, velocity, position: three integrals, and gravity.
     bias of the accelerometer | off[1] | any      | Acceleration, velocity, position: two integrals.
@@ -73,6 +73,12 @@ exercise = table(
         n_w * t**2.5 / (2 * np.sqrt(5)) -> n_w * t**2.5
         n_a * t**1.5 / np.sqrt(3) -> n_a * t**1.5
     factorial forgotten | (2 * np.sqrt(5)) -> np.sqrt(5) | For k = 3 the factor has (k - 1)! = 2 in it.
+    2 k + 1 for 2 k - 1: White noise has the factor 1 / ((k - 1)! sqrt(2k - 1)): minus 1 under the root.
+        (2 * np.sqrt(5)) -> (2 * np.sqrt(7))
+        t**1.5 / np.sqrt(3) -> t**1.5 / np.sqrt(5)
+    factorial of k in the noise: The factor of white noise has (k - 1)! in it, not k!: 2 for k = 3, and 1 for k = 2.
+        (2 * np.sqrt(5)) -> (6 * np.sqrt(5))
+        t**1.5 / np.sqrt(3) -> t**1.5 / (2 * np.sqrt(3))
     order of the noises: In the order of the arguments: b_w, b_a, n_w, n_a.
         by_gyro[1], by_acc[1]]) -> by_acc[1], by_gyro[1]])
     """,

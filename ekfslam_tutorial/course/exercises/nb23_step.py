@@ -83,6 +83,8 @@ exercise = table(
     gravity upwards | np.array([0, 0, -9.81]) -> np.array([0, 0, 9.81]) | z points up, and things fall down: gravity is -9.81 along z.
     gravity in the axes of the IMU | g = R @ a + np.array([0, 0, -9.81]) -> g = R @ (a + np.array([0, 0, -9.81])) | Gravity is given in the world: add it after a is turned.
     biases added | w, a = u[:3] - b[:3], u[3:] - b[3:] -> w, a = u[:3] + b[:3], u[3:] + b[3:] | measured = true + bias. So the true one is measured *minus* bias.
+    gyro bias added | w, a = u[:3] - b[:3] -> w, a = u[:3] + b[:3] | measured = true + bias. So the true turn rate is u[:3] *minus* b_w.
+    acc bias added | u[3:] - b[3:] -> u[3:] + b[3:] | measured = true + bias. So the true acceleration is u[3:] *minus* b_a.
     gyro bias forgotten | w, a = u[:3] - b[:3] -> w, a = u[:3] | The gyrometer has a bias, too: w = u[:3] - b_w.
     acc bias forgotten | u[3:] - b[3:] -> u[3:] | The accelerometer has a bias, too: a = u[3:] - b_a.
     biases exchanged | w, a = u[:3] - b[:3], u[3:] - b[3:] -> w, a = u[:3] - b[3:], u[3:] - b[:3] | In the state the bias of the gyrometer comes first: x[10:13].
@@ -111,6 +113,9 @@ exercise = table(
     biases by themselves forgotten | X_b[10:] = np.eye(6) -> X_b[10:] = 0 | The biases stay as they are: their derivative by themselves is the identity.
     dt forgotten in d(q2)/d(b_w) | -Q_dq @ DQ_w * dt -> -Q_dq @ DQ_w | The inner derivative: d(w dt)/dw = dt.
     position by the biases forgotten | np.hstack([G_w, R]) * -(dt**2) / 2 -> 0 | The position moves by g dt^2 / 2, and g depends on both biases: X_b[:3] is not zero.
+    R transposed in the derivatives: The derivative of g by b_a is -R: R takes from the IMU into the world. In X_b yours is transposed.
+        np.hstack([G_w, R]) * -(dt**2) / 2 -> np.hstack([G_w, R.T]) * -(dt**2) / 2
+        np.hstack([G_w, R]) * -dt -> np.hstack([G_w, R.T]) * -dt
     small turn: DQ_w must be taken at w dt, HALF_w at w dt / 2, and not at zero.
         @ DQ_w * dt -> @ v2q(0 * w)[1] * dt
         @ HALF_w * dt / 2 -> @ v2q(0 * w)[1] * dt / 2

@@ -76,6 +76,7 @@ correlation = table(
     8 bits             | score | bytes    | Grey values of 8 bits have no room for squares: change them into float before you multiply.
     """,
     wrong="""
+    mean over the windows | np.mean(windows, axis=(1, 2), keepdims=True) -> np.mean(windows, axis=0) | That is the mean over the windows, pixel by pixel (axis 0). Each window has its own mean: axis=(1, 2).
     mean not taken off: Take the mean off, of the patch and of each window: else a bright place correlates with everything.
         a = patch - np.mean(patch) -> a = patch + 0.0
         b = windows - np.mean(windows, axis=(1, 2), keepdims=True) -> b = windows + 0.0
