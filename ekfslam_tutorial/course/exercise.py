@@ -53,6 +53,9 @@ PATIENCE = 3.0  # seconds of the processor after which a search for slips ends, 
 FEW = 3  # wrong calls of the cases; with fewer, or with none beyond a known mistake, later links are asked, too
 LATER_S = 0.5  # that later links may take: they may show another mistake, or that a slip is none
 AN_ID = "An id is the name of a landmark, and says nothing of its place: `ids.index(id)` is the place of `id` in `ids`."
+TYPE_INT = (
+    "Your array is of type int: what is written into it loses its decimals. Make it one of floats, `dtype=float`."
+)
 SECONDS = 1.5  # a check is over, whatever the student's function does, in less than 2 s
 
 
@@ -258,7 +261,8 @@ class Exercise:
             return Verdict("passed", printed=printed, seconds=seconds)
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")  # of mistakes that are tried: these are not the student's
-            known = [] if outcome.certain else self._recognised(f, at[0], limit - seconds)
+            cut = self._cut_off(f.calls)
+            known = [] if outcome.certain or cut else self._recognised(f, at[0], limit - seconds)
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if not known and self.ids and own_words.ids_as_places(answer, *self.ids):
             hint = f"{AN_ID} {hint}"
@@ -276,6 +280,7 @@ class Exercise:
             if not (same or all(m.edits for m in known)):  # a slip may be a trace of the other mistake
                 things = "Two things, in this order (one mistake may be behind both)."
             hint = f"{things} First: {known[0].hint} Then: {known[1].hint}{tested}"
+        hint = f"{TYPE_INT} {hint}" if cut and not outcome.certain else hint
         return Verdict("failed", at[0].name, str(outcome), self._with_symbols(hint), name, printed, seconds)
 
     def _help(self, outcome, link) -> str:
@@ -290,6 +295,15 @@ class Exercise:
         new = names(hint) - names(self.solution.__doc__ or "")
         used = [text for text in self.symbols if names(text.split(" = the ")[0]) & new]
         return f"{hint} Here {', '.join(used)}." if used else hint
+
+    def _cut_off(self, calls) -> bool:
+        """Return True if a result of the last call is the right one, but in an array of type int, without decimals."""
+        if not calls or isinstance(calls[-1].result, guard.Raised):
+            return False
+        right = self.result(self.solution, calls[-1].args)
+        several = isinstance(right, tuple) and isinstance(calls[-1].result, tuple)
+        both = zip(calls[-1].result, right, strict=False) if several else [(calls[-1].result, right)]
+        return any(_is_cut_off(got, want) for got, want in both)
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""
@@ -441,6 +455,14 @@ class Exercise:
         result = f.calls[0].result if f.calls else None
         parts = result if isinstance(result, tuple) else (result,)
         return [isinstance(part, np.ndarray) for part in parts]
+
+
+def _is_cut_off(got, want) -> bool:
+    """Return True if `got` is what an array of type int keeps of `want`."""
+    arrays = all(isinstance(a, np.ndarray) for a in (got, want)) and np.shape(got) == np.shape(want)
+    if not arrays or got.dtype.kind != "i" or want.dtype.kind != "f":
+        return False
+    return not np.array_equal(got, want) and np.array_equal(got, np.trunc(want))
 
 
 def _as_array(value):

@@ -69,7 +69,7 @@ def recognise_more(exercise, calls, part, known, own=None):
     if not few and not any(_has_numbers(call.result) for call in calls):  # no slip of a formula gives that
         return known
     table = pairs.Table(exercise, calls, exercise.patience, few, own)
-    if not table.wrong.any():
+    if not (table.wrong & np.isfinite(table.s)).any():  # NaN comes of many mistakes: it tells none from the others
         return known
     few = table.few = few or not _has_decimals(table.t[table.wrong])  # what is wrong is what tells
     alone = [change.mistake for change in table.single() if _answers(exercise, change.mistake.answer, calls)]

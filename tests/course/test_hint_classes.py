@@ -11,6 +11,7 @@ import pytest
 from ekfslam_tutorial.course import own_words, registry
 from ekfslam_tutorial.course.diagnose import diagnose
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.table import table
 
 pytestmark = pytest.mark.usefixtures("time_to_search")
 EXERCISES = [exercise for exercise in registry.everything() if isinstance(exercise, Exercise)]
@@ -74,6 +75,15 @@ def correct_rho(rho, P, b, y, var):
     K = P * H / Z
     return rho + K * (y - np.arctan(b * rho)), P - K * Z * K
 """
+ERROR = """
+def pose_error(x, truth):
+    dq, _, _ = q_prod(q2qc(truth[3:])[0], x[3:])
+    if dq[0] < 0:
+        dq = -dq
+    n = np.linalg.norm(dq[1:])
+    v = 2 * np.arctan2(n, dq[0]) * dq[1:] / n if n > 0 else np.zeros(3)
+    return np.concatenate([x[:3] - truth[:3], v])
+"""
 STEP = """
 def map_step(x, P, ids, seen, ys, x_r, R):
     ids = list(ids)
@@ -122,7 +132,7 @@ def in_band(nees, dof):
     return (low <= mean) & (mean <= high)
 """
 TEXTS = {"05.1": PREDICT, "04.1": MATRICES, "06.2": CHAIN, "09.4": ATE, "13.1": RHO, "02.5": STEP, "05.5": FRAME,
-         "02.4": GROW, "17.2": BAND}  # fmt: skip
+         "02.4": GROW, "17.2": BAND, "10.4": ERROR}  # fmt: skip
 
 
 @pytest.mark.parametrize("id", TEXTS)
@@ -163,6 +173,17 @@ ONE = [  # exercise, what is told, places
     ("02.5", "An id is the name of a landmark", ("ids.index(id)", "id")),
     ("02.5", "An id is the name of a landmark", ("ids.index(id)", "seen[n]")),
     ("05.5", "An id is the name of a landmark", ("2 * ids.index(id)", "2 * id")),
+    # no number comes of many mistakes: it is no sign of a root
+    ("10.4", "(?!.*as if).*its axis is 0/0", (" if n > 0 else np.zeros(3)", "")),
+    # the long way round
+    ("10.4", "it is the sign of dq.0. that tells", ("if dq[0] < 0", "if x[3] < 0")),
+    (
+        "10.4",
+        "not each component",
+        ("    if dq[0] < 0:\n        dq = -dq\n", ""),
+        ("dq[1:] / n if n > 0 else np.zeros(3)", "dq[1:] / (n or 1); v = (v + np.pi) % (2 * np.pi) - np.pi"),
+    ),
+    ("10.4", "half a turn vanishes", ("    if dq[0] < 0:\n        dq = -dq\n", "    dq = dq * np.sign(dq[0])\n")),
     ("17.2", "the argument dof: 6 is one case only", ("runs * dof", "runs * 6")),
 ]
 
@@ -220,6 +241,26 @@ TWO = [  # exercise, what is told of each, places
 
 @pytest.mark.parametrize(("id", "one", "other", "places"), [(i, a, b, p) for i, a, b, *p in TWO],
                          ids=lambda v: str(v)[:40])  # fmt: skip
+def turned_over(a, b):
+    """Return [a + 0.5, b], the latter with the sign of a."""
+    return np.array([a + 0.5, b if a >= 0 else -b])
+
+
+def test_no_number_is_no_sign_of_a_mistake_that_gives_none_either():
+    """The slip `-np.sqrt(b)` for `-b` gives NaN in the one call in which the answer, for another reason, does."""
+    made = table(
+        "99.1 Turned over",
+        turned_over,
+        hints=("", "", ""),
+        returns="c",
+        cases={"any": lambda rng: [(1.2, 0.3), (0.7, -2.1), (-1.4, -0.8), (2.6, 1.9)]},
+        checks="value | c | any | Look at the sign.",
+        wrong="no half | a + 0.5 -> a | The half is missing.",
+    )
+    verdict = made.judge(lambda a, b: turned_over(a, b) if a >= 0 else np.array([a + 0.5, np.nan]))
+    assert "NaN" in verdict.message and "root too many" not in verdict.hint and not verdict.misconception
+
+
 def test_of_two_mistakes_each_is_told(id, one, other, places):
     hint = " ".join(judged(id, TEXTS[id], *places).hint.split())
     assert hint.startswith("Two things, in this order") and re.search(one, hint) and re.search(other, hint), hint
@@ -280,6 +321,25 @@ def test_what_rounding_has_left_of_zero_is_zero():
 def test_a_sign_is_no_sign_where_the_numbers_were_chosen_by_hand():
     assert "sign" not in diagnose([3.0, 0.0, -1.0], [3.0, 0.0, 1.0])
     assert diagnose([3.0, 0.0, -1.2], [3.0, 0.0, 1.2]) == "Wrong sign at [2]."
+
+
+def test_whole_numbers_have_lost_no_decimals_by_chance():
+    assert "decimals" not in diagnose(np.eye(2), [[1, 0.8], [0.8, 1]])  # 06.1: beside the diagonal nothing is filled
+    assert "decimals" not in diagnose([1, 0, 0], [1.66, 0.13, 0.12])  # 10.2: [q, t] for [t, q]
+    assert "decimals" in diagnose([1, 0, 2], [1.66, 0.13, 2.12])
+
+
+def test_a_result_of_type_int_is_told():
+    """The covariances are small: only zeros are left of them, and zeros are the result of many mistakes."""
+
+    def filled(x, P, y, R):
+        x_new, P_new = registry.get("05.4").solution(x, P, y, R)
+        whole = np.empty(P_new.shape, int)
+        whole[:] = P_new
+        return x_new, whole
+
+    verdict = registry.get("05.4").judge(filled)
+    assert verdict.hint.startswith("Your array is of type int") and not verdict.misconception
 
 
 # ---- names ------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ import numpy as np
 
 from ...geometry import Frame3, q2e, q2qc, q2v, q_prod, unit, v2q  # noqa: F401
 from .. import expect
+from ..diagnose import same
 from ..table import table
 
 
@@ -48,17 +49,22 @@ exercise = table(
     cases={
         "any": lambda rng: [some(rng, 0.3) for _ in range(4)],
         "level": lambda rng: [off(LEVEL, np.zeros(3), v) for v in (*(0.1 * np.eye(3)), *(-0.2 * np.eye(3)))],
+        "no turn": lambda rng: [(np.r_[1, 2, 3, q], np.r_[1, 2, 4, q]) for q in (LEVEL[3:], np.full(4, 0.5))],
         "large": lambda rng: [some(rng, angle) for angle in (1.0, 2.0, 3.0, 3.1)],
     },
     checks="""
     position      | e[:3] | any   | A pose in space has six degrees of freedom: three of position, three of rotation. The first three numbers are t - t_truth.
     level         | e[3:] | level | q = q_truth dq, so dq = conjugate of q_truth, times q.
     a small turn  | e[3:] | any   | q = q_truth dq, so dq = conjugate of q_truth, times q.
+    no turn       | e[3:] | no turn | No turn is left: v is zero, and its axis is 0/0. Treat |v| = 0, or use q2v.
     a large turn  | e[3:] | large | A rotation vector has the angle as its length, up to pi.
     """,
     wrong="""
     seven differences | np.concatenate([x[:3] - truth[:3], v]) -> x - truth | x - truth has 7 numbers, and q and -q would differ though they are the same orientation. Use the rotation vector of conj(q_truth) q.
     sign of dq not looked at | dq if dq[0] >= 0 else -dq -> dq | q and -q are the same orientation. When dq[0] is negative take -dq, else you go the long way round.
+    sign of q looked at | dq if dq[0] >= 0 else -dq -> dq if x[3] >= 0 else -dq | Two quaternions with a >= 0 may still be the long way round from each other: it is the sign of dq[0] that tells.
+    each component wrapped | q2v(dq if dq[0] >= 0 else -dq) -> q2v(dq); v = (v + np.pi) % (2 * np.pi) - np.pi | Shorten v along its axis, not each component: if |v| > pi, take v (1 - 2 pi / |v|), or -dq for dq.
+    sign of zero | dq if dq[0] >= 0 else -dq -> dq * np.sign(dq[0]) | np.sign(0) is 0: half a turn vanishes. Use `if dq[0] < 0`.
     truth minus estimate | np.concatenate([x[:3] - truth[:3], v]) -> np.concatenate([truth[:3] - x[:3], -v]) | An error is estimate minus truth: you have the two the other way round.
     rotation the other way | q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(q2qc(x[3:])[0], truth[3:]) | You turn the estimate into the truth. Conjugate the true quaternion, not the estimated one.
     in the axes of the world | q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(x[3:], q2qc(truth[3:])[0]) | q q_truth* is the turn in the axes of the world. q = q_truth dq: put the conjugate on the left.
@@ -76,7 +82,10 @@ exercise = table(
 )
 
 
-@exercise.link("q and -q", "q and -q are the same orientation, so the error must be the same.")
+@exercise.link(
+    "q and -q",
+    "q and -q are the same orientation, so the error must be the same. The long way is shortened along its axis (-dq for dq), not in each component.",
+)
 def _(f, rng):
     for angle in (0.0, 0.2, 2.5):
         x, truth = some(rng, angle)
@@ -84,7 +93,17 @@ def _(f, rng):
         for a, b in ((-1, 1), (1, -1), (-1, -1)):
             sides = [np.concatenate([np.ones(3), np.full(4, s)]) for s in (a, b)]
             e = expect.array(f(sides[0] * x, sides[1] * truth), 6, "e")
-            expect.close(e[3:], want[3:], "e[3:]", atol=1e-6, at="a quaternion with the other sign")
+            message = (
+                f"e[3:] is {e[3:].round(4)} for a quaternion with the other sign, it should be {want[3:].round(4)}"
+            )
+            expect.true(same(e[3:], want[3:], atol=1e-6), message)
+
+
+@exercise.link("half a turn", "Half a turn has dq[0] = 0 and the length pi. np.sign(0) is 0: use `if dq[0] < 0`.")
+def _(f, rng):
+    for axis in np.eye(3):
+        e = expect.array(f(np.array([0, 0, 0, 0, *axis]), LEVEL), 6, "e")
+        expect.close(np.abs(e[3:]), np.pi * axis, "|e[3:]|", at=f"half a turn about {axis}")  # v and -v are the same
 
 
 def _short(q):
