@@ -36,6 +36,8 @@ def system(rng, n, d, sizes, scale=1.0):
 
 # states, invisible directions, measurements at each time
 SYSTEMS = ((6, 2, [3, 4, 5]), (5, 1, [2, 2, 2, 2]), (4, 0, [1, 2, 3]), (7, 3, [2, 2, 2, 2]), (5, 4, [2] * 3))
+UNITS = (1e-12, 1e-7, 1e-5, 1e5, 1e7, 1e12)  # an absolute threshold is too small for one of them, or too large
+AGAIN = ([np.repeat([[1.0, 0, 0]], 3, axis=0), np.eye(3)[:1]], [np.eye(3) + np.eye(3, k=1)])  # one row, three times
 
 
 def sizes(H, F):
@@ -60,7 +62,8 @@ hidden = table(
         "one motion": lambda rng: [system(rng, n, d, [2, m]) for n, d, m in ((6, 2, 3), (4, 0, 2))],
         "one time": lambda rng: [system(rng, n, d, [m]) for n, d, m in ((5, 2, 7), (4, 0, 6), (5, 2, 3))],
         "few rows": lambda rng: [system(rng, 7, 1, [2, 2]), system(rng, 6, 0, [1, 1, 2])],
-        "units": lambda rng: [system(rng, 6, 2, [3, 3, 3], scale) for scale in (1e-5, 1e5)],
+        "units": lambda rng: [system(rng, 6, 2, [3, 3, 3], scale) for scale in UNITS],
+        "again": lambda rng: [AGAIN],
         "blind": lambda rng: [([np.zeros((2, 3))] * 2, [np.eye(3)])],
     },
     checks="""
@@ -69,8 +72,9 @@ hidden = table(
     several motions        | O     | any        | The first motion acts first, so it stands on the right: H_2 F_1 F_0.
     one time only          | d     | one time   | Only H_0 and no motion: d is n minus the rank of H_0.
     fewer rows than columns | d    | few rows   | O v = 0 has n minus rank solutions, and n is the number of *columns*.
+    the same again         | d     | again      | A row that comes again tells nothing new, and a later one may: the rank of *all* rows of O.
     several times          | d     | any        | All measurements of all times together: the rank of the whole O.
-    other units            | d     | units      | In other units the rank is the same: singular values are compared with the largest of them.
+    other units            | d     | units      | In other units the rank is the same. A fixed threshold depends on the units: compare the singular values with the largest of them.
     nothing is seen        | d     | blind      | A matrix of zeros sees nothing: all n directions are invisible.
     """,
     wrong="""
@@ -90,7 +94,22 @@ hidden = table(
     always three | O.shape[1] - np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> 3 | Three is the answer for SLAM in the plane. Compute it: n minus the rank of O.
     no threshold | tol=1e-8 * np.linalg.norm(O, 2) -> tol=0.0 | Rounding never gives exactly zero: a singular value counts as zero if it is tiny beside the largest one.
     fixed threshold: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
-        np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> int(np.sum(np.linalg.svd(O, compute_uv=False) > 1e-3))
+        tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-3
+    fixed threshold, 1e-5: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+        tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-5
+    fixed threshold, 1e-8: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+        tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-8
+    fixed threshold, 1e-10: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+        tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-10
+    fixed threshold, 1e-12: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+        tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-12
+    only the first n rows: O has more than n rows, and the later ones may see what the first ones do not: the rank of the whole O.
+        np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> np.linalg.matrix_rank(O[: O.shape[1]])
+    the last H left out: The rows of the last H are missing: there is one H more than F, and zip stops at the shorter.
+        rows, Phi = [H[0]], np.eye(H[0].shape[1]) -> rows, Phi = [], np.eye(H[0].shape[1])
+        for H_k, F_k in zip(H[1:], F, strict=True): -> for H_k, F_k in zip(H, F):
+        Phi = F_k @ Phi -> pass
+        rows.append(H_k @ Phi) -> rows.append(H_k @ Phi); Phi = F_k @ Phi
     """,
 )
 
