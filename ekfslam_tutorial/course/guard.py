@@ -126,7 +126,9 @@ def _copy_advice(name, value):
         return f"{IN_PLACE} Build a new list: `{name} = list({name})`."
     if isinstance(value, dict):
         return f"{IN_PLACE} Work on a copy: `{name} = dict({name})`."
-    return f"{IN_PLACE} Work on a copy: `{name} = np.array({name})`."
+    floats = isinstance(value, np.ndarray) and value.dtype.kind == "f"  # of whole numbers, type int keeps no decimals
+    of_floats = ", dtype=float" if floats else ""
+    return f"{IN_PLACE} Work on a copy: `{name} = np.array({name}{of_floats})`."
 
 
 def misses_arguments(function, names):

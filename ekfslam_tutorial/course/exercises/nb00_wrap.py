@@ -43,6 +43,7 @@ wrapping = table(
             4.0, -4.0, 6.0, -6.0, 3.3, -3.3, *rng.uniform(3.2, 9, 3), *rng.uniform(-9, -3.2, 3), 3.142, -3.142
         ),
         "many": lambda rng: angles(*(a + 2 * np.pi * turns for turns in (2, -2, 3, -5, 20, -20) for a in (0.7, -2.1))),
+        "whole": lambda rng: [(4,), (np.array([4, -4, 7, 2]),)],  # of type int
         "arrays": lambda rng: [(rng.uniform(-20, 20, shape),) for shape in ((4,), (1,), (3, 2), (2, 3, 2))],
     },
     checks="""
@@ -50,6 +51,7 @@ wrapping = table(
     one turn too many | wrapped | one    | Between pi and 2 pi the direction is the same as one turn of 2 pi less.
     many turns        | wrapped | many   | A robot may have turned many times: remove all turns, not only one.
     an array          | wrapped | arrays | The function must take arrays of any shape, too: no `if` on the whole array.
+    whole numbers     | wrapped | whole  | Whole numbers stay of type int in an array, and what is written into it loses its decimals: np.array(angle, dtype=float).
     """,
     wrong="""
     nothing done | np.pi - (np.pi - angle) % (2 * np.pi) -> angle | Your function gives back its input. What is 2 pi more than 0.5?
@@ -74,6 +76,8 @@ wrapping = table(
     ceil for floor | np.pi - (np.pi - angle) % (2 * np.pi) -> np.pi - (np.pi - angle) % (2 * np.pi) - 2 * np.pi | Yours is one turn too small: it is np.floor((angle + np.pi) / (2 * np.pi)) that counts the turns; np.ceil counts one too many.
     brackets forgotten in the division | np.pi - (np.pi - angle) % (2 * np.pi) -> angle - 2 * np.pi * np.floor((angle + np.pi) / 2 * np.pi) | Python reads `/ 2*np.pi` as `(... / 2) * np.pi`. The whole turn needs brackets: / (2 * np.pi).
     half a turn for each turn | np.pi - (np.pi - angle) % (2 * np.pi) -> angle - np.pi * np.floor((angle + np.pi) / (2 * np.pi)) | Each turn that you count is 2 pi, and you take away pi for it.
+    angle // 2 pi: `//` counts the whole turns, `%` gives what is left of the angle without them: (angle + np.pi) % (2 * np.pi) - np.pi.
+        np.pi - (np.pi - angle) % (2 * np.pi) -> angle // (2 * np.pi)
     turns added | np.pi - (np.pi - angle) % (2 * np.pi) -> angle + 2 * np.pi * np.floor((angle + np.pi) / (2 * np.pi)) | The turns that you count are taken away, not added.
     """,
 )
@@ -84,6 +88,16 @@ def _(f, rng):
     for angle in (np.pi, -np.pi, 3 * np.pi, -3 * np.pi, np.pi - 1e-3, np.pi + 1e-3, 1e-3 - np.pi, -np.pi - 1e-3):
         got = expect.array(f(angle), (), "wrapped")
         expect.close(one_seam(got), one_seam(wrap(angle)), "wrapped", atol=1e-7, at=f"angle = {angle:.4g}")
+
+
+@wrapping.wrong(
+    "whole numbers stay whole",
+    "np.array(angle) of whole numbers is of type int: what you write into it loses its decimals. np.array(angle, dtype=float) keeps them.",
+)
+def _(angle):
+    wrapped = np.array(angle)
+    wrapped[...] = wrap(angle)
+    return wrapped
 
 
 @wrapping.wrong(
