@@ -96,7 +96,7 @@ joint = table(
         return d2 <= chi2.ppf(confidence, len(z)) -> return max(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs)) <= chi2.ppf(confidence, 2)
     the other way round | return d2 <= chi2 -> return d2 > chi2 | ok is True if the distance is *below* the limit.
     averaged over the pairs | z @ np.linalg.solve(Z, z) -> z @ np.linalg.solve(Z, z) / len(zs) | The joint distance is that of all 2m numbers together: do not divide it by the number of pairs.
-    all ranges, then all bearings: The numbers are right, but their order is not: z1 (range, bearing), then z2, and so on, in z and in Z.
+    all ranges, then all bearings: The order is another one: z1 (range, bearing), then z2, and so on, in z and in Z.
         return d2 <= chi2 -> o = np.arange(len(z)).reshape(-1, 2).T.ravel(); Z = Z[np.ix_(o, o)]; return d2 <= chi2
     """,
 )

@@ -75,7 +75,8 @@ exercise = table(
     """,
     wrong="""
     frames swapped | R, _ = -> F, G = G, F; R, _ = | You put F into G: first out of G, then out of F, so F stands on the left.
-    quaternions swapped | q_prod(F[3:], G[3:]) -> q_prod(G[3:], F[3:]) | The positions are right, but the product is the wrong way round: q_F q_G.
+    quaternions swapped | q_prod(F[3:], G[3:]) -> q_prod(G[3:], F[3:]) | The product of the quaternions is the wrong way round: q_F q_G.
+    the position of F in G | t = F[:3] + R @ G[:3] -> t = G[:3] + q2R(G[3:])[0] @ F[:3] | You put the position of F into G. It is G that is given in F: t_F + R_F t_G.
     positions added | R @ G[:3] -> G[:3] | t_G is given in the axes of F: turn it with R_F before you add it.
     everything added | np.concatenate([t, q]) -> F + G | Frames cannot be added: turn t_G with R_F, and multiply the quaternions.
     position turned back | R @ G -> R.T @ G | You go out of F: R_F, not its transpose.
@@ -86,6 +87,9 @@ exercise = table(
     added and normalised | q, _, _ = q_prod(F[3:], G[3:]) -> q = unit(F[3:] + G[3:])[0] | A sum of quaternions is some rotation between the two. Multiply: q_prod.
     a conjugate too many | G[3:]) -> q2qc(G[3:])[0]) | With the conjugate of q_G you turn back. Local to global: q_F q_G.
     scalar part last | [t, q] -> [t, np.roll(q, -1)] | q = [a, b, c, d]: the scalar part comes first, in the result, too.
+    scalar part moved to the end | R, _ = q2R(F[3:]) -> R, _ = q2R(np.roll(F[3:], -1)) | q2R takes [a, b, c, d], the scalar part first, as the frames have it: nothing is rolled.
+    scalar part moved to the end, in the product, too | R, _ = q2R(F[3:]) -> R, _ = q2R(np.roll(F[3:], -1)) | q2R and q_prod take [a, b, c, d], the scalar part first, as the frames have it: nothing is rolled.
+        q_prod(F[3:], G[3:]) -> q_prod(np.roll(F[3:], -1), np.roll(G[3:], -1))
     position of F forgotten | F[:3] + R -> R | The origin of F is not that of the parent: add t_F.
     """,
 )
