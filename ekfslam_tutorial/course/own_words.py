@@ -17,6 +17,8 @@ from functools import lru_cache
 
 INLINED = 8  # names in names at most
 TWICE, TWO = "*2.0", "the number 2, as a factor"
+DIVIDED = "a division, in whatever words"
+DIVIDES = {"divide", "true_divide", "reciprocal", "inv", "pinv", "solve", "mean", "average", "normalize"}
 
 
 def formulas(function) -> Counter | None:
@@ -43,7 +45,23 @@ def doubtful(mistake, own: Counter | None) -> bool:
         return False
     if wrong.count(TWICE) > belongs.count(TWICE) and not own[TWO] and own[belongs] <= right[belongs]:
         return True  # nothing is there twice, so it is missing elsewhere
+    if " / " in quoted[1] and " / " not in quoted[0] and not own[DIVIDED]:
+        return True
     return right[belongs] > 0 and own[belongs] >= right[belongs] and not own[wrong]
+
+
+def of_a_step(mistake) -> bool:
+    """Return True if a slip says of a whole intermediate result that it is as if it were another one."""
+    return mistake.name.startswith("slip: Your results are as if")
+
+
+def written(mistake, own: Counter) -> bool:
+    """Return True if the student has written the wrong formula that a slip quotes, or no right one."""
+    known = _solution(mistake.solution)
+    if known is None or not mistake.quoted:
+        return True
+    belongs, wrong = (_normal(ast.parse(text).body[0], known[0]) for text in mistake.quoted)
+    return own[wrong] > 0 or not own[belongs]
 
 
 def as_near(own: Counter | None, form, solution) -> bool:
@@ -127,6 +145,8 @@ def _counted(function) -> Counter:
             found[_normal(node, means)] += 1
         if isinstance(node, ast.Name):
             found[f"name {node.id}"] += 1
+        called = getattr(node, "attr", getattr(node, "id", ""))
+        found[DIVIDED] += called in DIVIDES or isinstance(node, ast.Div | ast.Pow)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
             found[TWO] += any(isinstance(n, ast.Constant) and n.value == 2 for n in (node.left, node.right))
     return found
@@ -173,6 +193,8 @@ def _normal(node, means, depth=0) -> str:
     ):
         terms = sorted(_terms(node, means, depth))
         return terms[0][1:] if len(terms) == 1 and terms[0][0] == "+" else f"({' '.join(terms)})"
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
+        return f"({' @ '.join(_chain(node, means, depth))})"
     if isinstance(node, ast.Constant):
         return repr(float(node.value)) if type(node.value) is int else repr(node.value)
     parts = []
@@ -181,6 +203,15 @@ def _normal(node, means, depth=0) -> str:
         parts += [_normal(v, means, depth) if isinstance(v, ast.AST) else str(v) for v in values]
     kind = type(node).__name__
     return "" if kind in ("Load", "Store") else f"{kind}({', '.join(p for p in parts if p)})"
+
+
+def _chain(node, means, depth):
+    """The factors of a product of matrices, in their order, whatever the brackets."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
+        return [*_chain(node.left, means, depth), *_chain(node.right, means, depth)]
+    if isinstance(node, ast.Name) and depth < INLINED and node.id in means:
+        return _chain(means[node.id], means, depth + 1)
+    return [_normal(node, means, depth)]
 
 
 def _terms(node, means, depth):

@@ -615,6 +615,25 @@ def find(table, calls, patience):
     return sorted((change.mistake for change in known), key=exercise.fails_at)
 
 
+def two_listed(table, calls):
+    """Return two listed mistakes that together answer every call as the student did, the one to mend first first.
+
+    Asked where one slip of a step does so, too, and the student has written that step as it belongs.
+    """
+    exercise = table.exercise
+    for one, other in itertools.islice(
+        _tried(table, lambda i, j: _are_listed(table, i, j) and table.evident(i, j)), FIRST
+    ):
+        for answer in composed(exercise.solution, one, other):
+            if _in_time(lambda answer=answer: answers(exercise, answer, calls), one, other):
+                return sorted((one.mistake, other.mistake), key=exercise.fails_at)
+    return []
+
+
+def _are_listed(table, *rows):
+    return all(table.rows[k][0].listed for k in rows)
+
+
 def _no_guess(table, calls, one, other):
     """Of two changes those that no other listed mistake may stand for: one that shows in few values only may be it."""
     exercise, rows, of = table.exercise, table.rows, table.row_of

@@ -68,6 +68,11 @@ def ate(path, truth):
     new = (path - m) @ R.T + t
     return new, np.sqrt(np.mean(np.sum((new - truth) ** 2, axis=1)))
 """
+COMPOSE = """
+def compose(F, G):
+    R, q = q2R(F[3:])[0], q_prod(F[3:], G[3:])[0]
+    return np.concatenate([R @ G[:3] + F[:3], q])
+"""
 RHO = """
 def correct_rho(rho, P, b, y, var):
     H = b / (1 + (b * rho) ** 2)
@@ -83,6 +88,24 @@ def pose_error(x, truth):
     n = np.linalg.norm(dq[1:])
     v = 2 * np.arctan2(n, dq[0]) * dq[1:] / n if n > 0 else np.zeros(3)
     return np.concatenate([x[:3] - truth[:3], v])
+"""
+UNSEEN = """
+def observability(H, F):
+    rows, Phi = [], np.eye(H[0].shape[1])
+    for k in range(len(H)):
+        rows.append(H[k] @ Phi)
+        if k < len(F):
+            Phi = F[k] @ Phi
+    O = np.vstack(rows)
+    return O, O.shape[1] - np.linalg.matrix_rank(O)
+"""
+CORRECT = """
+def correct(x, P, y, R, e, H):
+    z = np.array(y - e)
+    z[1] = wrap(z[1])
+    Z = H @ P @ H.T + R
+    K = P @ H.T @ np.linalg.inv(Z)
+    return x + K @ z, P - K @ Z @ K.T
 """
 STEP = """
 def map_step(x, P, ids, seen, ys, x_r, R):
@@ -132,7 +155,7 @@ def in_band(nees, dof):
     return (low <= mean) & (mean <= high)
 """
 TEXTS = {"05.1": PREDICT, "04.1": MATRICES, "06.2": CHAIN, "09.4": ATE, "13.1": RHO, "02.5": STEP, "05.5": FRAME,
-         "02.4": GROW, "17.2": BAND, "10.4": ERROR}  # fmt: skip
+         "02.4": GROW, "17.2": BAND, "10.4": ERROR, "08.1": UNSEEN, "05.3": CORRECT, "10.2": COMPOSE}  # fmt: skip
 
 
 @pytest.mark.parametrize("id", TEXTS)
@@ -173,6 +196,15 @@ ONE = [  # exercise, what is told, places
     ("02.5", "An id is the name of a landmark", ("ids.index(id)", "id")),
     ("02.5", "An id is the name of a landmark", ("ids.index(id)", "seen[n]")),
     ("05.5", "An id is the name of a landmark", ("2 * ids.index(id)", "2 * id")),
+    # what is seen of a system, in any units, by all rows
+    ("08.1", "A fixed threshold depends on the units", ("matrix_rank(O)", "matrix_rank(O, tol=1e-10)")),
+    ("08.1", "A fixed threshold depends on the units", ("matrix_rank(O)", "matrix_rank(O, tol=1e-12)")),
+    ("08.1", "(?!Divided).*A fixed threshold", ("matrix_rank(O)", "matrix_rank(O.T @ O, tol=1e-6)")),
+    ("08.1", "the later ones may see", ("matrix_rank(O)", "matrix_rank(O[: O.shape[1]])")),
+    ("08.1", "The rows of the last H are missing", ("range(len(H))", "range(len(F))")),
+    # the position alone the wrong way round
+    ("10.2", "You put the position of F into G", ("R @ G[:3] + F[:3]", "q2R(G[3:])[0] @ F[:3] + G[:3]")),
+    ("10.2", "nothing is rolled", ("q2R(F[3:])", "q2R(np.roll(F[3:], -1))")),
     # no number comes of many mistakes: it is no sign of a root
     ("10.4", "(?!.*as if).*its axis is 0/0", (" if n > 0 else np.zeros(3)", "")),
     # the long way round
@@ -219,6 +251,8 @@ TWO = [  # exercise, what is told of each, places
         ("0.025, 0.975", "0.05, 0.95"),
         ("nees.mean(", "np.median(nees, "),
     ),
+    # together they are as if Z, which is right, had the wrong sign
+    ("05.3", "z = y - e", "K Z K' is subtracted", ("y - e", "e - y"), ("P - K @ Z", "P + K @ Z")),
     # another exercise, written anew: its own words
     (
         "02.4",
@@ -241,6 +275,11 @@ TWO = [  # exercise, what is told of each, places
 
 @pytest.mark.parametrize(("id", "one", "other", "places"), [(i, a, b, p) for i, a, b, *p in TWO],
                          ids=lambda v: str(v)[:40])  # fmt: skip
+def test_of_two_mistakes_each_is_told(id, one, other, places):
+    hint = " ".join(judged(id, TEXTS[id], *places).hint.split())
+    assert hint.startswith("Two things, in this order") and re.search(one, hint) and re.search(other, hint), hint
+
+
 def turned_over(a, b):
     """Return [a + 0.5, b], the latter with the sign of a."""
     return np.array([a + 0.5, b if a >= 0 else -b])
@@ -259,11 +298,6 @@ def test_no_number_is_no_sign_of_a_mistake_that_gives_none_either():
     )
     verdict = made.judge(lambda a, b: turned_over(a, b) if a >= 0 else np.array([a + 0.5, np.nan]))
     assert "NaN" in verdict.message and "root too many" not in verdict.hint and not verdict.misconception
-
-
-def test_of_two_mistakes_each_is_told(id, one, other, places):
-    hint = " ".join(judged(id, TEXTS[id], *places).hint.split())
-    assert hint.startswith("Two things, in this order") and re.search(one, hint) and re.search(other, hint), hint
 
 
 def test_two_that_may_be_one_are_told_so():
@@ -340,6 +374,32 @@ def test_a_result_of_type_int_is_told():
 
     verdict = registry.get("05.4").judge(filled)
     assert verdict.hint.startswith("Your array is of type int") and not verdict.misconception
+
+
+def test_no_listed_hint_praises_another_part_of_the_answer():
+    """Beside another mistake it may be wrong, too."""
+    praising = [m.hint for e in EXERCISES for m in e.misconceptions if re.search(r"\b(is|are) right, but\b", m.hint)]
+    assert not praising
+
+
+@pytest.mark.parametrize("given", [4, np.array([4, -4, 7])])
+def test_whole_numbers_are_wrapped_with_their_decimals(given):
+    def wrap(angle):
+        a = np.array(angle)
+        while np.any(a > np.pi):
+            a[a > np.pi] = a[a > np.pi] - 2 * np.pi
+        while np.any(a < -np.pi):
+            a[a < -np.pi] = a[a < -np.pi] + 2 * np.pi
+        return a
+
+    exercise = registry.get("00.1")
+    assert "dtype=float" in exercise.judge(wrap).hint and not np.allclose(wrap(given), exercise.solution(given))
+
+    def changes(angle):
+        angle -= 2 * np.pi * np.round(angle / (2 * np.pi))
+        return angle
+
+    assert "np.array(angle, dtype=float)" in exercise.judge(changes).hint
 
 
 # ---- names ------------------------------------------------------------------------------------------------
