@@ -220,6 +220,30 @@ ONE = [  # exercise, what is told, places
 ]
 
 
+EDITED = [  # exercise, what is told of the solution with these places written otherwise
+    ("03.1", "belongs to the normal", ("chi2.cdf(k**2, dof)", "2 * chi2.cdf(k**2, dof) - 1")),
+    ("05.4", "the .first. 3 numbers of x", ("inverse_observation(x[:3], y)", "inverse_observation(x[-3:], y)")),
+    ("05.4", "rows and columns of P come last", ("[[P, P_lx.T], [P_lx, P_ll]]", "[[P_ll, P_lx], [P_lx.T, P]]")),
+    ("06.3", "two of the four blocks are missing", ("P[a, a] + P[b, b] - P[a, b] - P[b, a]", "P[b, b] - P[a, b]")),
+    ("07.2", "No landmark is used twice", ("np.argmin(D[:, near]) == i", "D[i, near] == min(D[:, near])")),
+    ("09.4", "divided by n, not by n - 1", ("path.mean(axis=0)", "(m := sum(path) / (len(path) - 1))"),
+     ("truth - truth.mean(axis=0)", "truth - (t := sum(truth) / (len(path) - 1))"), ("+ truth.mean(axis=0)", "+ t")),
+    ("09.4", "over axis=0", ("a, b = path - path.mean(axis=0)", "a, b = path - path.mean(axis=1)[:, None]"),
+     (" truth - truth.mean(axis=0)", " truth - truth.mean(axis=1)[:, None]"),
+     ("+ truth.mean(axis=0)", "+ truth.mean(axis=1)[:, None]")),
+    ("11.1", "the whole rotation vector", ("v2q(u[3:])", "v2q(u[3:] / 2)")),
+    ("11.1", "in radians already", ("v2q(u[3:])", "v2q(np.deg2rad(u[3:]))")),
+    ("11.1", "for small turns only", ("q_prod(x[3:], dq)", "q_prod(x[3:], [1, *u[3:] / 2])")),
+    ("00.1", "`//` counts the whole turns", ("np.pi - (np.pi - angle) % (2 * np.pi)", "angle // (2 * np.pi)")),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("id", "told", "places"), [(i, t, p) for i, t, *p in EDITED], ids=lambda v: str(v)[:40])
+def test_a_mistake_that_looks_like_another_is_told_as_itself(id, told, places):
+    hint = " ".join(judged(id, registry.get(id).source(), *places).hint.split())
+    assert re.search(told, hint) and "Two things" not in hint, hint
+
+
 @pytest.mark.parametrize(("id", "told", "places"), [(i, t, p) for i, t, *p in ONE], ids=lambda v: str(v)[:40])
 def test_one_mistake_is_told_as_one(id, told, places):
     verdict = judged(id, TEXTS[id], *places)

@@ -52,6 +52,7 @@ covered = table(
     always the plane | dof) -> 2) | 1 - exp(-k^2 / 2) is right for two dimensions only: use dof.
     always three dimensions | dof) -> 3) | The dimension is the argument dof: 3 is right for a point in space only.
     one side only | chi2.cdf(k**2, dof) -> norm.cdf(k) | norm.cdf counts all that is below +k, the far left as well: the interval has two ends.
+    2 cdf - 1 | chi2.cdf(k**2, dof) -> 2 * chi2.cdf(k**2, dof) - 1 | 2 cdf - 1 belongs to the normal, which has two ends. A squared distance is below k^2 or not: the cdf itself.
     density | chi2.cdf -> chi2.pdf | pdf is the density. A probability is the cdf.
     arguments swapped | chi2.cdf(k**2, dof) -> chi2.cdf(dof, k**2) | scipy wants the value first: chi2.cdf(value, degrees of freedom).
     per cent | chi2.cdf -> 100 * chi2.cdf | Return a probability from 0 to 1, not per cent.

@@ -91,6 +91,8 @@ augmentation = table(
     old map forgotten | [[P, -> [[np.diag(np.diag(P)), | A new landmark changes nothing between the others: the old P stays as it is.
     sign of the cross-covariance | return np -> P_lx = -P_lx; return np | If the robot is further left than it thinks, so is the landmark: plus L_r P[:3].
     landmark in the robot's frame | [x, l] -> [x, y[0] * np.array([np.cos(y[1]), np.sin(y[1])])] | That is where the robot sees it. The map wants the map frame: inverse_observation.
+    the last three numbers for the pose | inverse_observation(x[:3], y) -> inverse_observation(x[-3:], y) | The robot's pose is the *first* 3 numbers of x: x[:3].
+    landmark first in P | [[P, P_lx.T], [P_lx, P_ll]] -> [[P_ll, P_lx], [P_lx.T, P]] | The landmark is at the end of x, so the new rows and columns of P come last, too.
     the measurement itself | [x, l] -> [x, y] | Range and bearing are no place in the map: inverse_observation(x[:3], y) gives it.
     double counting: The measurement is used up when it has started the landmark. A correction with it again counts it twice.
         return np.concatenate([x, l]), -> n, W = len(x), np.linalg.inv(L_y); H = np.hstack([-W @ L_r, np.zeros((2, n - 3)), W]); x, P = np.concatenate([x, l]),

@@ -67,6 +67,8 @@ relative = table(
     half of the cross terms | - P[a, b] - P[b, a] -> - (P[a, b] + P[b, a]) / 2 | There are two cross terms, P[a, b] and P[b, a]: subtract both in full.
     the cross block alone | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> 1 * P[a, b] | P[a, b] tells what the two errors have in common, not what their difference is.
     one landmark alone | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> 1 * P[b, b] | The other landmark is uncertain, too: P[a, a] and P[b, b] are both in D.
+    one landmark and one cross block | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[a, b] | Multiply out (dl_b - dl_a)(dl_b - dl_a)': two of the four blocks are missing, P[a, a] and one cross block.
+    one landmark and one cross block (b, a) | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[b, a] | Multiply out (dl_b - dl_a)(dl_b - dl_a)': two of the four blocks are missing, P[a, a] and one cross block.
     the mean of the two | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> (P[a, a] + P[b, b]) / 2 | A mean of the two covariances forgets what the errors have in common.
     conditional covariance | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[b, a] @ np.linalg.pinv(P[a, a]) @ P[a, b] | That is the covariance of l_b if l_a were known exactly: another question.
     diagonal only | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.diag(np.diag(P[a, a] + P[b, b] - P[a, b] - P[b, a])) | x and y of the difference are correlated, too: keep the whole 2 x 2 blocks.

@@ -73,6 +73,12 @@ trajectory = table(
     moved, not turned | a @ R.T -> a | The direction of the start is not known either: find the angle, too.
     turned, not moved | a @ R.T + truth.mean(axis=0) -> path @ R.T | After the turn, put the mean of the path on the mean of the truth.
     turned about the origin | a @ R.T -> path @ R.T - path.mean(axis=0) | Subtract the mean of the path before you turn it.
+    means over the wrong axis: axis=1 is the mean of the x and the y of each point. The mean of all points is that over axis=0.
+        a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path.mean(axis=1, keepdims=True), truth - truth.mean(axis=1, keepdims=True)
+        R.T + truth.mean(axis=0) -> R.T + truth.mean(axis=1, keepdims=True)
+    means by n - 1: The mean of n points is their sum, divided by n, not by n - 1.
+        a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> m, t = (p.sum(axis=0) / (len(p) - 1) for p in (path, truth)); a, b = path - m, truth - t
+        R.T + truth.mean(axis=0) -> R.T + t
     turned the wrong way | R.T -> R | Your angle has the wrong sign, or R is transposed: it turns truth to path.
     with a scale | a @ R.T -> np.sum(b * (a @ R.T)) / np.sum(a * a) * a @ R.T | Range measurements fix the scale: it is no gauge. A free scale hides errors.
     with the scale of the sizes | a @ R.T -> np.sqrt(np.sum(b * b) / np.sum(a * a)) * a @ R.T | Range measurements fix the scale: it is no gauge. A free scale hides errors.

@@ -109,6 +109,9 @@ exercise = table(
     turn in the axes of the world | q2, Q_q, Q_dq = q_prod(x[3:], dq) -> q2, Q_dq, Q_q = q_prod(dq, x[3:]) | dq q turns about the axes of the world. The turn is in the robot's: q dq.
     quaternions added | [t2, q2] -> [t2, x[3:] + dq] | Two rotations one after the other are a product: q_prod(q, dq).
     rotation vector as Euler angles | dq, DQ_v = v2q -> dq, DQ_v = e2q | dv is a rotation vector: use v2q, not e2q.
+    half the rotation vector | v2q(u[3:]) -> v2q(0.5 * u[3:]) | v2q has the half angle in it already: it takes the whole rotation vector, u[3:].
+    rotation vector from degrees | v2q(u[3:]) -> v2q(np.radians(u[3:])) | The rotation vector is in radians already: no conversion.
+    quaternion of a small turn | dq, DQ_v = v2q(u[3:]) -> dq, DQ_v = np.append(1, u[3:] / 2), v2q(u[3:])[1] | [1, dv/2] is for small turns only, and its norm is not one: v2q gives the quaternion of any turn.
     Euler angles added | [t2, q2] -> [t2, e2q(q2e(x[3:])[0] + u[3:])[0]] | Angles of the world and turns of the robot cannot be added: use q_prod.
     rotation forgotten | [t2, q2] -> [t2, x[3:]] | The robot turns, too: q2 = q dq.
     position by q forgotten | X_x[:3, 3:] = np.einsum("ijk,j->ik", R_q, u[:3]) -> X_x[:3, 3:] = 0 | A small error of q moves the end of the step: X_x has a block d(t2)/d(q), from R_q.
