@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .. import expect
 from ..table import table
 
 
@@ -70,6 +71,7 @@ mutual = table(
     wrong="""
     each measurement for itself | np.argmin(D[:, near]) == i and D -> D | Two measurements may now get the same landmark. Ask the landmark, too: is this measurement its nearest?
     first come, first served | np.argmin(D[:, near]) == i -> near not in j | The first measurement takes the landmark from a nearer one that comes later: the answer must not depend on the order.
+    both of a tie | np.argmin(D[:, near]) == i -> D[i, near] <= D[:, near].min() | Two measurements that are just as near both get the landmark. No landmark is used twice: argmin takes one of them.
     no gate | == i and D[i, near] <= limit: -> == i: | The nearest may be far away: compare with the limit.
     each landmark for itself | for i in range(k): -> for near in range(n if k else 0): | Each landmark has taken its nearest measurement. Ask the measurement, too: is this landmark its nearest?
         near = np.argmin(D[i]) -> i = np.argmin(D[:, near])
@@ -91,6 +93,12 @@ mutual = table(
     fails on an empty map | if n == 0: -> if False: | At the start there is no landmark: D has the shape (k, 0), and argmin has nothing to choose from.
     """,
 )
+
+
+@mutual.link("a tie", "Two measurements may be just as near to a landmark: still it is not used twice.")
+def _(f, rng):
+    j = expect.array(f(np.ones((2, 1)), 9.2), 2, "j")
+    expect.true(np.sum(j == 0) < 2, f"j is {j.astype(int).tolist()} for D = [[1], [1]]: landmark 0 is used twice")
 
 
 @mutual.wrong(
