@@ -514,7 +514,13 @@ def test_an_exception_does_not_hide_what_is_tested():
 
 
 @pytest.mark.parametrize(
-    "given, advice", [([np.eye(2)], "[item.copy() for item in F]"), ([1, 2], "list(F)"), (np.eye(2), "np.array(F)")]
+    "given, advice",
+    [
+        ([np.eye(2)], "[item.copy() for item in F]"),
+        ([1, 2], "list(F)"),
+        (np.eye(2), "np.array(F, dtype=float)"),
+        (np.array([1, 2]), "np.array(F)"),
+    ],
 )
 def test_how_to_copy_depends_on_what_it_is(given, advice):
     def spoil(F):
