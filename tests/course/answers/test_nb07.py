@@ -442,7 +442,7 @@ def pair_by_pair_conditional_distances(zs, Hs, P, R, confidence):
     return d2 < chi2.ppf(confidence, z.size), d2, Z
 
 
-@answer_to("07.2", right=True)
+@answer_to("07.2", hint="used twice")  # by two measurements that are just as near
 def with_masks_list(D, limit):
     D = np.asarray(D)
     if not D.size:
@@ -451,7 +451,7 @@ def with_masks_list(D, limit):
     return np.where(ok.any(1), ok.argmax(1), -1).tolist()
 
 
-@answer_to("07.2", right=True)
+@answer_to("07.2", hint="used twice")  # by two measurements that are just as near
 def loops_over_all_pairs(D, limit):
     k, n = len(D), len(D[0]) if len(D) else 0
     j = []
