@@ -426,9 +426,10 @@ class Exercise:
     # ---- arrays where arrays are asked for -----------------------------------------------------------------
 
     def in_arrays(self, function):
-        """Return the student's function, with float arrays where the solution gives arrays.
+        """Return the student's function, with arrays where the solution gives arrays, of the same kind of numbers.
 
-        So a right answer made of lists works in the rest of the notebook. `inspect.unwrap` gives the function back.
+        So a right answer made of lists works in the rest of the notebook, and an index stays a whole number.
+        `inspect.unwrap` gives the function back.
         """
         forms = self._forms
 
@@ -436,16 +437,16 @@ class Exercise:
         def answer(*args, **kwargs):
             result = function(*args, **kwargs)
             if len(forms) == 1:
-                return _as_array(result) if forms[0] else result
+                return _as_array(result, forms[0])
             if not isinstance(result, (tuple, list)) or len(result) != len(forms):
                 return result
-            return tuple(_as_array(part) if form else part for part, form in zip(result, forms, strict=True))
+            return tuple(_as_array(part, kind) for part, kind in zip(result, forms, strict=True))
 
-        return answer if any(forms) else function
+        return answer if any(kind is not None for kind in forms) else function
 
     @cached_property
-    def _forms(self) -> list[bool]:
-        """Which results of the solution are arrays."""
+    def _forms(self) -> list:
+        """The kind of numbers in each result of the solution that is an array; None for other results."""
         f = guard.Guarded(self.solution, self.may_change, self.parameters())
         for link in self.links:
             with contextlib.suppress(Exception):
@@ -454,7 +455,7 @@ class Exercise:
                 break
         result = f.calls[0].result if f.calls else None
         parts = result if isinstance(result, tuple) else (result,)
-        return [isinstance(part, np.ndarray) for part in parts]
+        return [part.dtype if isinstance(part, np.ndarray) else None for part in parts]
 
 
 def _is_cut_off(got, want) -> bool:
@@ -465,7 +466,11 @@ def _is_cut_off(got, want) -> bool:
     return not np.array_equal(got, want) and np.array_equal(got, np.trunc(want))
 
 
-def _as_array(value):
-    """A list of numbers as a float array; anything else as it is."""
-    numbers = guard.numbers(value)
-    return value if numbers is None or numbers.dtype.kind == "c" else numbers.astype(float)
+def _as_array(value, kind):
+    """A list of numbers as an array of this kind, unless that would change a number; anything else as it is."""
+    numbers = None if kind is None else guard.numbers(value)
+    if numbers is None or numbers.dtype.kind == "c":
+        return value
+    with np.errstate(invalid="ignore"):  # a NaN is no whole number
+        kept = numbers.astype(kind)
+    return kept if np.array_equal(kept, numbers) else numbers

@@ -30,6 +30,8 @@ ADVICE = {
 }
 
 
+WHOLE = "An index is a whole number, and this is none: most often a float. `int(i)`, or `a.astype(int)` for an array."
+
 # What numpy says of slips that every student makes once: a part of its message, and what it means.
 SLIPS = {
     "(0,)": "One of the arrays is empty: a slice that begins behind the end has no entries. Counting starts at 0, and "
@@ -48,6 +50,9 @@ SLIPS = {
     "'tuple' object has no attribute": "A function with several results gives all of them together: take them apart, "
     "`a, b = f(x)`, or take the first one, `f(x)[0]`.",
     "object is not callable": "What stands before the bracket ( ) is not a function: is a `*` or an `@` missing?",
+    "only integers, slices": WHOLE,
+    "indices must be integers": WHOLE,
+    "must be of integer (or boolean) type": WHOLE,
     "Singular matrix": "This matrix has no inverse. Print it: is it the one that you mean, and is the noise in it?",
 }
 

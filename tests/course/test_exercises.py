@@ -6,8 +6,9 @@ The exercises are found by `registry.everything()`: a new one is tested without 
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.course import registry
+from ekfslam_tutorial.course import guard, registry
 from ekfslam_tutorial.course.exercise import Exercise
+from ekfslam_tutorial.course.expect import Failed
 from ekfslam_tutorial.course.project import Project
 from ekfslam_tutorial.course.quiz import read_quizzes
 from tests.pace import within
@@ -71,6 +72,40 @@ def test_the_text_of_the_solution_stands_alone(exercise):
 
 
 # --- what a student may hand in instead ---
+
+
+WHOLE = {  # id: arguments; what stands in the results whose numbers are no floats
+    "14.1": ((np.zeros(9, bool), 3), "i"),
+    "14.2": ((np.array([3, 5, 8]), np.array([5]), 1), "ii"),
+    "19.2": ((np.array([[1.0, 90.0], [80.0, 70.0]]), 9.2, 25.0), "i"),
+    "19.3": ((np.array([3, 4]), np.array([3, 1]), np.array([True, True]), np.array([True, False]), 9, 0.2), "ii"),
+}
+
+
+@pytest.mark.parametrize("id", ["14.1", "14.2", "19.2", "19.3"])
+def test_an_index_stays_a_whole_number(id):
+    """After a passed check, too: of arrays, of lists, and of arrays of floats, which pass as well."""
+    exercise, (args, kinds) = registry.get(id), WHOLE[id]
+    for form in np.array, np.ndarray.tolist, lambda a: a.astype(float):
+        as_told = lambda *args, form=form: _formed(exercise.solution(*args), form)
+        got = exercise.in_arrays(as_told)(*args)
+        assert guard.equal(got, exercise.solution(*args))
+        parts = got if isinstance(got, tuple) else (got,)
+        assert "".join(part.dtype.kind for part in parts[: len(kinds)]) == kinds
+
+
+def _formed(value, form):
+    """A result with its arrays in another form."""
+    if isinstance(value, tuple):
+        return tuple(_formed(part, form) for part in value)
+    return form(value) if isinstance(value, np.ndarray) else value
+
+
+@pytest.mark.parametrize("use", [lambda i: [1, 2][i], lambda i: np.zeros(2)[i], lambda i: np.zeros(2)[np.array([i])]])
+def test_an_index_that_is_a_float_is_told(use):
+    with pytest.raises(Failed) as told:
+        guard.Guarded(lambda x: use(x + 0.0))(1)
+    assert "`int(i)`" in told.value.hint and "whole number" in told.value.hint
 
 
 def stub(*args):
