@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..simulation import Streams
+from ..toolbox import UserData
 from ..toolbox.scenario.keys import snake
 
 
@@ -20,6 +21,44 @@ def robots(*motions):
 def sensors(*types):
     """Ask for sensors of these types, in any order."""
     return lambda data: _same("sensor", "type", types, [snake(type(s.model).__name__) for s in data.sensors])
+
+
+def places(scenario):
+    """Ask that robots start where they do in this scenario, and that they carry the same sensors at the same places."""
+    wanted = UserData.from_text(scenario)
+
+    def ask(data):
+        for robot, want in zip(data.robots, wanted.robots, strict=True):
+            if not _same_place(robot.start()[0], want.start()[0], robot.frame):
+                return f"robot {robot.id} starts at {_said(robot)}, in the task at {_said(want)}"
+        numbers, frame = {r.id: i for i, r in enumerate(data.robots)}, data.frame
+        free = list(data.sensors)
+        for want in wanted.sensors:
+            of_robot = [s for s in free if numbers[s.robot] == [r.id for r in wanted.robots].index(want.robot)]
+            same = [s for s in of_robot if type(s.model) is type(want.model)]
+            there = [s for s in same if _same_place(s.start(frame)[0], want.start(frame)[0], frame)]
+            what = f"{snake(type(want.model).__name__)} on robot {want.robot}"
+            if not same:
+                return f"the task has one more {what}"
+            if not there:
+                return f"the {what} is at {' and at '.join(map(_said, same))}, in the task at {_said(want)}"
+            free.remove(there[0])
+        return None
+
+    return ask
+
+
+def _same_place(x, y, frame):
+    """Return True if two frames are the same to a millimetre and a milliradian."""
+    a, b = frame(x[: frame.size]), frame(y[: frame.size])
+    return bool(np.allclose(a.t, b.t, atol=1e-3) and np.allclose(a.R, b.R, atol=1e-3))
+
+
+def _said(thing):
+    """A robot's or a sensor's place, as its keys say it."""
+    keys = [key for key in ("position", "orientation_deg") if getattr(thing, key) is not None]
+    said = [f"{key} = {[round(float(v), 3) for v in np.atleast_1d(getattr(thing, key))]}" for key in keys]
+    return ", ".join(said) or "the origin"
 
 
 def landmarks(*types):
@@ -72,8 +111,8 @@ def noise(controls=0.0, pixels=0.0):
     return ask
 
 
-def estimated(robots=True, mountings=0):
-    """Ask that robots are estimated, and so many mountings."""
+def estimated(robots=True, mountings=0, angles=(0.0, 180.0)):
+    """Ask that robots are estimated, and so many mountings, whose angles are known to so many degrees."""
 
     def ask(data):
         for r in data.robots:
@@ -82,6 +121,14 @@ def estimated(robots=True, mountings=0):
         n = sum(s.frame_in_map for s in data.sensors)
         if n < mountings:
             return f"{n} mountings are estimated (frame_in_map), the task asks for {mountings}"
+        for s in (s for s in data.sensors if s.frame_in_map):
+            std = np.atleast_1d(np.asarray(s.orientation_std_deg, float))
+            if not angles[0] <= std.min() <= std.max() <= angles[1]:
+                got = ", ".join(f"{v:.3g}" for v in np.unique(std))
+                return (
+                    f"the mounting of sensor {s.id} has orientation_std_deg = {got}, the task asks for "
+                    f"{angles[0]:g} to {angles[1]:g}"
+                )
         return None
 
     return ask

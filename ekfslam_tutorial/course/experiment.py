@@ -47,5 +47,5 @@ def experiment(id: str, scenario: str, loop) -> Run:
             if run.failed is None
             else f"a run that ended early, after {len(run.trial.t)} frames"
         )
-        watch.finish(f"The last picture of {of}.")
+        watch.finish(f"The last picture of {of}. {project.remark}".strip())
     return run

@@ -343,6 +343,7 @@ class Project:
     """
 
     name, may_change = "run", ()
+    remark = ""  # on the last picture
     beside_reference = True  # a run is measured beside one of the reference with the same data
     misconceptions, variants = (), ()  # of a run they are too slow for every audit: see tests/course/test_projects.py
 
@@ -411,11 +412,11 @@ class Project:
             raise Failed(f"the scenario is a text in TOML, got {type(scenario).__name__}", "Keep the three quotes.")
         try:
             data = UserData.from_text(scenario)
-            answers = [sentence for ask in self.asks if (sentence := ask(data))]
+            answer = next((sentence for ask in self.asks if (sentence := ask(data))), None)
         except (ValueError, TypeError) as error:
             raise Failed(f"the scenario: {error}", "All keys are in docs/scenarios.md.") from None
-        if answers:
-            raise Failed(f"the scenario is not the one of the task: {answers[0]}", "Read the task once more.")
+        if answer:
+            raise Failed(f"the scenario is not the one of the task: {answer}", "Read the task once more.")
         return data
 
     def run(self, scenario, loop, reference=False, watch=None) -> Run:

@@ -180,6 +180,33 @@ def test_a_wrong_scenario_is_told_in_a_sentence(name):
     assert verdict.link == "scenario" and says in verdict.message, verdict.message
 
 
+OTHERS = {  # project, edits, what is told; the last two say the same as the task in other words
+    "another robot has the depth camera": (
+        "14",
+        ['robot = 2\ntype = "pin', 'robot = 1\ntype = "pin'],
+        "one more pin_hole_depth",
+    ),
+    "a start in radians": ("14", ["[0, 0, 180]", "[0, 0, 3.14159]"], "robot 2 starts at position = [0.0, 5.0, 0.0]"),
+    "a camera that looks up": ("14", ["orientation_deg = [-90, 0, -90]\n", ""], "the pin_hole on robot 1 is at"),
+    "a camera to the left": ("15", ["-0.25", "0.25"], "in the task at position = [0.0, -0.25, 0.6]"),
+    "screws of which nothing is said": ("15", ["orientation_std_deg = 2.0\n", ""], "orientation_std_deg = 0, the task"),
+    "screws in radians": ("15", ["std_deg = 2.0", "std = 2.0"], "write orientation_std_deg = 2.0 for degrees"),
+    "a laser in radians": ("19", ["bearing_std_deg", "bearing_std"], "the laser has bearing_std_deg = 40.1"),
+    "as the task, turned to the right": ("14", ["[0, 0, 180]", "[0, 0, -180]"], None),
+    "as the task, in radians": ("15", ["std_deg = 2.0", "std = 0.0349"], None),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_scenario_of_another_task_is_refused(name):
+    number, edit, says = OTHERS[name]
+    project = registry.get(f"{number}.project")
+    assert edit[0] in project.scenario
+    told = project.run(project.scenario.replace(*edit), lambda world: None).failed
+    assert told is not None  # a loop that gives nothing back
+    assert (says or "your loop returns") in str(told)
+
+
 def test_the_scenario_must_be_a_text():
     assert "a text in TOML, got UserData" in EYE.judge(EYE.run(UserData.from_text(EYE.scenario), EYE.loop)).message
 

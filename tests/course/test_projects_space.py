@@ -198,6 +198,21 @@ WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of
     ),
     "19 expected minus measured": ("19", (), [("x + K @ z[", "x - K @ z[")], "the path", "innovation"),
     "19 no noise of motion": ("19", (), [("        P[:3, :3] += B @ now.U[1] @ B.T\n", "")], "the path", "slip"),
+    "19 births without cross-covariance": (
+        "19",
+        (),
+        [("P_lx = L_r @ P[:3]", "P_lx = 0 * L_r @ P[:3]"), ("P_lx[:, :3] @ L_r.T", "L_r @ P[:3, :3] @ L_r.T")],
+        "no more is claimed than can be known",
+        "covariance with *all*",
+    ),
+    "19 no slip": (
+        "19",
+        (),
+        [("[B, sideways]", "[B, 0 * sideways]")],
+        "no more is claimed than can be known",
+        "the slip",
+    ),
+    "19 P is not corrected": ("19", (), [("P - K @ Z @ K.T", "P")], "the covariance is corrected", "P is not"),
     "19 laser on the axle": ("19", (), [("(2.83, 0.76, 3.78, 0.50)", "(2.83, 0.76, 0.0, 0.0)")], "honest", "car"),
     "19 too sure of the laser": (
         "19",

@@ -124,6 +124,7 @@ project = Project(
     asks=(
         asks.robots("odometry3", "odometry3"),
         asks.sensors("pin_hole", "pin_hole_depth"),
+        asks.places(SCENARIO),
         asks.landmarks("idp_pnt"),
         asks.frames(60, 200),
         asks.points(20),

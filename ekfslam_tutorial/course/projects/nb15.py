@@ -117,11 +117,12 @@ project = Project(
     asks=(
         asks.robots("odometry3", "odometry3"),
         asks.sensors("pin_hole", "pin_hole", "pin_hole_depth"),
+        asks.places(SCENARIO),
         asks.landmarks("idp_pnt"),
         asks.frames(50, 200),
         asks.points(20),
         asks.noise(controls=0.002, pixels=0.5),
-        asks.estimated(mountings=1),
+        asks.estimated(mountings=1, angles=(0.5, 5.0)),
     ),
     band=(3.0, 12.0),
     before=(

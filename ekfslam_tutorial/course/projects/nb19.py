@@ -61,8 +61,8 @@ def loop(world):
     goes through the scans. now.u[1] = [v, alpha, slip] is the control, slip is 0, and now.U[1], shape (3, 3), its
     covariance; now.dt the time: five small steps of `drive` are better than one long one. Slip moves the truck
     sideways, by v dt slip. now.seen[1] is a list of pairs (-1, [range, bearing]): detections without a name.
-    world.sens[0].model.R is their noise. Gates: 9.2 and 25. A tree goes if it was looked for 10 times and found in
-    less than 20 % of them.
+    world.sens[0].model.R is their noise. Gates: 9.2 and 25. A tree begins with the counts searched = found = 1, and
+    goes if it was looked for 10 times and found in less than 20 % of them.
     Yield x, P, lmks after each frame: the whole map, the pose first, and a dictionary id: slice, with ids of your own.
     """
     car, R = (2.83, 0.76, 3.78, 0.50), world.sens[0].model.R
@@ -124,27 +124,43 @@ def log():
 
 
 @cache
-def by_the_package(last):
-    """The same part of the log by the package: trees in the map in the mean, and distance to GPS (m)."""
+def by_the_package(laser, last):
+    """What `row` keeps of each of the first scans, of the package, with a laser of these standard deviations (m, rad)."""
     data = PROJECT.read(SCENARIO)
+    model = replace(data.sensors[0].model, range_std=laser[0], bearing_std=laser[1])
+    data = replace(data, sensors=[replace(data.sensors[0], model=model)])
     rules = NearestNeighbour(confidence=0.99, new_confidence=0.999996)
     options = replace(data.options, association=rules, joint=True, compressed=True, min_search=10, min_match_ratio=0.2)
     rows = []
     for now in universal_slam(replace(data, options=options, time=replace(data.time, last=last)), log()):
-        rows.append([now.t, *now.map.state(now.robs[0].r)[:2], len(now.lmks)])
-    return figures(np.array(rows))
+        map, r = now.map, now.robs[0].r
+        rows.append(row(now.t, map.state(r), map.variances(r), [map.variances(lmk.r) for lmk in now.lmks.values()]))
+    return np.array(rows)
+
+
+def noise_of(data):
+    """Standard deviations of the laser's range and bearing."""
+    return tuple(np.sqrt(np.diag(data.sensors[0].model.R)).round(9).tolist())
+
+
+def row(t, pose, variances, of_trees):
+    """What is kept of a scan: time, x, y, trees, sigma of the position, and median sigma of the trees (m)."""
+    sigmas = [np.sqrt(v[:2].sum()) for v in (variances, *of_trees)]
+    return [t, *pose[:2], len(of_trees), sigmas[0], np.median(sigmas[1:]) if of_trees else np.nan]
 
 
 def figures(rows):
-    """Trees in the mean, and distance to GPS (m) without the worst 5 %; rows of t, x, y, trees."""
+    """Trees in the mean, distance to GPS (m) without the worst 5 %, and the two sigmas in the last third (m)."""
     _, gps = gps_error(rows[:, 0], rows[:, 1:3], log().fixes[1], 0.95)
-    return float(rows[:, 3].mean()), gps
+    rms = np.sqrt(np.nanmean(rows[-max(len(rows) // 3, 1) :, 4:] ** 2, 0))
+    return float(rows[:, 3].mean()), gps, *map(float, rms)
 
 
 class Park(Project):
     """A project on a log without a truth: runs are compared with GPS, and with the package's run on the same scans."""
 
     beside_reference = False
+    remark = "Detections have no names, so the picture cannot show which were used: all that is expected is `predicted`."
 
     def read(self, scenario):
         """Return the `UserData` of a text; detections without a name want a rule that needs none."""
@@ -157,21 +173,21 @@ class Park(Project):
 
         def keep(world, before, estimate):
             """Note where the estimate is."""
-            rows.append([world._t, *estimate.x[:2], len(estimate.lmks)])
+            variances = np.diag(estimate.P)
+            rows.append(row(world._t, estimate.x, variances, [variances[r] for r in estimate.lmks.values()]))
             if watch is not None and (world.k % EVERY == 0 or world.k == len(world)):
                 watch(world, before, estimate)
 
         trial = super().trial(run, seed, keep)
-        trial.path = np.array(rows).reshape(-1, 4)
+        trial.path, trial.laser = np.array(rows).reshape(-1, 6), noise_of(run.data)
         return trial
 
     def measured(self, trials, reference=None):
         """What the sentences of the verdict are about."""
         (trial,) = trials
-        trees, gps = figures(trial.path)
-        want_trees, want_gps = by_the_package(len(trial.path))
-        truth = scores([trial]) if trial.errors else None
-        return _Measured(trees, gps, want_trees, want_gps, truth, trial)
+        theirs = figures(by_the_package(noise_of(self.read(SCENARIO)), len(trial.path)))[:2]
+        sigmas = figures(by_the_package(trial.laser, len(trial.path)))[2:]  # with the same laser
+        return _Measured(figures(trial.path), (*theirs, *sigmas), scores([trial]) if trial.errors else None, trial)
 
     def summary(self, trials):
         """One line on a run."""
@@ -182,19 +198,28 @@ class Park(Project):
         honest = f", mean NEES {s.nees:.1f} (honest 3, band {self.band[0]:g} to {self.band[1]:g})" if s.truth else ""
         return (
             f"{here()}, {len(trial.path)} scans: distance to GPS {s.gps:.2f} m (the package {s.want_gps:.2f} m), "
-            f"{s.trees:.0f} trees in the mean (the package {s.want_trees:.0f}){honest}"
+            f"{s.trees:.0f} trees in the mean (the package {s.want_trees:.0f}), {trial.size[-1]} at the end, sigma of the "
+            f"position {s.sigma:.2f} m in the last third (the package {s.want_sigma:.2f} m){honest}"
         )
 
 
 class _Measured:
     """A run beside that of the package."""
 
-    def __init__(self, trees, gps, want_trees, want_gps, truth, trial):
-        self.trees, self.gps, self.want_trees, self.want_gps, self.truth = trees, gps, want_trees, want_gps, truth
-        self.seconds = trial.seconds
+    def __init__(self, mine, theirs, truth, trial):
+        self.trees, self.gps, self.sigma, self.tree_sigma = mine
+        self.want_trees, self.want_gps, self.want_sigma, self.want_tree_sigma = theirs
+        self.claim, self.tree_claim = self.sigma / self.want_sigma, self.tree_sigma / self.want_tree_sigma
+        self.truth, self.seconds = truth, trial.seconds
         self.nees = truth.nees if truth else np.nan
-        self.lost = gps > 1.25 * want_gps + 0.3  # m
+        self.lost = self.gps > 1.25 * self.want_gps + 0.3  # m
 
+
+CLAIMED = (
+    "in the last third of the run the filter claims {s.sigma:.2f} m for the truck and "
+    "{s.tree_sigma:.2f} m for a tree: {s.claim:.2f} and {s.tree_claim:.2f} times what the package claims on the same scans "
+    "({p.claims[0]:g} to {p.claims[1]:g})"
+)
 
 SYMPTOMS = (
     Symptom(
@@ -210,16 +235,28 @@ SYMPTOMS = (
         "The filter does not recognise its own trees, and starts them again. Look at the motion first: five small steps in a scan? The place of the laser, `car`? The slip in the noise? Are x and P both corrected? Then at the innovation: measured minus expected, its bearing wrapped.",
     ),
     Symptom(
+        "the covariance is corrected",
+        lambda s, p: s.claim > p.claims[1],  # of the truck: trees that nobody deletes have large ones, too
+        CLAIMED,
+        "Too cautious: x is corrected and P is not? P - K Z K' belongs to every correction. Or is a noise counted twice, or a standard deviation taken for a variance?",
+    ),
+    Symptom(
         "the path",
         lambda s, p: s.lost,
-        "the path is {s.gps:.1f} m from GPS; that of the package is {s.want_gps:.1f} m",
-        "The map has the right size, the path is wrong: do corrections reach the pose (x[:3] and P[:3])? Is the sign of the innovation right? Are all detections of a scan used that have a tree?",
+        "the path is {s.gps:.1f} m from GPS (the package: {s.want_gps:.1f} m), and {s.trees:.0f} trees are in the map (the package: {s.want_trees:.0f})",
+        "Does every scan add its noise, B U B', the slip in it, to P[:3, :3]? Do corrections reach the pose (x[:3] and P[:3])? Is the sign of the innovation right? Are all detections of a scan used that have a tree?",
     ),
     Symptom(
         "the upkeep",
         lambda s, p: s.trees > 1.25 * s.want_trees,
         "the path is right, but {s.trees:.0f} trees are in the map in the mean; the package has {s.want_trees:.0f}",
         "Trees that are never found again stay: does `manage` get which trees are in view and which were found, with the counts of the scan before? Do those that it names go out of x, of P (rows and columns), and of the counts? Or are there doubles: is the gate of new trees 25?",
+    ),
+    Symptom(
+        "no more is claimed than can be known",
+        lambda s, p: min(s.claim, s.tree_claim) < p.claims[0],
+        CLAIMED,
+        "Too sure: is the third column of B, the slip, in the noise? Has a new tree its covariance with *all* of the map, P_lx = L_r P[:3]? Is R in Z, once for each detection?",
     ),
     Symptom(
         "honest",
@@ -235,6 +272,18 @@ SYMPTOMS = (
     ),
 )
 
+
+def _a_laser(data):
+    model = data.sensors[0].model
+    for key, got, about, most in (
+        ("range_std", model.range_std, 0.15, 1.0),
+        ("bearing_std_deg", np.degrees(model.bearing_std), 0.7, 5.0),
+    ):
+        if got > most:
+            return f"the laser has {key} = {got:.3g}, the task has about {about:g} and takes up to {most:g}"
+    return None
+
+
 PROJECT = project = Park(
     "19.project",
     "Drive the park",
@@ -245,16 +294,18 @@ PROJECT = project = Park(
         "Four parts for a scan: drive (five small steps), `sort_scan` on the squared distances, one correction with all that have a tree, the upkeep: `manage`, births, deletions. Keep ids, searched and found in the order of the trees in x.",
         "Motion: A = X_x A and B = X_x B + X_u over the five steps, a third column of B for the slip, Q = B U B'. "
         "z = y[:, None] - e has the shape (k, n, 2); D = z' Z^-1 z for each pair. Stack E_r and E_l of the used ones into H, "
-        "R on the diagonal. Matched trees are in view, too. After the correction P = (P + P') / 2, so that rounding does not grow. Delete: rows 3 + 2i and 4 + 2i of x and of P, and columns of P.",
+        "R on the diagonal. A tree that is matched counts as one in view; or use only detections whose tree is in view: both are right. After the correction P = (P + P') / 2, so that rounding does not grow. Delete: rows 3 + 2i and 4 + 2i of x and of P, and columns of P.",
     ),
     asks=(
         asks.robots("vehicle"),
         asks.sensors("range_bearing"),
+        _a_laser,
         asks.landmarks("euc_pnt"),
         asks.frames(300, 1200),
         asks.estimated(),
     ),
     band=(0.2, 9.0),
+    claims=(0.85, 1.3),
     symptoms=SYMPTOMS,
     seconds=90.0,
     recording=lambda data: log(),

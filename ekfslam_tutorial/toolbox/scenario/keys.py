@@ -82,7 +82,8 @@ def arguments(target, table):
     """Arguments of a class or function from a table of its parameters.
 
     A key `NAME_deg` is an angle in degrees and gives the parameter NAME in radians. A class may list in `angles` which
-    of its parameters are angles; then only these can be given so, and nothing beyond 2 pi is taken for radians.
+    of its parameters are angles; then only these can be given so, and nothing beyond 2 pi is taken for radians, nor a
+    standard deviation beyond 1.
     """
     accepted, angles = parameters(target), getattr(target, "angles", None)
     in_degrees = [f"{name}_deg" for name in (accepted if angles is None else angles)]
@@ -111,10 +112,11 @@ def _needed(parameter, name, values):
 
 
 def check_radians(key, value):
-    """Refuse angles beyond 2 pi: they are in degrees, most likely."""
-    if np.abs(finite_array(key, value)).max(initial=0.0) > 2 * math.pi * (1 + 1e-12):
+    """Refuse angles beyond 2 pi, and standard deviations beyond 1: they are in degrees, most likely."""
+    limit, said = (1.0, "1") if key.endswith("_std") else (2 * math.pi, "2 pi")
+    if np.abs(finite_array(key, value)).max(initial=0.0) > limit * (1 + 1e-12):
         raise ValueError(
-            f"{key} = {short_text(value)} is in radians and beyond 2 pi; "
+            f"{key} = {short_text(value)} is in radians and beyond {said}; "
             f"write {key}_deg = {short_text(value)} for degrees"
         )
 

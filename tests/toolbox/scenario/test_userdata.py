@@ -288,6 +288,8 @@ MISTAKES = [
     (FLAT, "sensor.fov", 270.0, "fov = 270.0 is in radians and beyond 2 pi; write fov_deg = 270.0 for degrees"),
     (FLAT, "robot.orientation", 90, "orientation = 90 is in radians and beyond 2 pi; write orientation_deg = 90"),
     (SPACE, "sensor.orientation", [-90, 0, -90], "in radians and beyond 2 pi; write orientation_deg"),
+    (SPACE, "robot.da_std", 2.0, "robot 1: da_std = 2.0 is in radians and beyond 1; write da_std_deg = 2.0"),
+    (SPACE, "robot.orientation_std", [0, 0, 2], "in radians and beyond 1; write orientation_std_deg"),
     (SPACE, "robot.da", [0, 0, 9.0], "robot 1: da = .* is in radians and beyond 2 pi; write da_deg"),
     (FLAT, "robot.w", 0.2, "robot 1: w is given twice, in degrees and in radians"),
     (FLAT, "sensor.bearing_std", 0.1, "sensor 1: bearing_std is given twice"),
