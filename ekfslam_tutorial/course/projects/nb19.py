@@ -160,7 +160,9 @@ class Park(Project):
     """A project on a log without a truth: runs are compared with GPS, and with the package's run on the same scans."""
 
     beside_reference = False
-    remark = "Detections have no names, so the picture cannot show which were used: all that is expected is `predicted`."
+    remark = (
+        "Detections have no names, so the picture cannot show which were used: all that is expected is `predicted`."
+    )
 
     def read(self, scenario):
         """Return the `UserData` of a text; detections without a name want a rule that needs none."""
