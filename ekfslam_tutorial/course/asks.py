@@ -11,6 +11,7 @@ import numpy as np
 from ..simulation import Streams
 from ..toolbox import UserData
 from ..toolbox.scenario.keys import snake
+from ..toolbox.scenario.robots import std_key
 
 
 def robots(*motions):
@@ -91,17 +92,17 @@ def points(least):
     return ask
 
 
-def noise(controls=0.0, pixels=0.0):
-    """Ask for odometry and pixels that are not too good: standard deviations of each control and each pixel."""
+def noise(pixels=0.0, **controls):
+    """Ask for odometry and pixels that are not too good: least standard deviations, as ``dx_std=0.01``."""
 
     def ask(data):
         for r in data.robots:
-            std = float(np.sqrt(np.diag(r.U()).min()))
-            if std < controls:
-                return (
-                    f"the odometry of robot {r.id} has the noise {std:.2g} m or rad (dx_std, da_std_deg), the task "
-                    f"asks for {controls:.2g} or more"
-                )
+            std, sizes = np.sqrt(np.diag(r.U())), r.motion.control_fields
+            parts = np.split(std, np.cumsum(list(sizes.values()))[:-1])
+            for name, part in zip(sizes, parts, strict=True):
+                got = np.degrees(part.min()) if name.endswith("_deg") else part.min()
+                if got < controls.get(key := std_key(name), 0.0) * (1 - 1e-9):
+                    return f"robot {r.id} has {key} = {got:.2g}, the task asks for {controls[key]:g} or more"
         for s in data.sensors:
             std = float(np.sqrt(s.model.R[0, 0]))
             if std < pixels:

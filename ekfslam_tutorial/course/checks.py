@@ -70,7 +70,8 @@ def told(project: Project, verdict: Verdict) -> Verdict:
         return verdict
     logbook.attempt(project.id, verdict.passed)
     what = verdict.note if verdict.passed else f"failed '{verdict.link}': {verdict.message}"
-    logbook.write(project.id, verdict=what)
+    before = not verdict.passed and logbook.read().get(project.id, logbook.EMPTY)["passed"]
+    logbook.write(project.id, **({"last": what} if before else {"verdict": what, "last": None}))
     lines = [report(project, verdict).replace(f"{FALLBACK} ", "")]
     if verdict.note:
         lines.append(_wrapped(f"    {verdict.note}."))
@@ -117,9 +118,10 @@ def progress(notebook: str | None = None):
     print(f"{done} of {len(chosen)} exercises passed")
     for exercise in chosen:
         record = records.get(exercise.id, logbook.EMPTY)
-        print(f"  {exercise.id:8} {_state(record):24} {exercise.title}")
-        if record.get("verdict"):
-            print(textwrap.indent(textwrap.fill(record["verdict"], 88), " " * 11))
+        print(f"  {exercise.id:11} {_state(record):24} {exercise.title}")
+        for what in record.get("verdict"), record.get("last") and f"last try: {record['last']}":
+            if what:
+                print(textwrap.indent(textwrap.fill(what, 86), " " * 14))
 
 
 def report(exercise, verdict: Verdict) -> str:

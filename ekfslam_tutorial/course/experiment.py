@@ -38,14 +38,14 @@ def experiment(id: str, scenario: str, loop) -> Run:
         watch = Watch(project.title, project.sensor)
         run = project.run(project.scenario, project.loop, reference=True, watch=watch)
     if run.failed is not None:
-        print(textwrap.fill(f"[{id}] The run ended early: {run.failed}", 100, subsequent_indent="    "))
+        begun, whole = run.trial is not None, run.trial is not None and len(run.trial.t) == run.trial.frames
+        what = "The result is not used" if whole else "The run ended early" if begun else "The run has not begun"
+        print(textwrap.fill(f"[{id}] {what}: {run.failed}", 100, subsequent_indent="    "))
     if run.trial is not None and run.trial.printed:
         print(run.trial.printed)
     if run.trial is not None and run.trial.t:
-        of = (
-            project.summary([run.trial])
-            if run.failed is None
-            else f"a run that ended early, after {len(run.trial.t)} frames"
-        )
+        n = len(run.trial.t)
+        after = f"{'' if n == run.trial.frames else 'a run that ended early, after '}{n} frame{'s' * (n != 1)}"
+        of = project.summary([run.trial]) if run.failed is None else after
         watch.finish(f"The last picture of {of}. {project.remark}".strip())
     return run

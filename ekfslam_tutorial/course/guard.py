@@ -42,8 +42,11 @@ SLIPS = {
     "single numbers; those of numpy (np.sin, np.arctan2 ...) take arrays, too.",
     "truth value of an array": "`if`, `while`, `and` and `or` decide about one number. For all entries of an array "
     "at once there are np.where, np.all, np.any, & and |.",
-    "could not be broadcast": "`*`, `+` and `-` go entry by entry, so they want equal shapes. The product of "
-    "matrices is `@`.",
+    "could not be broadcast": "Print both shapes: `*`, `+`, `-` and `=` go entry by entry, so they want equal ones. "
+    "One more or less: was something added or deleted in one array and not in the other? The product of matrices is "
+    "`@`.",
+    "ufunc 'positive'": "A frame is made of 7 numbers, in the plane of 3, and here is something else. Is it None? A "
+    "mounting that is in the map is `x[sen.r]`, and `sen.x` is None.",
     "mismatch in its core dimension": "In A @ B the columns of A must be as many as the rows of B: look at the "
     "order of the factors, and at the transposes (.T).",
     "object is not subscriptable": "What stands before the bracket [ ] is a single number or a function, not an array.",
@@ -229,7 +232,7 @@ def _blame(function, error):
     if frame is None or code is None:
         return f"your function raised {text}"
     line = linecache.getline(code.co_filename, frame.tb_lineno).strip()
-    place = f"line {frame.tb_lineno - code.co_firstlineno + 1}"
-    if frame.tb_frame.f_code is not code:
-        place = f"`{frame.tb_frame.f_code.co_name}`"
+    number, name = frame.tb_lineno - code.co_firstlineno + 1, frame.tb_frame.f_code.co_name
+    inside = frame.tb_frame.f_code is code or (name.startswith("<") and number > 0)  # a list in brackets has no name
+    place = f"line {number}" if inside else f"`{name}`"
     return f"your function raised {text[:300]}, in {place}" + (f": `{line}`" if line else "")

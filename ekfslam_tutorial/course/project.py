@@ -230,7 +230,8 @@ SYMPTOMS = (
         lambda s, p: s.error > 1.5 * max(s.dead_sigma, s.dead_error),
         "the robots are off by {s.error:.2f} m; without any measurement it would be {s.dead_error:.2f} m",
         "The corrections make it worse. The sign of the innovation (measured minus expected), the sign of a "
-        "Jacobian, a mounting that is left out, or the range of another landmark: print z of the first correction; "
+        "Jacobian, the order of the results of `observe` and of the frames in `retro_project`, a mounting that is left "
+        "out, or the range of another landmark: print z of the first correction; "
         "with a good start it is a few times the noise of the sensor. If it is: is R in Z? Has a birth the covariance "
         "of its prior, L_n N L_n'?",
     ),
@@ -266,13 +267,14 @@ SYMPTOMS = (
         "covariances already)? Does the gate throw good measurements away?",
     ),
     Symptom(
-        "nothing is used twice",
+        "no more is claimed than can be known",
         lambda s, p: s.claim < p.claims[0],
-        "the sigma of the robots is {s.claim:.2f} times that of a filter that uses every measurement once (at least "
-        "{p.claims[0]:g})",
-        "Nobody can know more than that. Is a measurement used twice, for example to start a landmark and to correct? "
-        "Does a new landmark come in without its covariance with *all* of the map? Is a Jacobian too small, X_x for "
-        "example, that carries the uncertainty of the heading into the position?",
+        "the sigma of the robots is {s.claim:.3f} times that of the reference with the same data, which uses every "
+        "measurement once (at least {p.claims[0]:g})",
+        "More is claimed than the data say. Is a measurement used twice, for example to start a landmark and to "
+        "correct? Does a new landmark come in without its covariance with *all* of the map? Is a Jacobian too small, "
+        "X_x for example, that carries the uncertainty of the heading into the position? Or is an inverse-depth "
+        "landmark made a point too early?",
     ),
     Symptom(
         "all is used",
@@ -481,6 +483,7 @@ class Project:
         """What some runs of one loop show; `reference` is the reference with the data of the first."""
         s, summary = self.measured(trials, reference), self.summary(trials)
         p = _Stated(self, s)
+        summary += f"; {s.seconds:.1f} s for a run"
         for symptom in self.symptoms:
             if symptom.shows(s, self):
                 return Verdict(
@@ -500,8 +503,9 @@ class Project:
         runs = f"{len(trials)} runs of {s.frames} frames" if len(trials) > 1 else f"{s.frames} frames"
         return (
             f"{runs}: mean NEES {s.nees:.1f} (honest {s.dof}, band {self.band[0]:g} to {self.band[1]:g}), position off "
-            f"by {s.error:.2f} m at the end (dead reckoning {s.dead_error:.2f} m), {s.landmarks:.0f} landmarks in "
-            f"the map ({100 * s.share:.0f} % of those seen often), median error {s.landmark_error:.2f} m"
+            f"by {s.error:.2f} m in the last third (dead reckoning {s.dead_error:.2f} m), {s.landmarks:.0f} landmarks "
+            f"in the map ({100 * s.share:.0f} % of those seen often), median error of a landmark "
+            f"{s.landmark_error:.2f} m"
         )
 
 

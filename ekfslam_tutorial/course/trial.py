@@ -23,6 +23,7 @@ from .expect import Failed
 LANDMARKS = {3: {t.size: t for t in (EucPnt(3), HmgPnt(3), IdpPnt(), AhmPnt(3))}, 2: {2: EucPnt(2)}}
 """Landmark types by dimension of the world and by how many numbers a landmark has."""
 OFTEN = 5  # a landmark that was seen in so many frames should be in the map
+OTHER_SENSOR = "Two numbers against three: does e come from the sensor that measured y (`world.sens[id - 1]`)? "
 LATELY = 10  # frames: what was seen in the last ones is what a robot needs now
 
 
@@ -95,6 +96,7 @@ class Trial:
     """One run of a loop with one seed; `failed` says why it ended early, if it did."""
 
     seed: int
+    frames: int = 0  # of a whole run
     t: list = field(default_factory=list)
     size: list = field(default_factory=list)  # landmarks in the map
     poses: dict = field(default_factory=dict)  # by robot, for `measure`: rows of x, P, those of dead reckoning, truth
@@ -198,6 +200,7 @@ def run_trial(data, loop, seed, seconds, recording=None, watch=None, trial=None,
         What the student's code does wrong is in it; nothing is raised.
     """
     trial, world = trial or Trial(seed), World(data, seed, recording)
+    trial.frames = len(world)
     world.given = given
     estimated = [rob for rob in world.robs if rob.r is not None]
     reckoning = {rob.id: (world.x[rob.r].copy(), world.P[rob.r, rob.r].copy()) for rob in estimated}
@@ -242,7 +245,7 @@ def begin(loop, world):
     except NotImplementedError:
         raise
     except Exception as error:
-        raise Failed(blame(loop, error), guard._advice(error)) from None
+        raise Failed(blame(loop, error), advice(error)) from None
     if not hasattr(steps, "__next__"):
         raise Failed(
             f"your loop returns {type(steps).__name__}: it must `yield x, P, lmks` after each frame",
@@ -269,7 +272,7 @@ def next_estimate(loop, steps, world, i, seconds, trial) -> Estimate:
     if what == "stub":
         raise NotImplementedError
     if what == "raised":
-        raise Failed(f"{blame(loop, value)} (frame {world.k})", guard._advice(value))
+        raise Failed(f"{blame(loop, value)} (frame {world.k})", advice(value))
     if what == "ended" or world.k != i + 1:
         raise Failed(
             f"your loop has yielded {i + (what == 'yielded')} times when {world.k} of {len(world)} frames were over",
@@ -281,6 +284,12 @@ def next_estimate(loop, steps, world, i, seconds, trial) -> Estimate:
 def blame(loop, error) -> str:
     """One sentence: the exception, and the line of the student's code."""
     return guard._blame(loop, error).replace("your function", "your loop", 1)
+
+
+def advice(error) -> str:
+    """What to look at first in a loop: in one of several sensors, that the two sides are of the same one."""
+    two_and_three = any(f"shapes {shapes}" in str(error) for shapes in ("(2,) (3,)", "(3,) (2,)"))
+    return (OTHER_SENSOR if two_and_three else "") + guard._advice(error)
 
 
 def checked(value, world) -> Estimate:

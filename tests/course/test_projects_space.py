@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.course import check, registry
+from ekfslam_tutorial.course import check, experiment, registry
 from ekfslam_tutorial.course.projects import nb17, nb18, nb19
 
 MODULES = {"17": nb17, "18": nb18, "19": nb19}
@@ -135,7 +135,7 @@ WRONG = {  # number, edits of the scenario, of the loop; the link, and a word of
         "the band",
         "in_band",
     ),
-    "17 one result": ("17", (), [("np.array(nees), in_band(np.array(nees), 6)", "np.array(nees)")], "loop", ""),
+    "17 better odometry along the way": ("17", [("dx_std = 0.01", "dx_std = 0.002")], (), "scenario", "task"),
     "17 no corrections": ("17", [("n_updates = 10", "n_updates = 0")], (), "a map", "useless"),
     "17 better odometry": ("17", [("da_std_deg = 0.1", "da_std_deg = 0.01")], (), "scenario", "task"),
     "18 no sightings of robots": ("18", (), [(MET, "")], "robots see robots", "not used"),
@@ -239,6 +239,28 @@ def test_one_camera_is_not_honest_with_poor_odometry(type, word):
     """Project 17 begins with hmgPnt; another way of storing is not enough."""
     found = verdict("17", [('"hmg_pnt"', f'"{type}"'), ("last = 60", "last = 50")], start=True)
     assert found.status == "failed" and word in found.hint, found
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [(np.zeros((8, 60)), "returns one array: it must end"), ((x for x in "ab"), "has a `yield`"), (7, "returns int")],
+)
+def test_what_the_loop_of_17_must_return(value, says):
+    with pytest.raises(nb17.Failed, match="return nees, inside") as told:
+        nb17.told(value, 8, 60)
+    assert says in str(told.value)
+
+
+def test_a_result_that_is_none_is_not_a_run_that_ended_early(capsys):
+    experiment("17.project", edited(nb17.SCENARIO, FRAMES["17"]), lambda data, seeds: (np.zeros((50, 8)), np.zeros(50)))
+    told = " ".join(capsys.readouterr().out.split())
+    assert "The result is not used: nees must have the shape (8, 50)" in told and "early" not in told
+
+
+def test_the_means_of_17_are_told_with_the_same_digits():
+    (measure,) = (s for s in nb17.SYMPTOMS if s.name == "the measure")
+    said = measure.says.format(s=SimpleNamespace(told=6.004, mean=5.96, runs=8), p=None)
+    assert "is 6.00; it is 5.96" in said
 
 
 def test_a_prior_that_is_too_sure_is_seen_from_the_first_frames_on():

@@ -116,7 +116,7 @@ project = Project(
         asks.landmarks("idp_pnt"),
         asks.frames(60, 200),
         asks.points(20),
-        asks.noise(controls=0.002, pixels=0.5),
+        asks.noise(dx_std=0.002, da_std_deg=0.1, pixels=0.5),
         asks.estimated(),
     ),
     band=(3.0, 15.0),

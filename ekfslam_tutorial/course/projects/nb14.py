@@ -128,12 +128,12 @@ project = Project(
         asks.landmarks("idp_pnt"),
         asks.frames(60, 200),
         asks.points(20),
-        asks.noise(controls=0.002, pixels=0.5),
+        asks.noise(dx_std=0.002, da_std_deg=0.1, pixels=0.5),
         asks.estimated(),
     ),
     band=(3.0, 12.0),
     least=0.3,
-    claims=(0.94, 1.8, 2.5),  # a landmark that comes again is a new one
+    claims=(0.92, 1.8, 2.5),  # points that inverse depths become claim more; a landmark that comes again is new
     before=(
         Symptom(
             "the room",

@@ -121,7 +121,7 @@ project = Project(
         asks.landmarks("idp_pnt"),
         asks.frames(50, 200),
         asks.points(20),
-        asks.noise(controls=0.002, pixels=0.5),
+        asks.noise(dx_std=0.002, da_std_deg=0.1, pixels=0.5),
         asks.estimated(mountings=1, angles=(0.5, 5.0)),
     ),
     band=(3.0, 12.0),

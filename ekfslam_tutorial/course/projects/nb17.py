@@ -107,7 +107,7 @@ class Honest(Project):
                 f"the scenario does not run: {error}", "See which landmark a camera can start: section 2."
             )
             return trial
-        trial.seconds = time.perf_counter() - began
+        trial.seconds, trial.frames = time.perf_counter() - began, len(trial.t)
         trial.measure()
         if seed == run.data.seed:  # the student's own run: eight seeds, of which this is the first
             self.ask(run, trial)
@@ -169,7 +169,7 @@ class Honest(Project):
                 f"{100 * s.inside:.0f} % of the frames"
             )
         return (
-            f"{s.frames} frames: {nees}; position off by {s.error:.2f} m at the end (dead reckoning {s.dead:.2f} m), "
+            f"{s.frames} frames: {nees}; position off by {s.error:.2f} m in the last third (dead reckoning {s.dead:.2f} m), "
             f"{s.landmarks:.0f} landmarks in {s.numbers} numbers"
         )
 
@@ -193,7 +193,10 @@ def note(trial, now):
 def told(value, runs, frames):
     """The student's (nees, inside), checked."""
     if not isinstance(value, tuple | list) or len(value) != 2:
-        raise Failed(f"your loop returns {type(value).__name__}: it must end with `return nees, inside`")
+        got = "one array" if isinstance(value, np.ndarray) else type(value).__name__
+        if hasattr(value, "__next__"):
+            raise Failed("your loop has a `yield`: here a loop returns, so it must end with `return nees, inside`")
+        raise Failed(f"your loop returns {got}: it must end with `return nees, inside`")
     nees, inside = (np.asarray(v) for v in value)
     for name, got, want in (("nees", nees.shape, (runs, frames)), ("inside", inside.shape, (frames,))):
         if got != want:
@@ -231,7 +234,7 @@ SYMPTOMS = (
     Symptom(
         "the measure",
         lambda s, p: not s.agrees,
-        "your loop says that the mean NEES is {s.told:.3g}; it is {s.mean:.3g} in the same {s.runs} runs",
+        "your loop says that the mean NEES is {s.told:.2f}; it is {s.mean:.2f} in the same {s.runs} runs",
         "Does each run get its own seed? Is it the estimated pose with *its* covariance, now.map.P[rob.r, rob.r], and the true one of the same frame? Is the NEES that of `pose_nees`, neither a mean over the frames nor over p?",
     ),
     Symptom(
@@ -250,7 +253,7 @@ SYMPTOMS = (
         "honest",
         lambda s, p: s.inside < p.share and s.first > 2 * s.high,
         "the mean NEES is {s.mean:.0f}, far above the band {s.low:.1f} to {s.high:.1f} from the first frames on",
-        "A prior that is too sure, or a depth that is guessed: something is known that nobody has measured. Look at the landmark's type, non_obs_mean and non_obs_std.",
+        "A prior that is too sure, or a depth that is guessed: something is known that nobody has measured. Look at the landmark's type, non_obs_mean and non_obs_std. With a depth camera: is depth_std in metres (0.1)?",
     ),
     Symptom(
         "honest",
@@ -261,7 +264,7 @@ SYMPTOMS = (
     Symptom(
         "a map",
         lambda s, p: s.error > ERROR * s.dead,
-        "the robot is off by {s.error:.2f} m at the end, dead reckoning by {s.dead:.2f} m",
+        "the robot is off by {s.error:.2f} m in the last third, dead reckoning by {s.dead:.2f} m",
         "A filter that corrects with nothing, or with little, is honest and useless. Are landmarks started (n_inits), and used (n_updates)?",
     ),
 )
@@ -288,7 +291,7 @@ project = Honest(
         asks.robots("odometry3"),
         asks.frames(50, 100),
         asks.points(20),
-        asks.noise(controls=0.0017, pixels=0.9),
+        asks.noise(dx_std=0.01, da_std_deg=0.1, pixels=0.9),
         asks.estimated(),
         _drives,
     ),
