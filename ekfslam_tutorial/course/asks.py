@@ -25,13 +25,15 @@ def sensors(*types):
 
 
 def places(scenario):
-    """Ask that robots start where they do in this scenario, and that they carry the same sensors at the same places."""
+    """Ask that robots start and drive as in this scenario, and that they carry the same sensors at the same places."""
     wanted = UserData.from_text(scenario)
 
     def ask(data):
         for robot, want in zip(data.robots, wanted.robots, strict=True):
             if not _same_place(robot.start()[0], want.start()[0], robot.frame):
                 return f"robot {robot.id} starts at {_said(robot)}, in the task at {_said(want)}"
+            if not np.array_equal(robot.controls(), want.controls()):
+                return f"robot {robot.id} drives with {_said(robot, True)}, in the task with {_said(want, True)}"
         numbers, frame = {r.id: i for i, r in enumerate(data.robots)}, data.frame
         free = list(data.sensors)
         for want in wanted.sensors:
@@ -55,11 +57,11 @@ def _same_place(x, y, frame):
     return bool(np.allclose(a.t, b.t, atol=1e-3) and np.allclose(a.R, b.R, atol=1e-3))
 
 
-def _said(thing):
-    """A robot's or a sensor's place, as its keys say it."""
-    keys = [key for key in ("position", "orientation_deg") if getattr(thing, key) is not None]
-    said = [f"{key} = {[round(float(v), 3) for v in np.atleast_1d(getattr(thing, key))]}" for key in keys]
-    return ", ".join(said) or "the origin"
+def _said(thing, control=False):
+    """A robot's or a sensor's place, or a robot's control, as its keys say it."""
+    of = {key: getattr(thing, key) for key in ("position", "orientation_deg")} if not control else thing.control
+    said = [f"{key} = {np.round(np.atleast_1d(v), 3).tolist()}" for key, v in of.items() if v is not None]
+    return ", ".join(said) or ("no steps" if control else "the origin")
 
 
 def landmarks(*types):

@@ -231,13 +231,13 @@ SYMPTOMS = (
         "the robots are off by {s.error:.2f} m; without any measurement it would be {s.dead_error:.2f} m",
         "The corrections make it worse. The sign of the innovation (measured minus expected), the sign of a "
         "Jacobian, the order of the results of `observe` and of the frames in `retro_project`, a mounting that is left "
-        "out, or the range of another landmark: print z of the first correction; "
+        "out, the control of another robot, or the range of another landmark: print z of the first correction; "
         "with a good start it is a few times the noise of the sensor. If it is: is R in Z? Has a birth the covariance "
         "of its prior, L_n N L_n'?",
     ),
     Symptom(
         "the mean is corrected",
-        lambda s, p: s.nees > p.band[1] and abs(s.error / s.dead_error - 1) < 0.02,
+        lambda s, p: s.nees > p.band[1] and abs(s.error / s.dead_error - 1) < 0.002,
         "the robots are off by {s.error:.2f} m, just as without any measurement, but claim {s.sigma:.2f} m",
         "P is corrected and x is not: x + K z belongs to every correction.",
     ),
@@ -248,15 +248,16 @@ SYMPTOMS = (
         "{s.first:.1f} in the first third, {s.last:.1f} in the last",
         "The filter becomes too sure on its way. Noise in the filter that is too small (X_u U X_u', or R)? A Jacobian "
         "that is wrong (compare it with `numerical_jacobian`)? A new landmark without its cross-covariance with *all* "
-        "of the map, or at the wrong place? A measurement that starts a landmark and corrects, too?",
+        "of the map, or at the wrong place? A measurement that starts a landmark and corrects, too? The control of "
+        "another robot?",
     ),
     Symptom(
         "honest",
         lambda s, p: s.nees > p.band[1],
         "the mean NEES is {s.nees:.1f} (band {p.band[0]:g} to {p.band[1]:g}, honest {s.dof}), from the beginning on",
         "Too sure from the first frames on. Noise in the filter that is too small (X_u U X_u' in every frame, or R)? "
-        "The P of the start left out, or the mounting of the sensor in the chain of frames? A measurement that is used "
-        "twice: it corrects twice, or starts a landmark and corrects, too?",
+        "The P of the start left out, the control of another robot, or the mounting in the chain of frames? A "
+        "measurement that is used twice: it corrects twice, or starts a landmark and corrects, too?",
     ),
     Symptom(
         "honest",
@@ -501,11 +502,14 @@ class Project:
             return "no result"
         s = scores(trials)
         runs = f"{len(trials)} runs of {s.frames} frames" if len(trials) > 1 else f"{s.frames} frames"
+        known = (
+            f", angles of the mounting known to {s.mounting_sigma:.0%} of the start" if s.mounting_sigma >= 0 else ""
+        )
         return (
             f"{runs}: mean NEES {s.nees:.1f} (honest {s.dof}, band {self.band[0]:g} to {self.band[1]:g}), position off "
             f"by {s.error:.2f} m in the last third (dead reckoning {s.dead_error:.2f} m), {s.landmarks:.0f} landmarks "
             f"in the map ({100 * s.share:.0f} % of those seen often), median error of a landmark "
-            f"{s.landmark_error:.2f} m"
+            f"{s.landmark_error:.2f} m{known}"
         )
 
 

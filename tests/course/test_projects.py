@@ -200,6 +200,7 @@ OTHERS = {  # project, edits, what is told; the last two say the same as the tas
     "screws of which nothing is said": ("15", ["orientation_std_deg = 2.0\n", ""], "orientation_std_deg = 0, the task"),
     "screws in radians": ("15", ["std_deg = 2.0", "std = 2.0"], "write orientation_std_deg = 2.0 for degrees"),
     "a laser in radians": ("19", ["bearing_std_deg", "bearing_std"], "the laser has bearing_std_deg = 40.1"),
+    "other steps": ("14", ["dx = [0.06", "dx = [0.08"], "robot 2 drives with dx = [0.08, 0.0, 0.0]"),
     "as the task, turned to the right": ("14", ["[0, 0, 180]", "[0, 0, -180]"], None),
     "as the task, in radians": ("15", ["std_deg = 2.0", "std = 0.0349"], None),
 }
@@ -213,6 +214,15 @@ def test_a_scenario_of_another_task_is_refused(name):
     told = project.run(project.scenario.replace(*edit), lambda world: None).failed
     assert told is not None  # a loop that gives nothing back
     assert (says or "your loop returns") in str(told)
+
+
+def test_the_camera_that_is_calibrated_comes_first():
+    """The other one would start all landmarks of the two, and nobody would see a birth without its mounting."""
+    project = registry.get("15.project")
+    head, calibrated, known, *rest = project.scenario.split("[[sensor]]")
+    before, after = known.split("\n\n", 1)
+    swapped = "[[sensor]]".join([head, before + "\n\n", calibrated.rstrip() + "\n\n" + after, *rest])
+    assert "is not the first sensor" in str(project.run(swapped, project.loop).failed)
 
 
 @pytest.mark.parametrize("used", [10, 1])
@@ -370,12 +380,23 @@ WRONG = {
         "the map",
         "started again",
     ),
-    "the mounting is no block": ("15", [(", (sen.r, E_s)", "")], "the mounting", "among the blocks"),
+    "the mounting is no block": (
+        "15",
+        [(", (sen.r, E_s)", "")],
+        None,  # a run may be worse than nothing
+        "ounting",
+    ),
     "births without the mounting": (
         "15",
-        [("(0 if sen.r is None else L_s @ P[sen.r])", "0")],
-        None,  # NEES of the robots or of the mounting: both are right
-        "",
+        [("(0 if sen.r is None else L_s @ P[sen.r])", "0"), ("(0 if sen.r is None else P_lx[:, sen.r] @ L_s.T)", "0")],
+        "the mounting is honest",
+        "L_s in the births",
+    ),
+    "both robots make the steps of the first": (
+        "14",
+        [("now.u[rob.id]", "now.u[1]")],
+        None,  # worse than nothing, or too sure: the hint is the same
+        "ontrol of another robot",
     ),
 }  # fmt: skip
 
@@ -425,7 +446,7 @@ RIGHT = {
     "five births in a frame": ("14", [("np.array(list(lmks), int), 10", "np.array(list(lmks), int), 5")], ()),
     "seed 3 of 14": ("14", [], [("seed = 1", "seed = 3")]),
     "better screws": ("15", [], [("orientation_std_deg = 2.0", "orientation_std_deg = 1.0")]),
-    "seed 5 of 15": ("15", [], [("seed = 1", "seed = 5")]),
+    "seed 5 of 15": ("15", [], [("seed = 2", "seed = 5")]),
 }
 
 

@@ -37,8 +37,8 @@ orientation_deg = [-90, 0, -90]
 motion = "odometry3"
 position = [0.0, 5.0, 0.0]
 orientation_deg = [0, 0, 180]
-dx = [0.08, 0.0, 0.0]
-da_deg = [0.0, 0.0, 0.9]
+dx = [0.06, 0.0, 0.0]
+da_deg = [0.0, 0.0, 0.7]
 dx_std = 0.005
 da_std_deg = 0.3
 
@@ -52,8 +52,8 @@ orientation_deg = [-90, 0, -90]
 """
 
 START = SCENARIO[: SCENARIO.rindex("[[robot]]")] + (
-    "# Here: robot 2, which starts 5 m to the left of the origin and looks back (180 degrees), and makes\n"
-    "# the same steps; on it a camera that sees the depth to 0.1 m, whose landmarks are euc_pnt.\n"
+    "# Here: robot 2, which starts 5 m to the left of the origin and looks back (180 degrees), with smaller steps, 0.06 m\n"
+    "# and 0.7 degrees; on it, as on robot 1, a camera, but one that sees the depth to 0.1 m: its landmarks are euc_pnt.\n"
 )
 
 
