@@ -116,9 +116,10 @@ def progress(notebook: str | None = None):
     if damage := logbook.damage():
         print(damage)
     print(f"{done} of {len(chosen)} exercises passed")
+    width = max(8, *(len(exercise.id) + 1 for exercise in chosen))
     for exercise in chosen:
         record = records.get(exercise.id, logbook.EMPTY)
-        print(f"  {exercise.id:11} {_state(record):24} {exercise.title}")
+        print(f"  {exercise.id:{width}} {_state(record):24} {exercise.title}")
         for what in record.get("verdict"), record.get("last") and f"last try: {record['last']}":
             if what:
                 print(textwrap.indent(textwrap.fill(what, 86), " " * 14))

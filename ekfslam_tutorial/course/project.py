@@ -503,7 +503,9 @@ class Project:
         s = scores(trials)
         runs = f"{len(trials)} runs of {s.frames} frames" if len(trials) > 1 else f"{s.frames} frames"
         known = (
-            f", angles of the mounting known to {s.mounting_sigma:.0%} of the start" if s.mounting_sigma >= 0 else ""
+            f", angles of the mounting known to {100 * s.mounting_sigma:.0f} % of the start"
+            if s.mounting_sigma >= 0
+            else ""
         )
         return (
             f"{runs}: mean NEES {s.nees:.1f} (honest {s.dof}, band {self.band[0]:g} to {self.band[1]:g}), position off "
