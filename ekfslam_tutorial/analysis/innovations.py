@@ -70,6 +70,10 @@ class Innovations:
     def __len__(self):
         return sum(map(len, self._rows.values()))
 
+    def refused(self):
+        """Share of those that the gate refused."""
+        return 1 - sum(int(used.sum()) for _, used, _, _ in self.whitened()) / max(len(self), 1)
+
     def size(self):
         """Mean of z' Z^-1 z per degree of freedom, of those used: 1 in an honest filter without a gate."""
         squares = [w[used] ** 2 for _, used, w, _ in self.whitened()]

@@ -42,6 +42,10 @@ CAUTIOUS = np.log(3.0)
 """Noise of controls is taken two standard deviations above the likeliest, by this at most: too little is worse."""
 FEWEST = 30
 """Innovations that a log must have."""
+MOST_REFUSED = 0.5
+"""A fit after which the gate refuses a larger share explains nothing: it has fitted what is left."""
+NIS_BAND = 0.3, 3.0
+"""Nor does one after which the NIS is not within so many times what is expected; an honest one is near 1."""
 OF_THE_START = "position_std", "orientation_std", "orientation_std_deg", "vel_std", "ang_vel_std_deg"
 
 
@@ -65,6 +69,8 @@ class NoiseFit:
         The mean length of an innovation: what an honest filter has.
     n, frames, runs : int
         Innovations, frames, runs of the filter.
+    refused : float
+        Share of innovations that the gate refuses, after.
     """
 
     scenario: dict
@@ -76,10 +82,23 @@ class NoiseFit:
     n: int = 0
     frames: int = 0
     runs: int = 0
+    refused: float = 0.0
+
+    @property
+    def explains(self):
+        """True if most innovations are as large as what was found says; else the guess is kept."""
+        return self.refused <= MOST_REFUSED and NIS_BAND[0] < self.nis[1] / self.expected < NIS_BAND[1]
 
     def __str__(self):
         if not self.changes:
             return f"noise: {self.n} innovations are too few to tell it; the guess stays"
+        if not self.explains:
+            return (
+                f"no noise explains this log: the NIS is {self.nis[0]:.2f} as guessed, {self.expected:.2g} is expected, "
+                f"and the likeliest noise refuses {100 * self.refused:.0f} % of {self.n:,} innovations, with a NIS of "
+                f"{self.nis[1]:.2f}. The guess is kept.\nFirst look at the mounting (--set scan.position=[x,y], "
+                "scan.orientation_deg), signs (clockwise), units and ids"
+            )
         moved = ", ".join(f"{key} {old:.3g} -> {new:.3g}" for key, (old, new) in self.changes.items())
         words = [
             f"noise by the likelihood of {self.n:,} innovations in the first {self.frames:,} frames: {moved}",
@@ -136,10 +155,11 @@ class _Fit:
         at |= {n.name: at[n.name] + self.above.get(n.name, 0.0) for n in self.numbers if n.entry[0] == "robot"}
         after, found.untold = self.run(at), [name for name in at if name not in told]
         found.expected, found.runs, found.n = before.dof(), self.runs, len(before)
-        found.nis = before.size() * before.dof(), after.size() * after.dof()
+        found.nis, found.refused = (before.size() * before.dof(), after.size() * after.dof()), after.refused()
         found.changes = {n.name: (n.value, float(n.value * np.exp(at[n.name]))) for n in self.numbers}
         self.recording = whole  # with the ids of the log
-        found.scenario, found.recording = self.with_noise(at)
+        if found.explains:
+            found.scenario, found.recording = self.with_noise(at)
         return found
 
     def move(self, at, key, step):

@@ -57,6 +57,17 @@ def test_what_is_found_is_what_is_there(log, monkeypatch):
     np.testing.assert_array_equal(fit.recording.raw[1].ids, done.recording.raw[1].ids)  # those of the log
 
 
+@pytest.mark.parametrize("log", ["fine"], indirect=True)
+def test_a_fit_that_explains_nothing_keeps_the_guess(log, monkeypatch):
+    """The sensor looks to the left, and nobody says so. The likeliest noise then refuses nearly all there is."""
+    monkeypatch.setattr(noise_fit, "ENOUGH", 450)
+    done = convert(log[1], {"scan": {"orientation_deg": 90.0}})
+    fit = fit_noise(done.scenario, done.recording)
+    assert not fit.explains and str(fit).startswith("no noise explains this log: ")
+    assert "mounting" in str(fit) and "The guess is kept" in str(fit)
+    assert fit.scenario == done.scenario and fit.recording is done.recording
+
+
 def test_a_short_log_keeps_its_guess(tmp_path, capsys):
     (tmp_path / "odo.csv").write_text("t,v,w\n" + "\n".join(f"{0.1 * k},1,0" for k in range(20)))
     (tmp_path / "scan.csv").write_text(
