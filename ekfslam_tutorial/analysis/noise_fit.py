@@ -94,8 +94,8 @@ class NoiseFit:
             return f"noise: {self.n} innovations are too few to tell it; the guess stays"
         if not self.explains:
             return (
-                f"no noise explains this log: the NIS is {self.nis[0]:.2f} as guessed, {self.expected:.2g} is expected, "
-                f"and the likeliest noise refuses {100 * self.refused:.0f} % of {self.n:,} innovations, with a NIS of "
+                f"no noise explains this log: NIS {self.nis[0]:.2f} as guessed, {self.expected:.2g} is expected; "
+                f"the likeliest noise refuses {100 * self.refused:.0f} % of {self.n:,} innovations, with a NIS of "
                 f"{self.nis[1]:.2f}. The guess is kept.\nFirst look at the mounting (--set scan.position=[x,y], "
                 "scan.orientation_deg), signs (clockwise), units and ids"
             )

@@ -53,7 +53,7 @@ def find_starts(data, recording, misfit=MISFIT):
     Raises
     ------
     ValueError
-        If a robot has too few landmarks in common with the others.
+        If a robot has too few landmarks in common with the others, or they do not lie alike.
     """
     known_map = not data.landmark.in_map
     first = [] if known_map else [data.robots[0].id]
@@ -83,13 +83,23 @@ def _linked(data, recording, wanted, misfit):
     for k, snapshots in enumerate(zip(*runs, strict=True), 1):
         if k % CHECK_EVERY == 0 or k == len(runs[0]):
             t = snapshots[0].t
-            frames = chain(dict(known + [(s.robs[0].id, _places(s)) for s in snapshots]), misfit)
+            maps = dict(known + [(s.robs[0].id, _places(s)) for s in snapshots])
+            frames = chain(maps, misfit)
             if len(frames) == len(wanted):
                 return frames, t
-    missing = [id for id in wanted if id not in frames]
-    raise ValueError(
-        f"robots {missing} have fewer than {COMMON} landmarks in common with the rest of the map in {t:.0f} s, so the "
-        "log does not tell where they start; give each robot its position and orientation"
+    why = "; ".join(_unlinked(maps, id, t) for id in wanted if id not in frames)
+    raise ValueError(f"{why}; so the log does not tell where they start; give each robot its position and orientation")
+
+
+def _unlinked(maps, robot, t):
+    """Words on a robot that could not be placed: what it has seen with the others is too little, or does not fit."""
+    others = {i for other, places in maps.items() if other != robot for i in places}
+    n = len(maps[robot].keys() & others)
+    if n < COMMON:
+        return f"robot {robot} has {n} landmarks in common with the others in {t:.0f} s, and {COMMON} are needed"
+    return (
+        f"robot {robot} has {n} landmarks in common with the others, but no placing of it fits them: are mounting, "
+        "sign of y and bearings, and ids right?"
     )
 
 

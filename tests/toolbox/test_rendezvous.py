@@ -78,7 +78,18 @@ def test_a_robot_that_sees_other_landmarks_cannot_be_placed(recording):
     log = recording.raw[30]
     apart = type(log)(30, log.offsets, log.ids + 100, log.y, log.R)
     other = Recording("apart", recording.t, recording.robots, recording.raw | {30: apart})
-    with pytest.raises(ValueError, match=r"robots \[3\] have fewer than 4 landmarks in common"):
+    with pytest.raises(ValueError, match="robot 3 has 0 landmarks in common with the others .*, and 4 are needed"):
+        find_starts(scenario({1: [0, 0, 0], 2: None, 3: None}), other)
+
+
+def test_a_robot_whose_map_lies_otherwise_is_not_told_that_it_sees_too_little(recording):
+    """The bearings of the third robot count to the right: its map is a mirror image."""
+    log = recording.raw[30]
+    mirrored = type(log)(30, log.offsets, log.ids, log.y * [1, -1], log.R)
+    other = Recording("mirrored", recording.t, recording.robots, recording.raw | {30: mirrored})
+    with pytest.raises(
+        ValueError, match=r"robot 3 has \d+ landmarks in common .*no placing of it fits them: are mount"
+    ):
         find_starts(scenario({1: [0, 0, 0], 2: None, 3: None}), other)
 
 
