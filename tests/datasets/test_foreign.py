@@ -14,7 +14,9 @@ from ekfslam_tutorial.datasets.foreign import convert
 from ekfslam_tutorial.datasets.foreign.converting import at_times
 from ekfslam_tutorial.datasets.foreign.earth import east_north_up, to_metres
 from ekfslam_tutorial.datasets.foreign.looks import heading_unit, time_unit
+from ekfslam_tutorial.datasets.foreign.meaning import columns_of
 from ekfslam_tutorial.datasets.foreign.scans import scatter
+from ekfslam_tutorial.datasets.foreign.tables import Table
 from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
 
@@ -153,7 +155,7 @@ def test_wheels_need_their_base(drive, tmp_path):
     t, v, w = drive.odo.T
     write(tmp_path / "wheels.csv", "t left right", np.column_stack([t, v - 0.2 * w, v + 0.2 * w]))
     write(tmp_path / "laser.csv", "t id range bearing", drive.seen)
-    with pytest.raises(ValueError, match="speeds of wheels need base"):
+    with pytest.raises(ValueError, match=r"speeds of wheels need base, .*: --set odometry.base=\.\.\.$"):
         convert(tmp_path)
     done = convert(tmp_path, {"odometry": {"base": 0.4}})
     np.testing.assert_allclose(done.recording.robots[1].u[10], [v[10], w[10]], rtol=1e-6)
@@ -398,10 +400,10 @@ def test_fixes_far_from_zero_count_from_the_first_one(drive, tmp_path):
         ("t,v,w\n", "a line of names and no rows"),
         ("t,v,v\n1,2,3\n", "two columns of the name 'v'"),
         ("t,v,w\n1,2\n", "3 names in its first line, but 2 cells"),
-        ("a,b,c\n1,2,3\n", "which columns are the odometry"),
+        ("a,b,c\n1,2,3\n", "which columns are the odometry (v and w, v and theta, v and steer, left and right, "),
         ("v,w,id,range,bearing\n1,0,1,2,0\n", "odometry: which column of log.csv is the time"),
         ("t,v,w,id,bearing\n1,0,1,2,0\n2,0,1,2,0\n", "which columns are the scan"),
-        ("t,v,w,range\n0,1,0,3\n1,1,0,3\n", "ranges without ids cannot be told apart"),
+        ("t,v,w,range\n0,1,0,3\n1,1,0,3\n", "Which column is the bearing: --set scan.bearing=COLUMN? Ranges alone"),
         (
             "t,v,w,id,range,range_std\n0,1,0,1,3,1\n1,1,0,1,3,-1\n",
             "scan: range_std must be positive, but at 1 s it is -1",
@@ -424,6 +426,8 @@ def test_what_is_wrong_is_one_sentence(tmp_path, capsys, text, says):
         (["odometry.t_unit=hours"], "t_unit must be one of s, ms, us, ns, got 'hours'"),
         (["odometry.speed=v"], "no key 'speed'"),
         (["scan.from=lazer.csv"], "the log has no 'lazer.csv'"),
+        (["scan.max_range=30"], "a key of the scenario: ekfslam run ... --set sensor.1.max_range=30"),
+        (["sensor.1.max_range=30"], "ekfslam run ... --set sensor.1.KEY=VALUE"),
         (["scan.t_offset=1e6"], "they are in different time bases"),
     ],
 )
@@ -641,3 +645,14 @@ def test_two_columns_of_words_in_one_file(drive, tmp_path):
     rows = "".join(f"{t:.2f},{'ab'[int(i) % 2]}{int(i)},{'xy'[int(i) % 2]},{r},{b}\n" for t, i, r, b in drive.seen)
     (tmp_path / "scan.csv").write_text(f"t,id,colour,range,bearing\n{rows}")
     assert len(np.unique(convert(tmp_path).recording.raw[1].ids)) == len(np.unique(drive.seen[:, 1]))
+
+
+def test_names_of_other_makers_are_known():
+    """Headers of a ship, of two lorries that tell steps, and of robots that tell poses of an odometry."""
+    known = lambda head, role: columns_of(Table("log.csv", {c: np.ones(2) for c in head.split()}), role)
+    assert known("utc hdg_true_deg stw_kn", "odometry") == {"t": "utc", "v": "stw_kn", "theta": "hdg_true_deg"}
+    assert known("utc brg_true_deg rng_nm", "scan") == {"t": "utc", "bearing": "brg_true_deg", "range": "rng_nm"}
+    steps = {"t": "ts_ms", "robot": "truck", "dx": "d_x", "dy": "d_y", "dtheta": "d_theta_deg"}
+    assert known("ts_ms truck d_x d_y d_theta_deg", "odometry") == steps
+    poses = {"t": "t", "robot": "unit", "x": "odom_x", "y": "odom_y", "theta": "odom_yaw_deg"}
+    assert known("t unit odom_x odom_y odom_yaw_deg", "odometry") == poses

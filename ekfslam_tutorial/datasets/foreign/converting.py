@@ -16,7 +16,10 @@ from .members import START, members_of, place, scan_axes, start_noise, told_by
 from .tables import read_tables
 
 WANTED = {
-    "odometry": ("v and w, v and theta, or dx and dtheta, or x, y and theta", "twists, steps, poses or an IMU"),
+    "odometry": (
+        "v and w, v and theta, v and steer, left and right, dx and dtheta, or x, y and theta",
+        "twists, steps, poses or an IMU",
+    ),
     "scan": ("range, or x and y", "x, y and z, or px and py"),
 }
 """What a role needs, in words: in the plane, and in space besides."""

@@ -75,7 +75,8 @@ def _told(log, key, words):
     """A length of the robot that the user says."""
     value = log.plan["odometry"].get(key)
     if not isinstance(value, int | float) or not 0 < value < np.inf:
-        raise ValueError(f"odometry: {words}: --set odometry.{key}=..., got {value!r}")
+        got = "" if value is None else f", got {value!r}"
+        raise ValueError(f"odometry: {words}: --set odometry.{key}=...{got}")
     return value
 
 

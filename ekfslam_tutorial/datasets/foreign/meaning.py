@@ -62,32 +62,38 @@ SETTINGS += ("compass", "world", "frd", "steering_ratio")
 SETTINGS += ("descriptor", "descriptor_std")
 SETTINGS += ("position", "orientation_deg", "k", "d", "image_size", "baseline", "rectified", "gravity")
 """What can be said beside columns."""
+OF_THE_SENSOR = ("max_range",)
+"""Keys of a scenario that are looked for here."""
 SWITCHES = {"clockwise": tuple(ROLES), "frd": tuple(ROLES), "rectified": ("scan",), "world": ("scan",)}
 SWITCHES |= {"compass": ("odometry", "scan", "truth")}
 """Settings that are true or false, and the roles that have them."""
 NAMES = {
     "t": "t time stamp timestamp sec secs seconds elapsed clock ms ns us msec usec nsec time_stamp unix epoch millis "
     f"utc date_time datetime seconds_since_boot {LINE}",
-    "robot": "robot robot_id robot_name vehicle vehicle_id agent agent_id boat ship",
+    "robot": "robot robot_id robot_name vehicle vehicle_id agent agent_id boat ship truck unit",
     "v": "v speed velocity vel linear lin_vel v_lin vx forward forward_speed twist.twist.linear.x twist.linear.x "
-    "linear.x linear_velocity linear_velocity_x sog speed_over_ground",
+    "linear.x linear_velocity linear_velocity_x sog speed_over_ground stw "
+    "speed_through_water",
     "w": "w omega om yaw_rate yawrate angular turn_rate gyro_z ang_vel wz yaw_speed gyro rotation_rate "
     "twist.twist.angular.z twist.angular.z angular.z angular_velocity.z angular_velocity angular_velocity_z",
     "steer": "steer steering steering_angle steer_angle front_wheel_angle",
     "left": "left left_speed v_left vl wheel_left left_wheel",
     "right": "right right_speed v_right vr wheel_right right_wheel",
-    "dx": "dx ds delta_s delta_x step distance_travelled",
-    "dy": "dy delta_y",
-    "dtheta": "dtheta dth dyaw delta_theta delta_yaw dheading",
-    "x": "x px p_x pos_x x_pos position_x e east easting point.x position.x pose.position.x pose.pose.position.x",
-    "y": "y py p_y pos_y y_pos position_y n north northing point.y position.y pose.position.y pose.pose.position.y",
+    "dx": "dx d_x ds delta_s delta_x step distance_travelled",
+    "dy": "dy d_y delta_y",
+    "dtheta": "dtheta d_theta d_yaw dth dyaw delta_theta delta_yaw dheading",
+    "x": "x px p_x pos_x x_pos position_x e east easting point.x position.x pose.position.x pose.pose.position.x "
+    "odom_x",
+    "y": "y py p_y pos_y y_pos position_y n north northing point.y position.y pose.position.y pose.pose.position.y "
+    "odom_y",
     "theta": "theta th yaw heading phi orientation orientation.yaw pose.orientation.yaw pose.pose.orientation.yaw "
-    "rotation.yaw hdg hdt heading_true true_heading course cog course_over_ground",
+    "rotation.yaw hdg hdg_true hdg_mag hdt odom_yaw odom_theta odom_heading heading_true "
+    "true_heading course cog course_over_ground",
     "id": "id landmark landmark_id lm lm_id beacon beacon_id tag tag_id marker marker_id barcode subject object_id "
     "track track_id anchor anchor_id ids node signature fiducial_id marker_ids name label code pillar pole target",
     "range": "range r dist distance rho ranges rng range_val",
-    "bearing": "bearing true_bearing bearing_true brg phi angle azimuth alpha beta bearings theta b heading az "
-    "azimuth_angle",
+    "bearing": "bearing true_bearing bearing_true brg brg_true brg_rel phi angle azimuth alpha beta bearings theta b "
+    "heading az azimuth_angle",
     "elevation": "elevation elev inclination vertical_angle el pitch_angle",
     "depth": "depth",
     "disparity": "disparity disp",
@@ -338,6 +344,11 @@ def checked(plan, tables):
         raise ValueError("[convert] must be a table of odometry, scan, truth, gps, map and camera")
     by_name, done = {table.name: table for table in tables}, {}
     for role, entry in plan.items():
+        if role == "sensor":
+            raise ValueError(
+                f"sensor is a part of the scenario, and {', '.join(ROLES)} are those of a log: "
+                f"ekfslam run ... --set sensor.1.KEY=VALUE"
+            )
         if role not in ROLES:
             raise ValueError(f"[convert] has no {role!r}; possible: {', '.join(ROLES)}{nearest(role, ROLES)}")
         if entry is False:  # not this one
@@ -352,6 +363,11 @@ def checked(plan, tables):
             raise ValueError(f"{role}: the log has no {name!r}; there are {', '.join(by_name)}{hint}")
         entry = {"from": name} | {k: str(v) if k in ROLES[role] else v for k, v in entry.items()}
         for key, value in entry.items():
+            if key in OF_THE_SENSOR:
+                raise ValueError(
+                    f"{role}: {key} is no word about columns but a key of the scenario: "
+                    f"ekfslam run ... --set sensor.1.{key}={value}"
+                )
             if key not in ROLES[role] and key not in SETTINGS:
                 known = (*ROLES[role], *SETTINGS)
                 raise ValueError(f"{role}: no key {key!r}; possible are {', '.join(known)}{nearest(key, known)}")

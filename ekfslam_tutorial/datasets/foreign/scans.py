@@ -70,7 +70,10 @@ class Scan:
         ids = self.part.get("id", np.zeros(0))
         self.known = bool((ids[np.isfinite(ids)] >= 0).any())
         if self.kind == "range" and not self.known:
-            raise ValueError("scan: ranges without ids cannot be told apart; which column is the id of the beacon?")
+            raise ValueError(
+                "scan: ranges, and neither bearings nor ids. Which column is the bearing: --set scan.bearing=COLUMN? "
+                "Ranges alone cannot be told apart without the id of the beacon: --set scan.id=COLUMN"
+            )
 
     def sensor(self):
         """Table of the sensor, with noise by the scatter of the log."""
