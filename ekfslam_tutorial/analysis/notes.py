@@ -125,7 +125,8 @@ def once(figures, data):
     return (
         f"{n} of {all} landmarks were measured once only. False ones go with --set options.min_search=10 --set "
         "options.min_match_ratio=0.3 and with --set sensor.1.max_range=..., m, beyond which nothing is looked for. If "
-        "true ones start again and again, the noise is told too small, or the mounting or the sign of bearings or y is wrong"
+        "true ones start again and again, the mounting or the sign of bearings or y is wrong, or the noise is told too "
+        "small"
     )
 
 

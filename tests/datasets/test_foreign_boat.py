@@ -236,6 +236,8 @@ def test_where_robots_start_without_a_truth(boats, tmp_path, told):
     else:
         assert np.linalg.norm(two) == pytest.approx(np.hypot(60, 30), abs=3.0)  # the frame is the first boat's
         assert "starts of robots [2] relative to robot 1 found" in "\n".join(done.said + done.recording.notes)
+        # the scenario says where both start: a truth in the recording moves neither of them
+        assert done.scenario["robot"][0]["position"] == [0, 0] and "position" in done.scenario["robot"][1]
 
 
 def test_robots_that_do_not_fit_are_one_sentence(boats, tmp_path):

@@ -114,6 +114,9 @@ def start_noise(log):
 def place(members, scenario, recording):
     """Say where each of several robots starts: by its truth, by its receiver and its compass, or by what all have seen.
 
+    If the scenario says it of one, it says it of all: starts of two frames, the one of the scenario and the one of a
+    truth that a recording has, would make no map.
+
     Parameters
     ----------
     members : list of Member
@@ -128,17 +131,30 @@ def place(members, scenario, recording):
         if known[:1].all() and len(known):
             continue  # a run starts there
         if known.any() and recording.t[known][0] + t0 <= m.begin + AT_ONCE:
-            x = recording.truth[m.id][known][0]
-            angles = q2e(x[3:])[0] if m.log.space else x[2]
-            robot |= {"position": x[: 3 if m.log.space else 2].tolist(), "orientation_deg": np.rad2deg(angles).tolist()}
+            robot |= start_at(recording.truth[m.id][known][0])
         elif fixes is not None and m.compass is not None:
             std = [float(np.nan_to_num(scatter(a, fixes[:, 0]), nan=ROUGH)) for a in fixes[:, 1:].T]
             robot |= {"position": fixes[0, 1:].tolist(), "position_std": np.round(std, 3).tolist()}
             m.log.said.append("it starts where its receiver and its compass say")
         else:
             lost.append(m)
-    if lost in ([], members[:1]):
-        return
+    if lost not in ([], members[:1]):
+        by_landmarks(members, lost, scenario, recording)
+    if any("position" in robot for robot in scenario["robot"]):
+        for m, robot in zip(members, scenario["robot"], strict=True):
+            nowhere = np.r_[0, 0, 0, 1, 0, 0, 0] if m.log.space else np.zeros(3)
+            begun = recording.truth.get(m.id, nowhere[None])[0]
+            robot |= start_at(begun if np.isfinite(begun).all() else nowhere) | robot
+
+
+def start_at(x):
+    """What a scenario says of a robot that starts with this pose, in the plane or in space."""
+    position, angles = (x[:2], x[2]) if len(x) == 3 else (x[:3], q2e(x[3:])[0])
+    return {"position": position.tolist(), "orientation_deg": np.rad2deg(angles).tolist()}
+
+
+def by_landmarks(members, lost, scenario, recording):
+    """Find starts by the landmarks that robots have in common; words on it, also if there are none."""
     try:
         blur = max(MISFIT, *(m.scan.blur(table) for m, table in zip(members, scenario["sensor"], strict=False)))
         data, note = find_starts(UserData.from_dict(scenario), recording, blur)
