@@ -7,7 +7,10 @@ import sys
 
 import pytest
 
+from ekfslam_tutorial.analysis.corrections import CorrectionRatio
+from ekfslam_tutorial.analysis.tuning import Tuning
 from ekfslam_tutorial.cli import main, views
+from ekfslam_tutorial.cli.tune import report
 from ekfslam_tutorial.toolbox import ControlLog, RawLog, Recording, UserData
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -50,6 +53,14 @@ def test_what_it_writes_can_be_run(walk, tmp_path, capsys):
         assert main(["run", name, "--recording", str(walk), "--out", str(tmp_path / "run")]) == 0
         notes[name] = json.loads((tmp_path / "run" / "result.json").read_text(encoding="utf-8"))["notes"]
     assert notes["range_bearing_2d"] and notes[str(out)] == []
+
+
+@pytest.mark.parametrize("after", [1.1, 5.75])
+def test_what_does_not_explain_the_log_is_not_to_be_trusted(after):
+    ratios = (CorrectionRatio(value, 10, 1.8, {}) for value in (7.0, after))
+    found = Tuning([], 2.0, (1.8, 2.2), "likelihood", *ratios, complete=True)
+    doubted = [line for line in report(found) if "does not explain the log, so do not trust it: first look at" in line]
+    assert len(doubted) == (after > 1.8)
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,8 @@ ONCE = 0.3
 """If more than this share of the landmarks was measured once only, some are none, or are there twice."""
 ASK = "are units, signs, mounting, ids and noise right?"
 SIGN = "is the sign of the bearing right (positive to the left), and are units, mounting, ids and noise?"
+MOUNTING = "first look at the mounting of the sensor, the sign of y and bearings, and the compass"
+"""They look like noise, and no noise mends them."""
 TUNE = "`ekfslam tune` finds a factor for R and U from the log alone"
 
 
@@ -163,7 +165,7 @@ def nis(figures, data):
     low, high = nis_band(figures, data)
     value, should = figures["nis_mean"], f"an honest filter has {low:.2f} to {high:.2f} here"
     if value > high:
-        return f"the mean NIS is {value:.3g}, {should}: R or U is told too small; {TUNE}"
+        return f"the mean NIS is {value:.3g}, {should}: {MOUNTING}; else R or U is told too small, and {TUNE}"
     if value < low:
         return (
             f"the mean NIS is {value:.3g}, {should}: R or U is told too large; perhaps on purpose, "
@@ -179,7 +181,7 @@ def ratio(figures, data):
         return None
     return (
         f"sums of corrections over {seconds} s are {value:.2g} times as large, squared, as the filter expects, and up "
-        f"to {limit:.2g} would be chance: it is too sure of the pose; {TUNE}"
+        f"to {limit:.2g} would be chance: it is too sure of the pose; {MOUNTING}; then {TUNE}"
     )
 
 

@@ -48,7 +48,7 @@ ROUNDS = 4
 BLIND = (
     "errors common to all measurements, but for a turned sensor and a range that is too long",
     "the filter's own over-confidence where its models are far from linear",
-    "noise that is told too large, where errors last: the factor is at least 1",
+    "noise that is told too large, where errors last: the sums of corrections tell no factor below 1",
     "the ratio of R to U, and wrong controls' scales",
 )
 """What nothing of this can see."""
@@ -69,6 +69,8 @@ class Finding:
         std is one standard deviation, widened by the root of the correction ratio.
     kept : bool
         It is in the scenario.
+    why_not : str
+        Why it is not.
     """
 
     what: str
@@ -76,9 +78,10 @@ class Finding:
     value: float
     std: float
     kept: bool
+    why_not: str = "not sure enough"
 
     def __str__(self):
-        fate = "kept" if self.kept else "not kept: not sure enough, or covered by R"
+        fate = "kept" if self.kept else f"not kept: {self.why_not}"
         return f"{self.what}: {self.value:+.3g} +- {self.std:.2g} {self.unit} ({fate})"
 
 
@@ -241,7 +244,12 @@ class _Search:
     # --- mounting ---
 
     def yaw(self):
-        """The yaw of all sensors in the plane as states; kept if one of them is surely not as it was said."""
+        """The yaw of all sensors in the plane as states; kept if one of them is surely not as it was said.
+
+        Ranges alone are the same, however their sensor is turned.
+        """
+        if all(getattr(s.model, "units", ()) == ("m",) for s in self.data.sensors):
+            return
         fixed = [s for s in self.data.sensors if not s.frame_in_map]
         if not fixed or len(fixed) < len(self.data.sensors) or self.data.frame.dim != 2:
             return
@@ -315,22 +323,25 @@ class _Search:
                 trials[k] = at(k)
         best, vertex, bend = parabola({k: trial.surprise for k, trial in trials.items()})
         if vertex is None or self.spread(trials) < FLAT:  # no minimum: the log does not tell
-            self.found.findings.append(Finding(what, unit, 0.0, float("inf"), False))
+            self.found.findings.append(Finding(what, unit, 0.0, float("inf"), False, "the log does not tell"))
             return
         value, middle = step * vertex, best
         n, wide = len(trials[middle].innovations), np.sqrt(trials[middle].ratio.factor)
         std = wide * step / np.sqrt(n * bend)
-        kept = bool(abs(value) > least + SURE * std)
+        kept, why_not = bool(abs(value) > least + SURE * std), "not sure enough: nothing is within three sigma"
+        if not kept and abs(value) > SURE * std:
+            why_not = f"R covers it: {least:.2g} {unit}"
         if kept:
             trial = self.run(f"{what} {value:+.3g} {unit}", **change(value))
             chance = SURE * np.sqrt(4 * n * trial.innovations.dof()) if whole else 0.0
             kept = n * (self.now.surprise - trial.surprise) > chance
+            why_not = "not sure enough: with it, the log is not more likely than chance makes it"
         if kept:
             self.now = trial
             for part, values in change(value).items():
                 getattr(self.found, part).update(values)
             self.settle_factor()
-        self.found.findings.append(Finding(what, unit, float(value), float(std), kept))
+        self.found.findings.append(Finding(what, unit, float(value), float(std), kept, why_not))
 
     @staticmethod
     def spread(trials):

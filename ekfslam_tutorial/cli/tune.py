@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..analysis.notes import MOUNTING
 from ..analysis.progress import bar
 from ..analysis.tuning import BLIND, Stopped, tune
 from ..toolbox import parse_override
@@ -108,6 +109,8 @@ def report(found):
     if found.before is not None and np.isfinite(found.before.value):
         after = f", now {found.after.value:.2f}" if found.after is not None else ""
         lines.append(f"correction ratio, 1 is right: {found.before.value:.2f} as it was{after}")
+    if found.after is not None and found.after.too_large:
+        lines.append(f"what was kept does not explain the log, so do not trust it: {MOUNTING}")
     if np.isfinite(found.nis).all() and found.expected:
         lines.append(f"NIS, {found.expected:.2g} is expected: {found.nis[0]:.2f} as it was, now {found.nis[1]:.2f}")
     if not found.complete:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.analysis.tuning import Stopped, tune
+from ekfslam_tutorial.analysis.tuning import Stopped, _Search, tune
 from ekfslam_tutorial.datasets import mrclam, prepare
 from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
 from ekfslam_tutorial.toolbox.adjusted import places, sightings_from_one_place
@@ -61,6 +61,26 @@ def test_errors_that_last_have_their_factor_by_the_corrections(log):
     found = tune(scenario(sensor__noise_factor=4.0, options__md2_threshold=1e9), lasting)
     assert found.by.startswith("sums of corrections over ") and found.factor >= 1
     assert found.factor == (pytest.approx(found.before.value, rel=0.2) if found.before.sure else 1)
+
+
+def test_a_bias_that_r_covers_is_said_so(log):
+    """Ranges 0.15 m too long, with a standard deviation of 0.2 m: the log tells it well, and R has room for it."""
+    raw = log.raw[1]
+    data = scenario()
+    std = data.sensors[0].model.range_std
+    long = RawLog(1, raw.offsets, raw.ids, raw.y + [0.75 * std, 0.0])
+    bias = finding(tune(data, replace(log, raw={1: long})), "ranges too long")
+    assert not bias.kept and abs(bias.value) > 3 * bias.std
+    assert str(bias).endswith(f"(not kept: R covers it: {std:.2g} m)")
+
+
+def test_ranges_alone_do_not_tell_how_their_sensor_is_turned(log):
+    robot, beacons = {"motion": "unicycle", "v_std": 0.1, "w_std_deg": 1.0}, {"type": "euc_pnt", "hypotheses": 8}
+    sensor = {"type": "range", "range_std": 0.2}
+    data, raw = UserData.from_dict({"robot": [robot], "sensor": [sensor], "landmark": beacons}), log.raw[1]
+    search = _Search(data, replace(log, raw={1: RawLog(1, raw.offsets, raw.ids, raw.y[:, :1])}), None)
+    search.yaw()  # runs nothing, for there is nothing to find
+    assert search.found.findings == []
 
 
 def test_a_turned_sensor(log):
