@@ -656,3 +656,14 @@ def test_names_of_other_makers_are_known():
     assert known("ts_ms truck d_x d_y d_theta_deg", "odometry") == steps
     poses = {"t": "t", "robot": "unit", "x": "odom_x", "y": "odom_y", "theta": "odom_yaw_deg"}
     assert known("t unit odom_x odom_y odom_yaw_deg", "odometry") == poses
+
+
+def test_a_mounting_that_was_told_is_said_back(drive, tmp_path):
+    write(tmp_path / "odo.csv", "t v w", drive.odo)
+    write(tmp_path / "laser.csv", "t id range bearing", drive.seen)
+    done = convert(tmp_path, {"scan": {"position": [0.85, -0.25], "orientation_deg": 35}})
+    assert "  the sensor is at x 0.85, y -0.25 m, turned 35 deg to the left" in done.said
+    done = convert(tmp_path, {"scan": {"orientation_deg": -90.0}})
+    assert "  the sensor is at x 0, y 0 m, turned 90 deg to the right" in done.said
+    with pytest.raises(ValueError, match=r"of the sensors of all robots alike; got \[\[1, 0\], \[0, 1\]\]"):
+        convert(tmp_path, {"scan": {"position": [[1, 0], [0, 1]]}})

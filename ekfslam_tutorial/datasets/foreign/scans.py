@@ -137,6 +137,8 @@ class Scan:
     def _mounting(self):
         """Mounting of the sensor on the robot, as far as it is told or the axes tell."""
         told = {key: self.entry[key] for key in ("position", "orientation_deg") if key in self.entry}
+        if told:
+            self.log.said.append(mounted(**told))
         pose = None if told else self.log.mount()
         if pose is not None:
             rpy = np.rad2deg(q2e(pose[3:])[0]).round(4) + 0.0
@@ -291,6 +293,23 @@ class Scan:
             rows = rows[ids[rows] >= 0] if self.known else rows
             of_rows = lambda a, rows=rows: None if a is None else a[rows]
             yield Measurement(time, ids[rows], y[rows], sensor, R=of_rows(R), d=of_rows(d))
+
+
+def mounted(position=None, orientation_deg=0.0):
+    """A line on where a sensor is: its place on the robot, and how it is turned, as they were told."""
+    at = (0.0, 0.0) if position is None else position
+    try:
+        place = ", ".join(f"{axis} {float(a):g}" for axis, a in zip("xyz", at, strict=False))
+        if np.ndim(orientation_deg):
+            turned = f"roll, pitch, yaw {orientation_deg} deg"
+        else:
+            turned = f"turned {abs(orientation_deg):g} deg to the {'left' if orientation_deg >= 0 else 'right'}"
+    except TypeError as error:
+        raise ValueError(
+            "scan: position is [x, y], m, and orientation_deg a number, of the sensors of all robots alike; got "
+            f"{position!r} and {orientation_deg!r}. Where they differ, say it in [[sensor]] of scenario.toml"
+        ) from error
+    return f"  the sensor is at {place} m, {turned}"
 
 
 def scatter(a, t=None):
