@@ -1,12 +1,15 @@
 """`ekfslam audit`, as a user calls it."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
+from ekfslam_tutorial.analysis.audit import RunErrors, audit
 from ekfslam_tutorial.cli.main import main
 from ekfslam_tutorial.geometry import Frame2, Frame3, v2q
+from ekfslam_tutorial.toolbox import Recording
 
 FRAMES = 40
 
@@ -60,6 +63,33 @@ def test_a_record_of_our_own_run(tmp_path, capsys):
     result = json.loads((out / "result.json").read_text())
     assert figures["per_run"][0]["nees_mean"] == pytest.approx(result["nees_mean"])
     assert figures["innovations"]["ratio"] == pytest.approx(result["nis_mean"] / result["nis_dof"])
+
+
+def test_a_record_takes_its_truth_from_a_file(tmp_path, capsys):
+    """The truth of a record and the same in a file have the same NEES; a record that has none is judged by a file."""
+    known, blind, truth = (tmp_path / name for name in ("known", "blind", "truth.txt"))
+    assert main(["run", "range_bearing_2d", "--set", "time.last=40", "--record", "--out", str(known)]) == 0
+    log = Recording.load(known / "recording.npz")
+    np.savetxt(truth, np.column_stack([log.t, log.truth[1]]))
+    path = Recording("blind", log.t, log.robots, log.raw).save(tmp_path / "blind.npz")
+    assert main(["run", "range_bearing_2d", "--recording", str(path), "--record", "--out", str(blind)]) == 0
+    nees = []
+    for words in ([known], [known, "--truth", truth], [blind, "--truth", truth]):
+        code, said = run(capsys, *words, "--out", tmp_path / "audit")
+        assert code in (0, 1), said.err
+        nees.append(json.loads((tmp_path / "audit" / "audit.json").read_text())["per_run"][0]["nees_mean"])
+    assert nees[1] == pytest.approx(nees[0], rel=1e-9) and 0 < nees[2] < np.inf
+    code, said = run(capsys, blind, "--out", tmp_path / "audit")
+    assert code == 2 and "no true pose of robot 1 is known: give them by --truth" in said.err
+
+
+def test_the_verdict_says_what_half_of_the_pose_does_otherwise(rng):
+    """Positions are half as wrong as they say, headings 1.4 times. 1200 numbers tell 1.4^2 = 1.96 to 0.24, 3 sigma."""
+    t, P, none = np.arange(FRAMES) * 0.1, np.tile(np.eye(3), (FRAMES, 1, 1)), np.zeros((0, 0))
+    e = rng.standard_normal((30, FRAMES, 3)) * [0.5, 0.5, 1.4]
+    found = audit([RunErrors("a", t, each, P, float("nan"), 0, none, none, np.zeros((0, 2))) for each in e])
+    assert found.verdict == "too cautious"
+    assert re.search(r"; but rotation is over-confident \((1\.[789]|2\.[01])\d\)", found.sentence)
 
 
 def test_another_world_is_laid_on_the_start(tmp_path, capsys, rng):

@@ -312,9 +312,16 @@ class Audit:
     def sentence(self):
         """The verdict in words that do not promise more than the runs can tell."""
         needed, n = self.pose.runs_needed, len(self.runs)
+        halves = {"position": self.position, "rotation": self.rotation}
+        usual = "as it should be", "not known", self.verdict
+        others = [
+            f"{name} is {part.word} ({part.ratio:.2f})" for name, part in halves.items() if part.word not in usual
+        ]
+        but = "".join(f"; but {words}" for words in others)
         if self.verdict == "honest" and needed and n < needed:
-            return f"honest, as far as {n} run{'s' * (n > 1)} can tell ({needed} would find a factor of {FACTOR:g})"
-        return self.verdict
+            sure = f"honest, as far as {n} run{'s' * (n > 1)} can tell ({needed} would find a factor of {FACTOR:g})"
+            return sure + but
+        return self.verdict + but
 
     def summary(self):
         """All figures as a dictionary for JSON, None where one is not known."""

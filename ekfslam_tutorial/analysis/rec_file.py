@@ -22,15 +22,14 @@ def write_rec(path, history, innovations=None):
     robots = {}
     for id in history.robots:
         track = history.track(id)
-        rows = track.known
         e, P = history.errors(id)
         x = track.frame(track.x)
         _, E_x = x.minus(x)
         robots[str(id)] = {
-            "t": track.t[rows],
-            "x": track.x[rows],
-            "P": (E_x @ track.P @ np.swapaxes(E_x, -1, -2))[rows],
-            "truth": track.truth[rows],
+            "t": track.t,
+            "x": track.x,
+            "P": (E_x @ track.P @ np.swapaxes(E_x, -1, -2)),
+            "truth": track.truth,
             "e": e,
             "P_gauge": P,
             "nis": history.nis(id)[:, 1:],
@@ -41,7 +40,7 @@ def write_rec(path, history, innovations=None):
     value_file.save(path, {"format": FORMAT, "free": history.gauge == "free", "robots": robots, "map": land})
 
 
-def read_rec(path, robot=None):
+def read_rec(path, robot=None, known=True):
     """Read a record of a run.
 
     Parameters
@@ -49,6 +48,9 @@ def read_rec(path, robot=None):
     path : path
     robot : int, optional
         Which one; needed where there are several, as their errors are not independent.
+    known : bool
+        Its poses that have a true one in the file, with it. False: all of its poses, without truth, for another one;
+        the map stays out then, for the file does not know its places in the frame of that.
 
     Returns
     -------
@@ -69,15 +71,18 @@ def read_rec(path, robot=None):
     if id not in robots:
         raise ValueError(f"{path} has no robot {id}; it has {', '.join(robots)}")
     a, land = robots[id], kept["map"]
-    if not len(a["t"]):
-        raise ValueError(f"{path}: no true pose of robot {id} is known")
     frame = Frame2 if a["x"].shape[1] == 3 else Frame3
+    if not known:
+        return Estimate(str(path), frame(a["x"]), a["t"], a["P"], z=a["z"], nis=a["nis"])
+    rows = np.isfinite(a["truth"]).all(1)
+    if not rows.any():
+        raise ValueError(f"{path}: no true pose of robot {id} is known: give them by --truth")
     return Estimate(
         str(path),
-        frame(a["x"]),
-        a["t"],
-        a["P"],
-        truth=frame(a["truth"]),
+        frame(a["x"][rows]),
+        a["t"][rows],
+        a["P"][rows],
+        truth=frame(a["truth"][rows]),
         ids=[int(id) for id in land["ids"]],
         points=land["points"],
         points_P=land["P"],

@@ -74,9 +74,11 @@ def _estimate(path, options, files):
     if not Path(path).is_file():
         hint = "; `ekfslam run --record` writes it" if path.endswith(".rec") else ""
         raise FileNotFoundError(f"no file {path}{hint}")
-    if path.endswith(".rec"):
+    if path.endswith(".rec") and files["truth"] is None:
         return read_rec(path, options.robot)
-    if path.endswith(".g2o"):
+    if path.endswith(".rec"):
+        s = read_rec(path, options.robot, known=False)
+    elif path.endswith(".g2o"):
         s = read_g2o(path)
     else:
         s = read_estimate(path, options.axes, options.rotation_first)
