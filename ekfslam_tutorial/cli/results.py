@@ -55,6 +55,7 @@ def summary(data, history, recording, run, seconds, interrupted, costs=()):
     opt = data.options
     head |= {"error": "additive, first estimates" if opt.first_estimates else opt.error}
     head |= {"engine": run.engine, "recording": recording.name if recording else None}
+    head |= {"t0": recording.t0} if recording and recording.t0 else {}
     head |= {"complete": not interrupted, "frames_wanted": len(run)}
     own = [lmk for lmk in history.last.lmks.values() if lmk.r is not None]  # known ones need not be seen at all
     tail = {
@@ -137,7 +138,7 @@ def write(out, figures, history, data, recording=None, costs=None, richest=None)
 
     write_figures(out, figures)
     _write_csv(out / "trajectory.csv", *trajectory(history, data.time.first))
-    _write_csv(out / "map.csv", *landmarks(history))
+    _write_csv(out / "map.csv", *landmarks(history, recording.names if recording else {}))
     names = ["result.json", "trajectory.csv", "map.csv", *write_tum(out, history)]
     if any(lmk.par is not None for lmk in history.last.lmks.values()):
         _write_csv(out / "lines.csv", *lines(history))
@@ -156,7 +157,8 @@ def write_recording(out, recorder, name, recording=None):
     """Write recording.npz, which plays the run again; `recording` is what was played, if it was one."""
     played = recorder.recording(name)
     if recording is not None:
-        played.fixes, played.starts = recording.fixes, recording.starts
+        for kept in ("fixes", "starts", "names", "t0"):
+            setattr(played, kept, getattr(recording, kept))
     played.save(out / "recording.npz")
     return ["recording.npz"]
 
@@ -207,10 +209,11 @@ def lines(history):
     return header, rows
 
 
-def landmarks(history):
+def landmarks(history, called=None):
     """Header and rows of map.csv: Euclidean mean and covariance of each point, and the truth where known.
 
-    Where ids are the filter's own, the last column says which true landmark is in its place.
+    Where ids are the filter's own, the last column says which true landmark is in its place; where the log has words
+    for ids, `called` by id, it is the word.
     """
     s = history.last
     axes = "xyz"[: s.robs[0].motion.frame.dim]
@@ -227,6 +230,10 @@ def landmarks(history):
         header.append("true_id")
         for row in rows:
             row.append(int(s.sim_lmk.ids[partners[row[0]]]) if row[0] in partners else "")
+    elif called:
+        header.append("name")
+        for row in rows:
+            row.append(called.get(row[0], ""))
     return header, rows
 
 

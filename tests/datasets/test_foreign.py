@@ -1,5 +1,6 @@
 """`ekfslam convert`: logs of anybody become a recording and a scenario; wrong ones get a sentence."""
 
+import json
 import re
 import sys
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ import pytest
 
 from ekfslam_tutorial.analysis import History
 from ekfslam_tutorial.analysis.noise_fit import numbers
-from ekfslam_tutorial.cli import main
+from ekfslam_tutorial.cli import main, views
 from ekfslam_tutorial.datasets.foreign import convert
 from ekfslam_tutorial.datasets.foreign.converting import at_times
 from ekfslam_tutorial.datasets.foreign.earth import east_north_up, to_metres
@@ -200,6 +201,29 @@ def test_a_word_is_one_landmark_in_all_tables(drive, tmp_path):
     (tmp_path / "map.csv").write_text("id,x,y\n" + "".join(f"{name(i)},{x:.4f},{y:.4f}\n" for i, x, y in places))
     done = convert(tmp_path)
     assert played(done)["landmark_rmse_m"] < 0.2 and 1 not in done.recording.raw[1].ids
+    assert all(word == f"tree {chr(96 + n)}" for n, word in done.recording.names.items()) and done.recording.names
+
+
+def test_names_and_the_first_stamp_stay(drive, tmp_path, monkeypatch):
+    """They go through both forms of a recording, and into map.csv and result.json of a run."""
+    monkeypatch.setattr(views, "write_figures", lambda *arguments: [])
+    log_in, out = tmp_path / "log", tmp_path / "out"
+    log_in.mkdir()
+    write(log_in / "odo.csv", "t v w", drive.odo + [1000, 0, 0])
+    rows = "".join(f"{1000 + t:.2f},T{i:02.0f},{r:.4f},{b:.5f}\n" for t, i, r, b in drive.seen)
+    (log_in / "scan.csv").write_text(f"t,id,range,bearing\n{rows}")
+    log = convert(log_in).recording
+    assert log.t0 + log.t[0] == pytest.approx(1000.1) and "T01" in log.names.values()
+    for name in ("folder", "log.npz"):
+        again = Recording.load(log.save(tmp_path / name))
+        assert again.names == log.names and again.t0 == log.t0
+    assert main(["convert", str(log_in), "--guess", "--out", str(out)]) == 0
+    words = ["--recording", str(out / "recording"), "--out", str(tmp_path / "run"), "--set", "time.last=200"]
+    assert main(["run", str(out / "scenario.toml"), *words]) == 0
+    head, *rows = (tmp_path / "run/map.csv").read_text().splitlines()
+    assert head.endswith(",name") and rows
+    assert all(log.names[int(row.split(",")[0])] == row.rpartition(",")[2] for row in rows)
+    assert json.loads((tmp_path / "run/result.json").read_text())["t0"] == log.t0
 
 
 def test_descriptors_tell_landmarks_apart(drive, tmp_path):

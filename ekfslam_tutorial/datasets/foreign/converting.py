@@ -92,6 +92,10 @@ def convert(path, plan=None, name=None):
     recording = recording_from(members, UserData.from_dict(scenario))
     if len(members) > 1:
         place(members, scenario, recording)
+    scan = next(table for table in tables if table.name == plan["scan"]["from"])
+    recording.names = {int(n): word for word, n in scan.words.get(plan["scan"].get("id"), {}).items()}
+    if not members[0].drive.by_imu:  # else it begins with the first scan
+        recording.t0 = float(min(m.log.t0 for m in members))
     used = {entry["from"] for entry in plan.values()}
     noted = [note for table in tables if table.name in used for note in table.notes]
     recording.notes += dict.fromkeys(noted)  # a column of several tables has one

@@ -1,8 +1,8 @@
 """A recording as a folder of CSV files.
 
 ===========================  =====================================================================================
-recording.json               format, name, notes, by_event (see `Recording`), and the number of rows of each file, which
-                             shows a cut-off file; only format and name are needed
+recording.json               format, name, notes, by_event, names, t0 (see `Recording`), and the number of rows of each
+                             file, which shows a cut-off file; only format and name are needed
 frames.csv                   t: seconds since the start; one row for each frame, frame numbers count from 0
 robot-N-controls.csv         frame, u1 ... and, if the covariances are recorded, their upper triangles U11 U12 ...
 robot-N-truth.csv            frame, x, y, theta or x, y, z, a, b, c, d (quaternion, scalar first); nan where unknown
@@ -62,6 +62,7 @@ def save_csv(rec, folder):
                     writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
             rows = {name: len(columns[0]) for name, (_, columns) in tables.items()}
             head = {"format": FORMAT, "name": rec.name, "notes": rec.notes, "by_event": rec.by_event, "rows": rows}
+            head |= ({"t0": rec.t0} if rec.t0 else {}) | ({"names": rec.names} if rec.names else {})
             (new / HEAD).write_text(json.dumps(head, indent=2) + "\n", encoding="utf-8")
             to_disk(*new.iterdir())
             _move(new, folder, tables, old)
@@ -170,6 +171,8 @@ def load_csv(folder):
         landmarks = SimLmk(table.integers("id"), table.columns("points", table.one_of(["xy", "xyz"], skip=1)))
     notes, by_event = head.get("notes", []), head.get("by_event", False)
     values = {"name": head["name"], "t": t, "robots": robots, "raw": raw, "truth": truth, "landmarks": landmarks}
+    names = {int(id): name for id, name in head.get("names", {}).items()}
+    values |= {"names": names, "t0": float(head.get("t0", 0.0))}
     return values | {"notes": notes, "met": met, "by_event": by_event, "fixes": fixes}
 
 
@@ -351,4 +354,9 @@ def _head(path):
         raise ValueError(f"{path}: rows must be a table of numbers and notes a list of texts")
     if not isinstance(head.get("by_event", False), bool):
         raise ValueError(f"{path}: by_event must be true or false, got {head['by_event']!r}")
+    names, t0 = head.get("names", {}), head.get("t0", 0.0)
+    if not isinstance(names, dict) or not all(k.isdecimal() and isinstance(v, str) for k, v in names.items()):
+        raise ValueError(f'{path}: names must be texts by the ids of landmarks, {{"3": "T01"}}')
+    if isinstance(t0, bool) or not isinstance(t0, int | float) or not abs(t0) < float("inf"):
+        raise ValueError(f"{path}: t0 must be a number of seconds, got {short_text(t0)}")
     return head

@@ -1,6 +1,7 @@
 """A recording as one npz file: small, exact, fast. Nothing in it is ever executed."""
 
 import re
+from typing import Any
 
 import numpy as np
 
@@ -60,6 +61,10 @@ def _to_arrays(rec):
         arrays |= {f"robot{i}_start_x": x, f"robot{i}_start_P": start_P}
     if rec.landmarks is not None:
         arrays |= {"landmark_ids": rec.landmarks.ids, "landmark_points": rec.landmarks.points}
+    if rec.t0:
+        arrays["t0"] = rec.t0
+    if rec.names:
+        arrays |= {"name_ids": np.array(list(rec.names), int), "names": np.array(list(rec.names.values()), dtype=str)}
     return arrays | {"arrays": np.array(sorted(arrays))}  # a damaged name is noticed, too
 
 
@@ -72,7 +77,7 @@ def _raw_log(a, i, name):
     return RawLog(i, a[f"{name}_offsets"], a[f"{name}_ids"], a[f"{name}_y"], a.get(f"{name}_R"), a.get(f"{name}_d"))
 
 
-def _from_arrays(a):
+def _from_arrays(a) -> dict[str, Any]:
     if str(a["format"]) != FORMAT:
         raise ValueError(f"its format is {str(a['format'])[:40]!r}, known is {FORMAT!r}")
     for name in a["arrays"].tolist() if "arrays" in a else ():
@@ -91,4 +96,6 @@ def _from_arrays(a):
         by_event=bool(a.get("by_event", False)),
         fixes={i: a[f"robot{i}_fixes"] for i in robots if f"robot{i}_fixes" in a},
         starts={i: (a[f"robot{i}_start_x"], a[f"robot{i}_start_P"]) for i in robots if f"robot{i}_start_x" in a},
+        names=dict(zip(a["name_ids"].tolist(), a["names"].tolist(), strict=True)) if "names" in a else {},
+        t0=float(a.get("t0", 0.0)),
     )

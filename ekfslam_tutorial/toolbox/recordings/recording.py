@@ -51,6 +51,10 @@ class Recording:
     starts : dict of int to (ndarray of shape (n,), ndarray of shape (n, n))
         By robot id: its whole state in the first frame and the covariance of that, as the log itself tells it: an IMU
         at rest knows what is down. For robots whose position the scenario leaves open.
+    names : dict of int to str
+        What a log calls landmarks whose ids it tells in words, by id.
+    t0 : float
+        Time of the log, s, from which `t` counts; 0 if nobody has said it.
     """
 
     name: str
@@ -64,6 +68,8 @@ class Recording:
     by_event: bool = False
     fixes: dict = field(default_factory=dict)
     starts: dict = field(default_factory=dict)
+    names: dict = field(default_factory=dict)
+    t0: float = 0.0
 
     def __post_init__(self):
         self.t = finite_array("times t", self.t, 1)
