@@ -342,13 +342,9 @@ def checked(plan, tables):
     """
     if not isinstance(plan, dict):
         raise ValueError("[convert] must be a table of odometry, scan, truth, gps, map and camera")
+    _check_misplaced(plan)
     by_name, done = {table.name: table for table in tables}, {}
     for role, entry in plan.items():
-        if role == "sensor":
-            raise ValueError(
-                f"sensor is a part of the scenario, and {', '.join(ROLES)} are those of a log: "
-                f"ekfslam run ... --set sensor.1.KEY=VALUE"
-            )
         if role not in ROLES:
             raise ValueError(f"[convert] has no {role!r}; possible: {', '.join(ROLES)}{nearest(role, ROLES)}")
         if entry is False:  # not this one
@@ -363,11 +359,6 @@ def checked(plan, tables):
             raise ValueError(f"{role}: the log has no {name!r}; there are {', '.join(by_name)}{hint}")
         entry = {"from": name} | {k: str(v) if k in ROLES[role] else v for k, v in entry.items()}
         for key, value in entry.items():
-            if key in OF_THE_SENSOR:
-                raise ValueError(
-                    f"{role}: {key} is no word about columns but a key of the scenario: "
-                    f"ekfslam run ... --set sensor.1.{key}={value}"
-                )
             if key not in ROLES[role] and key not in SETTINGS:
                 known = (*ROLES[role], *SETTINGS)
                 raise ValueError(f"{role}: no key {key!r}; possible are {', '.join(known)}{nearest(key, known)}")
@@ -386,6 +377,21 @@ def checked(plan, tables):
             entry["descriptor"] = _first_and_last(entry["descriptor"], by_name[name])
         done[role] = entry
     return done
+
+
+def _check_misplaced(plan):
+    """Refuse keys of the scenario, with the words that would be right."""
+    if "sensor" in plan:
+        raise ValueError(
+            f"sensor is a part of the scenario, and {', '.join(ROLES)} are those of a log: "
+            "ekfslam run ... --set sensor.1.KEY=VALUE"
+        )
+    for role, entry in plan.items():
+        for key in set(OF_THE_SENSOR) & set(entry if isinstance(entry, dict) else ()):
+            raise ValueError(
+                f"{role}: {key} is no word about columns but a key of the scenario: "
+                f"ekfslam run ... --set sensor.1.{key}={entry[key]}"
+            )
 
 
 def _first_and_last(told, table):
