@@ -67,6 +67,7 @@ turned = table(
         "J is block diagonal: I (i), P_l, I (the rest). The new covariance of the whole map is J P J'.",
     ),
     returns="x, P",
+    form="Return x, P: three numbers in the place of six, so x has n - 3 numbers, P has n - 3 rows and columns.",
     cases={
         "any": lambda rng: [case(rng, before, after) for before, after in ((7, 6), (3, 0), (0, 4), (2, 5))],
         "alone": lambda rng: [case(rng, 0, 0, scale) for scale in (1.0, 0.01)],
