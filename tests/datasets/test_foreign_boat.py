@@ -14,7 +14,7 @@ from ekfslam_tutorial.geometry import wrap
 from ekfslam_tutorial.toolbox import Recording, UserData, universal_slam
 
 KNOT = 1852 / 3600
-COMPASS = {"odometry": {"compass": True}, "scan": {"compass": True}}
+FROM_NORTH = {"odometry": {"compass": True}, "scan": {"compass": True}}
 
 
 def sail(start, seed, T=240.0, begin=0.0, std=0.5):
@@ -73,7 +73,7 @@ def played(scenario, recording):
 
 
 def test_a_boat_with_a_compass_and_true_bearings(boat, tmp_path):
-    done = convert(harbour(boat, tmp_path), COMPASS)
+    done = convert(harbour(boat, tmp_path), FROM_NORTH)
     assert [sensor["type"] for sensor in done.scenario["sensor"]] == ["range_bearing", "compass"]
     assert done.told == ["robot.1.w_std_deg", "sensor.2.heading_std_deg"]
     # 481 headings tell their scatter to 10 %
@@ -92,13 +92,13 @@ def test_a_boat_with_a_compass_and_true_bearings(boat, tmp_path):
 
 def test_without_a_truth_the_map_has_the_north_up(boat, tmp_path):
     (harbour(boat, tmp_path) / "truth.csv").unlink()
-    done = convert(tmp_path, COMPASS)
+    done = convert(tmp_path, FROM_NORTH)
     angle = done.scenario["robot"][0]["orientation_deg"]
     assert wrap(np.deg2rad(angle - (90 - boat.odo[0, 1]))) == pytest.approx(0, abs=1e-4)  # written to 0.01 deg
 
 
 def test_what_no_ids_mean_is_said(boat, tmp_path):
-    done = convert(harbour(boat, tmp_path, ids=False), COMPASS)
+    done = convert(harbour(boat, tmp_path, ids=False), FROM_NORTH)
     said, (sensor, _) = "\n".join(done.said), done.scenario["sensor"]
     far = np.median(boat.seen[:, 2])
     assert sensor["range_std"] == pytest.approx(0.01 * far, abs=1e-3)
@@ -180,23 +180,23 @@ def by_column(boats, folder):
 
 
 def test_three_ways_to_tell_robots_apart_are_one(boats, tmp_path):
-    one = convert(by_column(boats, tmp_path / "column"), COMPASS)
+    one = convert(by_column(boats, tmp_path / "column"), FROM_NORTH)
     for who, boat in boats.items():
         (tmp_path / "folders").mkdir(exist_ok=True)
         harbour(boat, tmp_path / "folders" / who)
-    two = convert(tmp_path / "folders", COMPASS)
+    two = convert(tmp_path / "folders", FROM_NORTH)
     names = {"odometry": "nav", "scan": "radar", "truth": "truth"}
     for who in boats:
         for name in names.values():
             text = (tmp_path / "folders" / who / f"{name}.csv").read_text()
             write(tmp_path / "files" / f"{name}_{who}.csv", "", [])
             (tmp_path / "files" / f"{name}_{who}.csv").write_text(text)
-    hints = convert(tmp_path / "files", COMPASS).said
+    hints = convert(tmp_path / "files", FROM_NORTH).said
     assert """not used: nav_Bo.csv, like nav_Ada.csv; of another robot? --set 'odometry.from=["nav_Ada""" in "".join(
         hints
     )
     lists = {role: {"from": [f"{name}_{who}.csv" for who in boats]} for role, name in names.items()}
-    three = convert(tmp_path / "files", {role: lists[role] | COMPASS.get(role, {}) for role in lists})
+    three = convert(tmp_path / "files", {role: lists[role] | FROM_NORTH.get(role, {}) for role in lists})
     assert [robot["name"] for robot in one.scenario["robot"]] == ["Ada", "Bo"]
     for other in two, three:
         for id in 1, 2:
@@ -210,7 +210,7 @@ def test_three_ways_to_tell_robots_apart_are_one(boats, tmp_path):
 
 def test_two_robots_make_one_map(boats, tmp_path):
     """The second robot stands still until its log begins, at its first true pose."""
-    done = convert(by_column(boats, tmp_path), COMPASS)
+    done = convert(by_column(boats, tmp_path), FROM_NORTH)
     before = done.recording.t < done.recording.t[-1] - 240.0 - 1e-6
     assert before.sum() == 12 and not done.recording.robots[2].u[before].any()
     f = played(done.scenario, done.recording)
@@ -222,7 +222,7 @@ def test_two_robots_make_one_map(boats, tmp_path):
 def test_where_robots_start_without_a_truth(boats, tmp_path, told):
     """By the landmarks that both have seen, or by a receiver and a compass."""
     (by_column(boats, tmp_path) / "truth.csv").unlink()
-    rng, plan = np.random.default_rng(0), COMPASS
+    rng, plan = np.random.default_rng(0), FROM_NORTH
     if told == "receiver":
         rows = [(who, *(row[:3] + [0, *rng.normal(0, 1.0, 2)])) for who, one in boats.items() for row in one.true[::4]]
         write(tmp_path / "gps.csv", "robot t x y", rows)
@@ -265,11 +265,11 @@ def test_folders_whose_files_have_no_common_name(boats, tmp_path):
 
 
 def test_copies_are_left_out_and_counted(boat, tmp_path):
-    clean = convert(harbour(boat, tmp_path / "clean"), COMPASS)
+    clean = convert(harbour(boat, tmp_path / "clean"), FROM_NORTH)
     twice = SimpleNamespace(
         odo=np.vstack([boat.odo, boat.odo[3:4]]), seen=np.vstack([boat.seen, boat.seen[5:25]]), true=boat.true
     )
-    done = convert(harbour(twice, tmp_path / "twice"), COMPASS)
+    done = convert(harbour(twice, tmp_path / "twice"), FROM_NORTH)
     np.testing.assert_array_equal(done.recording.raw[1].y, clean.recording.raw[1].y)
     np.testing.assert_array_equal(done.recording.robots[1].u, clean.recording.robots[1].u)
     one, many = done.recording.notes
