@@ -300,10 +300,10 @@ class Exercise:
         """Return True if a result of the last call is the right one, but in an array of type int, without decimals."""
         if not calls or isinstance(calls[-1].result, guard.Raised):
             return False
-        right = self.result(self.solution, calls[-1].args)
-        several = isinstance(right, tuple) and isinstance(calls[-1].result, tuple)
-        both = zip(calls[-1].result, right, strict=False) if several else [(calls[-1].result, right)]
-        return any(_is_cut_off(got, want) for got, want in both)
+        got, right = calls[-1].result, self.result(self.solution, calls[-1].args)
+        if isinstance(right, tuple) and isinstance(got, tuple):
+            return any(map(_is_cut_off, got, right))
+        return _is_cut_off(got, right)
 
     def _recognised(self, f, failed, limit):
         """The listed mistakes in the answer, by its calls so far; where these do not tell it all, by more of them."""

@@ -100,8 +100,9 @@ def _loops(tree):
         if isinstance(node, ast.For | ast.comprehension):
             yield node.target, node.iter
         elif isinstance(node, ast.Assign):
-            entries = [pair for pair in _pairs(node.targets[0], node.value) if isinstance(pair[1], ast.Subscript)]
-            yield from ((ast.Name(name), ast.List([entry.value], ast.Load())) for name, entry in entries)
+            for name, entry in _pairs(node.targets[0], node.value):
+                if isinstance(entry, ast.Subscript):
+                    yield ast.Name(name), ast.List([entry.value], ast.Load())
 
 
 def _entries_of(target, values, ids):

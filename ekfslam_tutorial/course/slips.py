@@ -358,8 +358,11 @@ def _of_name(node, names):
 
 def _by_dt(node, names, text, parameters):
     """A factor dt too many, of a name or of some of its entries."""
-    entries = isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load) and isinstance(node.value, ast.Name)
-    if "dt" in parameters and (entries or node in names and node.id != "dt"):
+    if isinstance(node, ast.Subscript):
+        is_factor = isinstance(node.ctx, ast.Load) and isinstance(node.value, ast.Name)
+    else:
+        is_factor = node in names and node.id != "dt"
+    if "dt" in parameters and is_factor:
         yield "A factor dt too many", f"{text.of(node)} * dt"
 
 
@@ -651,9 +654,9 @@ def _of_parameters(function, parameters, text):
 def _of_a_part(node, text):
     """A step that reaches some of its entries only: the others stay as they were."""
     whole, step = re.fullmatch(r"(\w+)\[:(\d)\]", text.of(node.target)), text.of(node)
-    n = int(whole[2]) if whole else 0
+    name, n = (whole[1], int(whole[2])) if whole else ("", 0)
     for left in (f"{i}:{j}" for j in range(2, n + 1) for i in range(j - 1) if j - i < n):
-        name, i = whole[1], left[0]
+        i = left[0]
         kept = f"{name}_0 = np.array({name}); {step}; {name}[{left}] = {name}_0[{left}]"
         place = f"{name}[{left if i != '0' else left[1:]}]"
         yield (

@@ -112,7 +112,8 @@ class Trial:
     seconds: float = 0.0
     failed: Failed | None = None
     attempted: bool = True
-    path: Any = None  # what a project keeps of it besides
+    path: Any = None  # what a project keeps of it besides,
+    noise: Any = None  # and of what the filter was told
     printed: str = ""
 
     def add(self, world, estimate, reckoning):

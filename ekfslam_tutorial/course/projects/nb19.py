@@ -181,14 +181,14 @@ class Park(Project):
                 watch(world, before, estimate)
 
         trial = super().trial(run, seed, keep)
-        trial.path, trial.laser = np.array(rows).reshape(-1, 6), noise_of(run.data)
+        trial.path, trial.noise = np.array(rows).reshape(-1, 6), noise_of(run.data)
         return trial
 
     def measured(self, trials, reference=None):
         """What the sentences of the verdict are about."""
         (trial,) = trials
         theirs = figures(by_the_package(noise_of(self.read(SCENARIO)), len(trial.path)))[:2]
-        sigmas = figures(by_the_package(trial.laser, len(trial.path)))[2:]  # with the same laser
+        sigmas = figures(by_the_package(trial.noise, len(trial.path)))[2:]  # with the same laser
         return _Measured(figures(trial.path), (*theirs, *sigmas), scores([trial]) if trial.errors else None, trial)
 
     def summary(self, trials):
