@@ -44,13 +44,13 @@ class Pictures:
     notes: list = field(default_factory=list)
 
     robot, sensor = 1, 1
-    by_event, landmarks = False, None
+    by_event, landmarks, t0 = False, None, None
 
     def __post_init__(self):
         n = len(self.frames)  # nothing but images is in it
         self.robots = {self.robot: ControlLog(np.zeros((n, 6)))}
         self.raw = {self.sensor: RawLog(self.sensor, np.zeros(n + 1, int), np.zeros(0, int), np.zeros((0, 2)))}
-        self.met, self.fixes, self.starts = {}, {}, {}
+        self.met, self.fixes, self.starts, self.names = {}, {}, {}, {}
 
     def __len__(self):
         return len(self.frames)
