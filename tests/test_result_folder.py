@@ -9,6 +9,7 @@ import psutil
 import pytest
 
 from ekfslam_tutorial.cli import main
+from ekfslam_tutorial.cli.workers import Workers
 
 unix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
 LONG = "--set", "time.last=1000000"
@@ -120,3 +121,14 @@ def test_a_series_whose_worker_is_killed_ends_and_says_so(tmp_path, ekfslam_proc
     workers_of(series, 2)[0].kill()
     _, err = series.communicate()
     assert series.returncode == 2 and "a worker process has died" in err, err
+
+
+@unix
+def test_workers_that_a_pool_has_left_are_ended():
+    """One that began when another died is unknown to the thread that ends the others."""
+    context = Workers()
+    left = context.Process(target=signal.pause)
+    left.start()
+    context.end()
+    left.join()
+    assert left.exitcode == -signal.SIGKILL

@@ -1,7 +1,7 @@
 """Monte Carlo: the same scenario with many seeds, over as many processes or computers as there are."""
 
 import pickle
-from concurrent.futures import BrokenExecutor, Executor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, as_completed, wait
 from dataclasses import replace
 from pathlib import Path
 
@@ -128,6 +128,9 @@ def _compute(data, series, executor, done):
     try:
         for future in as_completed(list(waiting)):
             take(waiting.pop(future), future.result())
+    except BrokenExecutor:
+        wait(waiting)  # all become broken, one after the other; cancelling one meanwhile stops the thread that does it
+        raise
     finally:
         for future, block in waiting.items():
             if future.done() and not future.cancelled() and future.exception() is None:

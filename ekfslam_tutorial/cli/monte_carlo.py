@@ -78,8 +78,16 @@ def _executor(options, data):
 
     from .workers import Workers
 
-    with ProcessPoolExecutor(workers, Workers(), initializer=_begin, initargs=(options.models,)) as pool:
-        yield pool
+    context = Workers()
+    try:
+        with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(options.models,)) as pool:
+            try:
+                yield pool
+            except ChildProcessError:
+                context.end()  # leaving the pool would wait for ever for a worker that began when another one died
+                raise
+    finally:
+        context.end()  # a worker that dies while the pool is left takes the pool's thread with it, not the others
 
 
 def _begin(models):

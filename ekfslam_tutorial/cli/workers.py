@@ -27,3 +27,9 @@ class Workers(SpawnContext):
     """The way to start them, the same on every system."""
 
     Process = Worker
+
+    def end(self):
+        """End all that are alive."""
+        for worker in self.active_children():
+            if isinstance(worker, Worker):
+                worker.kill()

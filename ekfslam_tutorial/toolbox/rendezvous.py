@@ -96,10 +96,13 @@ def _unlinked(maps, robot, t):
     others = {i for other, places in maps.items() if other != robot for i in places}
     n = len(maps[robot].keys() & others)
     if n < COMMON:
-        return f"robot {robot} has {n} landmarks in common with the others in {t:.0f} s, and {COMMON} are needed"
+        return (
+            f"the map of robot {robot} has {n} landmarks in common with those of the others after {t:.0f} s, "
+            f"and {COMMON} are needed"
+        )
     return (
-        f"robot {robot} has {n} landmarks in common with the others, but no placing of it fits them: are mounting, "
-        "sign of y and bearings, and ids right?"
+        f"the map of robot {robot} has {n} landmarks in common with those of the others, but no placing of it fits "
+        "them: are mounting, sign of y and bearings, and ids right?"
     )
 
 

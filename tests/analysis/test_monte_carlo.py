@@ -6,7 +6,7 @@ Half of the time, 10 s, is that of a cluster on this computer, one of whose work
 import os
 import signal
 import threading
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from dataclasses import fields, replace
 from importlib import import_module
 from multiprocessing import get_context
@@ -134,6 +134,44 @@ class Backwards(Executor):
 
 def test_the_order_in_which_tasks_come_back_does_not_matter():
     assert_same(monte_carlo(scenario(), 25), monte_carlo(scenario(), 25, Backwards()))
+
+
+class Breaking(Executor):
+    """One of its workers has died: a thread marks all tasks, one after the other, as that of a process pool does."""
+
+    def __init__(self):
+        self.futures, self.told, self.thread, self.mistakes = [], threading.Event(), None, []
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.futures.append(Future())
+        if len(self.futures) == 3:
+            self.thread = threading.Thread(target=self.mark)
+            self.thread.start()
+        return self.futures[-1]
+
+    def mark(self):
+        """The first is marked; the others as soon as the caller, who knows by now, has done something with them."""
+        self.futures[0].set_exception(BrokenExecutor("died"))
+        self.told.wait()
+        try:
+            for future in self.futures[1:]:
+                future.set_exception(BrokenExecutor("died"))
+        except Exception as mistake:
+            self.mistakes.append(mistake)
+
+
+def test_nothing_is_cancelled_while_a_broken_executor_marks_its_tasks(monkeypatch):
+    """A pool's thread that finds a cancelled task among those ends, and the workers that it should end live on."""
+    pool = Breaking()
+    cancel = Future.cancel
+    monkeypatch.setattr(Future, "cancel", lambda future: [cancel(future), pool.told.set()][0])
+    monkeypatch.setattr(
+        import_module("ekfslam_tutorial.analysis.monte_carlo"), "wait", lambda f: pool.told.set() or wait(f)
+    )
+    with pytest.raises(ChildProcessError, match="a worker process has died; 0 of 25 runs are done"):
+        monte_carlo(scenario(), 25, pool)
+    pool.thread.join()
+    assert not pool.mistakes
 
 
 # --- stopped and taken up again ---------------------------------------------------------------------------------------

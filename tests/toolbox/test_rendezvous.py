@@ -78,7 +78,10 @@ def test_a_robot_that_sees_other_landmarks_cannot_be_placed(recording):
     log = recording.raw[30]
     apart = type(log)(30, log.offsets, log.ids + 100, log.y, log.R)
     other = Recording("apart", recording.t, recording.robots, recording.raw | {30: apart})
-    with pytest.raises(ValueError, match="robot 3 has 0 landmarks in common with the others .*, and 4 are needed"):
+    with pytest.raises(
+        ValueError,
+        match="the map of robot 3 has 0 landmarks in common with those of the others after .*, and 4 are needed",
+    ):
         find_starts(scenario({1: [0, 0, 0], 2: None, 3: None}), other)
 
 
