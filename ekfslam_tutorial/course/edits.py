@@ -20,8 +20,10 @@ are the edits of both.
 from __future__ import annotations
 
 import ast
+import contextlib
 import inspect
 import linecache
+import re
 import textwrap
 from functools import cache, cached_property
 
@@ -132,7 +134,39 @@ def parts(solution) -> tuple[str, str]:
 
 
 def function(solution, source: str, name: str):
-    """Return the function that the source defines, with the names that the solution sees."""
-    space = dict(solution.__globals__)
-    exec(compile(source, f"<{name}>", "exec"), space)
-    return space[solution.__name__]
+    """Return the function that the source defines, with the names that the solution sees; its loops can be counted."""
+    space = solution.__globals__ | {"_one_more": turns.one_more}
+    exec(compile(LOOP.sub(r"\1\2\n\3_one_more()\n\3", source), f"<{name}>", "exec"), space)
+    return space.pop(solution.__name__)  # or each would be in a circle with its names: thousands wait to be collected
+
+
+LOOP = re.compile(r"^( *)((?:for|while)\b.*:(?: *#.*)?)\n( +)", re.MULTILINE)  # its line, and the indent of the next
+
+
+class Endless(BaseException):
+    """A loop has turned too often."""
+
+
+class Turns:
+    """How often all loops of edited solutions together may still turn: an edit can make one endless."""
+
+    def __init__(self):
+        self.left = float("inf")
+
+    def one_more(self):
+        """Count a turn."""
+        self.left -= 1
+        if self.left < 0:
+            raise Endless
+
+    @contextlib.contextmanager
+    def at_most(self, n):
+        """Raise `Endless` in the loop that would turn once more than n times."""
+        before, self.left = self.left, n
+        try:
+            yield
+        finally:
+            self.left = before
+
+
+turns = Turns()

@@ -14,7 +14,6 @@ import hashlib
 import itertools
 import os.path
 import pickle
-import re
 import sys
 import time
 import types
@@ -24,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from . import deadline, edits, guard, own_words
+from . import edits, guard, own_words
 
 CALLS, FEWEST = 12, 5  # of the table; the fewest where there are more changes than
 MANY = 600
@@ -37,8 +36,7 @@ LISTED = 0.1  # by so much nearer counts a pair for each of the two that is list
 LIKELY = 3000  # pairs that are tried at most
 BESIDE = 3  # listed mistakes, in the text of which slips are looked for
 FIRST = 40  # pairs of rows of which more than one pair of changes is tried
-ENDLESS_S = 1.0  # a change that takes longer has made a loop endless
-LOOP = re.compile(r"\bwhile\b|\bfor\b.*\.(append|extend|insert)\(", re.DOTALL)  # one that a change can make endless
+TURNS = 100_000  # of loops in a few calls: where there are more, a change has made one endless
 KEPT = 100  # results of a change: an answer that is tried again is asked with the same arguments
 TRIED = 4  # changes with the same results that may stand for each other: one may be in the place of its partner
 
@@ -73,12 +71,7 @@ class Change:
             known.update((keys[k], _called(self.answer, calls[k].args)) for k in new)
             return True
 
-        return [known[key] for key in keys] if not new or _in_time(work, self) else None
-
-    @cached_property
-    def ends(self) -> bool:
-        """No loop of it can be endless, with whatever other change."""
-        return not (LOOP.search(self.body) or LOOP.search(self.old))
+        return [known[key] for key in keys] if not new or _in_time(work) else None
 
     @cached_property
     def hunks(self):
@@ -191,7 +184,7 @@ class Outer:
         What becomes of the result, and the way back.
     """
 
-    listed, ends, function = False, True, None
+    listed, function = False, None
 
     def __init__(self, exercise, part, hint, made, undone):
         self.part, self.hint, self.made, self.undone = part, hint, made, undone
@@ -236,7 +229,6 @@ class Beside:
 
     def __init__(self, slip):
         self.mistake = slip
-        self.ends = not LOOP.search(slip.body)
 
     @cached_property
     def is_of_the_solution(self) -> bool:
@@ -551,7 +543,7 @@ def in_another_form(exercise, calls, own):
     for form in forms_of(exercise, own):
         for change in changes(form):
             fits = lambda change=change: answers(exercise, change.answer, wrong_first)
-            if change.answer and _in_time(fits, change) and not own_words.doubtful(change.mistake, own):
+            if change.answer and _in_time(fits) and not own_words.doubtful(change.mistake, own):
                 return [in_form(form, change.mistake)]
     return []
 
@@ -599,7 +591,7 @@ def find(table, calls, patience):
             for answer in with_both(one, other):
                 steps += COMPILED + 2 * table.steps  # most pairs fail in the first or second call
                 fits = lambda answer=answer: all(answers(exercise, answer, some) for some in (table.calls, calls))
-                if _in_time(fits, one, other) and table.may_tell(one, other):
+                if _in_time(fits) and table.may_tell(one, other):
                     found.append((one, other))
                     break
             if found and not table.few:
@@ -625,7 +617,7 @@ def two_listed(table, calls):
         _tried(table, lambda i, j: _are_listed(table, i, j) and table.evident(i, j)), FIRST
     ):
         for answer in composed(exercise.solution, one, other):
-            if _in_time(lambda answer=answer: answers(exercise, answer, calls), one, other):
+            if _in_time(lambda answer=answer: answers(exercise, answer, calls)):
                 return sorted((one.mistake, other.mistake), key=exercise.fails_at)
     return []
 
@@ -717,13 +709,12 @@ def answers(exercise, answer, calls) -> bool:
         return all(_agree(exercise, c.result, _called(answer, c.args)) for c in calls)
 
 
-def _in_time(job, *changes):
+def _in_time(job):
     """What a job returns; None if it does not end. A list that grows in the loop over it would fill the memory."""
-    if all(change.ends for change in changes):
-        return job()
     try:
-        return deadline.run(job, ENDLESS_S * deadline.SLOWER)[0]
-    except deadline.TookTooLong:
+        with edits.turns.at_most(TURNS):
+            return job()
+    except edits.Endless:
         return None
 
 

@@ -217,3 +217,28 @@ def test_pairs_in_a_filter_in_one_loop():
             told.append((set(pair), set(exercise.judge(answer).misconception.split(" + "))))
     assert len(told) > 9 and all(names <= pair for pair, names in told)
     assert np.mean([names == pair for pair, names in told]) >= WANTED
+
+
+def growing(ids):
+    """Return the ids without the last one.
+
+    That of a list, of one row.
+    """
+    rest = []
+    for i in ids:  # a comment
+        rest.append(i)
+    while len(rest) > 1 and rest[0] < 0:
+        rest.pop(0)
+    return rest
+
+
+@pytest.mark.parametrize(
+    "edit", [("        rest.append(i)", "        ids.append(i)"), ("        rest.pop(0)", "        rest[0] -= 1")]
+)
+def test_a_change_that_makes_a_loop_endless_is_left(edit):
+    """Its list would fill the memory. Nothing is counted afterwards."""
+    head, body = edits.parts(growing)
+    changed = edits.function(growing, head + edits.applied(body, [edit], ""), "endless")
+    assert search._in_time(lambda: changed([-3, -2, -1])) is None
+    right = edits.function(growing, head + body, "right")
+    assert search._in_time(lambda: right([-3, 2, -1])) == [2, -1] and edits.turns.left == np.inf
