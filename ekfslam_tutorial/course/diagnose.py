@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 DEGREES = 180 / np.pi
+LOST_DECIMALS = (
+    "Yours has lost its decimals: is an array of type int?"  # untrue where all that is returned is of floats
+)
 
 
 def diagnose(got, want, rtol=1e-5) -> str:
@@ -126,7 +129,7 @@ _SLIPS = (
     ),
     (lambda g, w, r: _alike(g**2, w, r), "Yours is the square root."),
     (lambda g, w, r: _alike(g, w**2, r), "Yours is the square."),
-    (_lost_decimals, "Yours has lost its decimals: is an array of type int?"),
+    (_lost_decimals, LOST_DECIMALS),
     (lambda g, w, r: _reversed_differs(w, r) and _alike(g, w[::-1], r), "The entries are in the wrong order."),
 )
 

@@ -46,6 +46,7 @@ from typing import Any
 import numpy as np
 
 from . import deadline, edits, guard, own_words, slips
+from .diagnose import LOST_DECIMALS
 from .expect import Failed
 from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
 
@@ -281,7 +282,8 @@ class Exercise:
                 things = "Two things, in this order (one mistake may be behind both)."
             hint = f"{things} First: {known[0].hint} Then: {known[1].hint}{tested}"
         hint = f"{TYPE_INT} {hint}" if cut and not outcome.certain else hint
-        return Verdict("failed", at[0].name, str(outcome), self._with_symbols(hint), name, printed, seconds)
+        message = str(outcome) if _has_whole(f.calls) else str(outcome).removesuffix(LOST_DECIMALS).rstrip()
+        return Verdict("failed", at[0].name, message, self._with_symbols(hint), name, printed, seconds)
 
     def _help(self, outcome, link) -> str:
         """What to say where no listed mistake is recognised: the advice of the failure, then the link's own help."""
@@ -456,6 +458,13 @@ class Exercise:
         result = f.calls[0].result if f.calls else None
         parts = result if isinstance(result, tuple) else (result,)
         return [part.dtype if isinstance(part, np.ndarray) else None for part in parts]
+
+
+def _has_whole(calls) -> bool:
+    """Return True if the last call gave whole numbers, alone or among its results."""
+    result = calls[-1].result if calls else None
+    parts = map(guard.numbers, [result, *(result if isinstance(result, tuple) else ())])
+    return any(part is not None and part.dtype.kind in "iu" for part in parts)
 
 
 def _is_cut_off(got, want) -> bool:

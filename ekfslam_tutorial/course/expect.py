@@ -14,7 +14,8 @@ NO_NUMBER = (
 )
 
 
-SMALL = 1e-3  # below it four decimals say too little
+SMALL = 5e-5  # below it four decimals say zero
+ALL_SMALL = 1e-3  # where all is below it, they say too little
 
 
 class Failed(Exception):
@@ -157,7 +158,7 @@ def _shape_help(got, want):
 def _apart(a, b, digits=6):
     """Show two arrays with so many digits that they do not look alike; where all is small, significant ones."""
     a, b, texts = np.asarray(a, float), np.asarray(b, float), ("", "")
-    small = 0 < max(np.max(np.abs(v), initial=0) for v in (a, b)) < SMALL
+    small = 0 < max(np.max(np.abs(v), initial=0) for v in (a, b)) < ALL_SMALL or _hidden(a) or _hidden(b)
     while texts[0] == texts[1] and digits < 18:
         texts = _show(a, digits, small), _show(b, digits, small)
         digits += 1
@@ -168,9 +169,17 @@ def _show(a, digits, small=False):
     if a.ndim == 0:
         return f"{float(a):.{digits}g}"
     if small:
-        with np.printoptions(formatter={"float_kind": lambda v: f"{v:.{digits - 2}g}"}):
+        rounding = np.max(np.abs(a), initial=0) * 10.0 ** (-digits - 3)
+        significant = lambda v: f"{v:.{digits - 2}g}" if abs(v) > rounding else "0"
+        with np.printoptions(formatter={"float_kind": significant}):
             return np.array2string(a, separator=", ").replace("\n", "")
     return np.array2string(a, precision=digits - 2, suppress_small=True, separator=", ").replace("\n", "")
+
+
+def _hidden(a) -> bool:
+    """Return True if an entry that is more than rounding would be shown as zero."""
+    size = np.abs(a)
+    return bool(((size > 1e-9 * np.max(size, initial=0)) & (size < SMALL)).any())
 
 
 def _short(value):

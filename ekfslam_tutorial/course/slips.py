@@ -384,15 +384,15 @@ def _changes(node, text):
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         yield "A minus is missing", of(node.operand)
         if isinstance(node.operand, ast.Constant) and isinstance(node.operand.value, int):
-            yield "A number", str(1 - node.operand.value)
-            yield "A number", str(-1 - node.operand.value)
+            yield "A number is wrong", str(1 - node.operand.value)
+            yield "A number is wrong", str(-1 - node.operand.value)
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.Invert):
         yield "The condition is the wrong way round", of(node.operand)
     elif isinstance(node, ast.Compare) and len(node.ops) == 1:
         for kind in COMPARED.get(type(node.ops[0]), ()):
             new = copy.deepcopy(node)
             new.ops = [kind()]
-            yield "The comparison", ast.unparse(new)
+            yield "The comparison is wrong", ast.unparse(new)
     elif isinstance(node, ast.BoolOp):
         for value in node.values:
             yield "A condition is missing", f" {_word(node.op)} ".join(of(v) for v in node.values if v is not value)
@@ -400,7 +400,7 @@ def _changes(node, text):
         yield f"`{other}` for `{_word(node.op)}`", f" {other} ".join(map(of, node.values))
     elif isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
         for new in (node.value + 1, node.value - 1):
-            yield "A number", str(new)
+            yield "A number is wrong", str(new)
     elif isinstance(node, ast.Attribute) and node.attr == "T":
         yield "A transpose is missing", of(node.value)
     elif isinstance(node, ast.Call):

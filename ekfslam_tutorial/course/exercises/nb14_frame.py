@@ -55,8 +55,8 @@ sorted_out = table(
     all new     | start   | all new  | With an empty map every measurement starts a landmark.
     both        | correct, start | both     | Known ones correct, the others start, each place in one list, in the order in which they stand in `ids`; n_inits limits only those that start.
     nobody's    | start   | nobody's | -1 says: nobody knows whose measurement it is.
-    n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first in `ids`.
-    many frames | correct, start | many     | Try your function on paper with one of these frames.
+    n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first in `ids`; with n_inits = 0 none.
+    many frames | correct, start | many     | All rules at once, on paper: a place is of a known landmark, or of a new one, or of nobody; of the new ones the first n_inits start.
     """,
     wrong="""
     used twice | return correct, start -> return np.sort(np.concatenate([correct, start])), start | A measurement that has started a landmark is used up. Correcting with it again counts it twice, and halves the covariance for nothing.
@@ -65,6 +65,8 @@ sorted_out = table(
     one landmark too many | start[:n_inits] -> start[: n_inits + 1] | n_inits are the most that may be started: the next one is one too many.
     n_inits not used | start[:n_inits] -> start | n_inits limits how many landmarks are started in one frame.
     unknown measurements start landmarks | id >= 0 and id not in known -> id not in known | -1 is no id: nobody knows whose measurement it is. It is not used.
+    nobody's counted as new | id >= 0 and id not in known -> id not in known | -1 is no landmark: it does not count against n_inits. Leave it out first, then take the first n_inits.
+        start[:n_inits] -> [i for i in start[:n_inits] if ids[i] >= 0]
     id 0 left out | id >= 0 and id in known -> id > 0 and id in known | The first landmark has the id 0: only -1 is nobody's.
         id >= 0 and id not in known -> id > 0 and id not in known
     first n_inits measurements | start[:n_inits] -> [i for i in start if i < n_inits] | n_inits counts the landmarks that are started, not the measurements that are looked at.

@@ -48,11 +48,11 @@ roomy = table(
     checks="""
     two numbers     | place | any       | Nothing is free: the state begins behind the last number in use. Return [start, stop], with stop = start + k.
     no gap          | place | no gap    | Nothing is free: the map grows, the state begins at n.
-    one gap         | place | one gap   | A deleted landmark leaves a gap of k free numbers, or more: start is the first of them, stop = start + k.
+    one gap         | place | one gap   | A deleted landmark leaves a gap of k free numbers, or more: start is the first of them, stop = start + k. It may begin at any number, 0 included.
     one piece       | place | one piece | A state lies in one piece: two small gaps do not make a large one.
     first gap       | place | first gap | Of the gaps that are long enough take the first.
     free at the end | place | free at the end | Free numbers at the end are a gap, too, and the map may grow behind them.
-    many maps       | place | many      | Try your function on paper with one of these maps.
+    many maps       | place | many      | On paper with this map: the first k free numbers in a row, wherever they begin; else behind the last number in use.
     """,
     wrong="""
     always at the end | enumerate(used) -> enumerate(()) | Deleted landmarks leave gaps. A map that never uses them grows without end.
@@ -63,12 +63,15 @@ roomy = table(
     last number included | [i + 1 - k, i + 1] -> [i + 1 - k, i] | stop is one past the last number, as in a slice: stop = start + k.
         [n, n + k] -> [n, n + k - 1]
     behind the last number but one | n = len(used) - free -> n = max(len(used) - free - 1, 0) | Where nothing is free the state begins one *behind* the last number in use: its index + 1.
+    one behind the end | n = len(used) - free -> n = len(used) - free + 1 | Where nothing is free the state begins right *behind* the last number in use, at its index + 1; with none in use at 0.
     counted from 1 | [i + 1 - k, i + 1] -> [i + 2 - k, i + 2] | The first number of the map has the index 0.
         [n, n + k] -> [n + 1, n + k + 1]
     gaps added up | free = 0 if taken else free + 1 -> free += not taken | The count begins anew behind each number in use: a state lies in one piece.
     one number to spare | if free == k: -> if free == k + 1: | A gap of exactly k numbers is long enough.
         [i + 1 - k, i + 1] -> [i - k, i]
     no gap before the first state | free = 0 if taken else free + 1 -> free = 0 if taken or any(used) and not any(used[:i]) else free + 1 | The map may begin with free numbers, too: a gap before the first state is one like the others.
+    starts at multiples of k | if free == k: -> if free >= k and (i + 1) % k == 0: | A gap may begin at any number, not only at multiples of k.
+    never at number 0 | if free == k: -> if free >= k and i >= k: | The map begins at number 0: a gap may begin there, too.
     free numbers behind the last state counted twice | n = len(used) - free -> n = len(used) - 2 * free | n is the first number of those that are free at the end.
     """,
 )

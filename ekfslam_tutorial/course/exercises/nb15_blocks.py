@@ -56,7 +56,6 @@ exercise = table(
         "Z = H @ P @ H.T + R; K = P @ H.T @ inv(Z); x + K @ z; P - K @ H @ P.",
     ),
     returns="x, P",
-    symbols="E_a, E_b = two blocks of H; P_ab = the covariance of the states of these blocks",
     cases={
         "any": lambda rng: [
             case(rng, 8, 2, (A, B)),
@@ -80,7 +79,7 @@ exercise = table(
     R squared | H.T + R -> H.T + R @ R | R is a covariance already: add it as it is.
     only the variances of R | H.T + R -> H.T + np.diag(np.diag(R)) | R has off-diagonal entries: the numbers of a measurement may be correlated.
     correlations in P ignored | H @ P @ H.T -> H @ np.diag(np.diag(P)) @ H.T | Z and K take all of P: what two robots know of each other is in the off-diagonal blocks.
-    separate filters | H @ P @ H.T -> H @ _block_diagonal(P, H) @ H.T | That treats the robots as strangers: Z needs E_a P_ab E_b', the covariance between them.
+    separate filters | H @ P @ H.T -> H @ _block_diagonal(P, H) @ H.T | That treats the robots as strangers: Z = H P H' + R with all of P, the covariance between them, too.
     only what was seen moves | return x + -> K = np.any(H != 0, axis=0)[:, None] * K; return x + | A state that was not seen moves, too, if it is correlated with one that was: K has a row for every state.
     P not corrected | P - K @ H @ P -> P | A correction makes P smaller: P - K H P.
     K R K' taken off | P - K @ H @ P -> P - K @ R @ K.T | P falls by K Z K' with the whole Z = H P H' + R, not by K R K'.
@@ -93,9 +92,10 @@ exercise = table(
     columns in the order of the blocks | in blocks: -> in _in_order(blocks): | Each E_r belongs in the columns of its slice r: H[:, r] = E_r.
     one block after the other | return x + K @ z, P - K @ H @ P -> return _one_by_one(x, P, blocks, z, R) | One measurement, one correction. Using it once for each block counts it several times.
     added up | H[:, r] = E_r -> H[:, : E_r.shape[1]] += E_r | Each state has columns of its own in H: do not add the blocks.
-    each state by its own block of P: Z and K take all of P: Z needs E_a P_ab E_b', the covariance between two states, and K has a row for each state that is correlated with them.
+    each state by its own block of P: Z and K take all of P: Z has the covariance between two states in it, and K has a row for each state that is correlated with them.
         H @ P @ H.T -> H @ _own_blocks(P, blocks) @ H.T
         np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks))
+    gain by the own block of P | np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks)) | K = P H' inv(Z) with all of P: the rows of a state take its covariance with *all* states that were measured, not its own block of P alone.
     R counted twice | H.T + R -> H.T + 2 * R | The noise of a measurement counts once, however many states it depends on: Z = H P H' + R.
     Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,

@@ -102,16 +102,9 @@ def _(f, rng):
         expect.true(np.trace(P) <= 1.001 * least + 1e-12, f"trace(P) is {np.trace(P):.4g}; {least:.4g} is possible")
 
 
-@exercise.link("one is better in all directions", "Then the other one can be left out, x and P of it: w = 0 or w = 1.")
-def _(f, rng):
-    xa, Pa, xb, _ = case(rng, 2)
-    for args in ((xa, Pa, xb, 9 * Pa), (xb, 9 * Pa, xa, Pa)):
-        x, P = _out(f(*args), 2)
-        expect.close(P, Pa, "P", rtol=2e-3, at="P and 9 P")
-        expect.close(x, xa, "x", rtol=5e-3, atol=5e-3, at="P and 9 P")
-
-
-@exercise.link("the mean", "x = P (w inv(Pa) xa + (1 - w) inv(Pb) xb), with the w of P.")
+@exercise.link(
+    "the mean", "x = P (w inv(Pa) xa + (1 - w) inv(Pb) xb), with the w of P: w goes with a, 1 - w with b, as in P."
+)
 def _(f, rng):
     for n in (2, 3, 1):
         xa, Pa, xb, Pb = case(rng, n)
@@ -119,6 +112,18 @@ def _(f, rng):
         w = _weight(P, Pa, Pb)
         want = P @ (w * np.linalg.solve(Pa, xa) + (1 - w) * np.linalg.solve(Pb, xb))
         expect.close(x, want, "x", rtol=1e-4, at=f"w = {w:.3f}")
+
+
+@exercise.link(
+    "one is better in all directions",
+    "Where one is better in all directions the other one is left out: the w of the better one is 1, and x and P are its own.",
+)
+def _(f, rng):
+    xa, Pa, xb, _ = case(rng, 2)
+    for of, *args in (("Pb = 9 Pa", xa, Pa, xb, 9 * Pa), ("Pa = 9 Pb", xb, 9 * Pa, xa, Pa)):
+        x, P = _out(f(*args), 2)
+        expect.close(P, Pa, "P", rtol=2e-3, at=of)
+        expect.close(x, xa, "x", rtol=5e-3, atol=5e-3, at=of)
 
 
 def _weight(P, Pa, Pb):

@@ -58,6 +58,7 @@ band = table(
     no lower limit | (mean >= low) & (mean <= high) -> mean <= high | Too cautious is not honest either: there is a lower limit.
     no upper limit | (mean >= low) & (mean <= high) -> mean >= low | Over-confident is worse: there is an upper limit.
     where it is dishonest | (mean >= low) & (mean <= high) -> (mean < low) | (mean > high) | That is True where the filter is *not* honest.
+    mean of all frames | np.mean(nees, axis=0) -> np.full(frames, np.mean(nees)) | Each frame has its own mean, over the runs: np.mean(nees, axis=0). Yours is one mean of all frames.
     sum for the mean | np.mean( -> np.sum( | These are the limits of the *mean* over the runs: divide the sum by their number.
     median | np.mean( -> np.median( | The chi-square limits are those of the *mean* over the runs.
     mean over the frames | axis=0 -> axis=1 | The frames of one run are correlated. Take the mean over the runs: axis=0.

@@ -38,6 +38,11 @@ def case(rng, theta=None, alpha=None):
     return x, u, rng.uniform(0.05, 0.3), car
 
 
+def standing(x, u, dt, car):
+    """The same truck at rest."""
+    return x, u * [0, 1], dt, car
+
+
 STATE = "x, y, theta"
 _right = drive  # in an edit `drive` is the wrong answer itself
 
@@ -58,6 +63,7 @@ truck = table(
         "right": lambda rng: [case(rng, alpha=alpha) for alpha in (-0.4, 0.4, -0.1)],
         "control": lambda rng: [case(rng, *c) for c in ((0.0, 0.0), (0.9, 0.3), (-2.0, -0.45), (2.8, None))],
         "turned": lambda rng: [case(rng, theta) for theta in (2 * np.pi + 0.4, -7.0)],
+        "standing": lambda rng: [standing(*case(rng, 0.8))],
     },
     checks="""
     straight on   | x         | straight | With alpha = 0 all of the car moves along theta.
@@ -67,6 +73,7 @@ truck = table(
     Jacobian X_x  | d X_x / x | any      | Only theta matters: a shift of the start shifts the end. The last column is the step, velocity times dt, turned by 90 degrees.
     Jacobian X_u  | d X_u / u | control  | The step by v, then by alpha; both are in v_c and in w. Each term has the sign and the dt that it has in the step.
     a whole turn  | x, X_x | turned   | At theta + 2 pi the truck does the same.
+    at rest       | X_u       | standing | A truck that stands has v = 0: X_u must not be divided by v. It says what a small speed would do.
     """,
     wrong="""
     the axle instead of the laser | = u, car -> = u, car; a = b = 0.0 | That is the pose of the rear axle. The laser is a ahead of it and b to the left: add w times the arm, turned by 90 degrees.
@@ -95,8 +102,9 @@ truck = table(
     X_x with the wrong sign | [-way[1], way[0]] -> [way[1], -way[0]] | d cos = -sin, d sin = +cos: the last column is [-step_y, step_x].
     X_x transposed | return x2, X_x -> return x2, X_x.T | Rows are outputs, columns are inputs: X_x[0, 2] = dx/dtheta.
     X_u without dt | np.column_stack([X_v, X_alpha]) -> np.column_stack([X_v, X_alpha]) / dt | The step is velocity times dt, and so is its derivative.
-    dv_c/dalpha forgotten | k**2 * H / L * way + k -> k | alpha changes v_c, too: dv_c/dalpha = v k^2 (1 + tan^2) H / L.
+    dv_c/dalpha forgotten | k**2 * H / L * way + k -> k | alpha changes v_c, too: dv_c/dalpha = v (1 + tan^2) (H / L) / (1 - H tan / L)^2, of tan(alpha).
     X_u of the axle | X_v = dt -> around = np.array([0, 0, 1]); way = along + around * t / L; X_v = dt | While it turns, the laser goes sideways: v and alpha act on that, too.
+    divided by v | X_v = dt * k * way -> X_v = dt * k * v * way / v | At rest, with v = 0, that is 0 / 0. The speed is a factor of the step: its derivative by v is the step without v.
     derivative of tan forgotten | T_a = 1 + t**2 -> T_a = 1 | d tan(alpha) / d alpha = 1 + tan(alpha)^2.
     X_u by v_c | X_v = dt * k * way -> X_v = dt * way | The control is the wheel's speed: dv_c/dv = 1 / (1 - H tan(alpha) / L).
     X_u after the move | np.column_stack([X_v, X_alpha]) -> _right(x2, u, dt, car)[2] | Linearise at the pose before the step.

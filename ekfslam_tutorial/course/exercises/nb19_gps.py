@@ -53,13 +53,13 @@ gps = table(
     checks="""
     in the time of the path | d     | by hand | One distance for each fix between the first and the last time of the path: from the path at that time, x and y, to columns 1 and 2 of the fix.
     distances               | d     | any     | Where was the path at the time of the fix? On the line between two of its positions.
-    error                   | error | any     | Sort the distances, keep the nearest, then the root of the mean square.
+    error                   | error | any     | Sort the distances, keep the nearest, int(share * g) of them, then the root of the mean square.
     wrong fixes             | error | far     | Fixes that jump by 100 m must not change the error of the rest.
     """,
     wrong="""
     beyond the ends | fixes[(fixes[:, 0] >= t[0]) & (fixes[:, 0] <= t[-1])] -> fixes | np.interp repeats the last position beyond the ends, without a word. Drop the fixes before the first and after the last time.
     without the ends | (fixes[:, 0] >= t[0]) & (fixes[:, 0] <= t[-1]) -> (fixes[:, 0] > t[0]) & (fixes[:, 0] < t[-1]) | A fix at the first or the last time of the path is in its time: >= and <=.
-    nearest time | at = np.column_stack([np.interp(inside[:, 0], t, path[:, i]) for i in (0, 1)]) -> at = path[np.abs(t - inside[:, :1]).argmin(1)] | At 3 m/s half a step is half a metre. Interpolate between the two positions.
+    nearest time | at = np.column_stack([np.interp(inside[:, 0], t, path[:, i]) for i in (0, 1)]) -> at = path[np.abs(t - inside[:, :1]).argmin(1)] | Between two positions the truck has moved on: interpolate between them.
     last position before | at = np.column_stack([np.interp(inside[:, 0], t, path[:, i]) for i in (0, 1)]) -> at = path[np.searchsorted(t, inside[:, 0], side="right") - 1] | The truck has moved on since then: interpolate.
     nearest point of the path | np.hypot(*(at - inside[:, 1:]).T) -> np.linalg.norm(path - inside[:, None, 1:], axis=2).min(1) | GPS says when, too. The nearest point of the whole path hides errors along it.
     distances sorted | return d, -> return np.sort(d), | d is in the order of fixes: sort a copy for the error.
@@ -70,6 +70,7 @@ gps = table(
     worst ones kept | np.sort(d)[: -> np.sort(d)[::-1][: | The *nearest* share is believed.
     the wrong share dropped | int(share * len(d)) -> max(int((1 - share) * len(d)), 1) | share is the part that is kept.
     rounded up | int(share * len(d)) -> int(np.ceil(share * len(d))) | int(share * g) drops the decimals: of 47.9 fixes 47 are believed.
+    rounded to the nearest | int(share * len(d)) -> round(share * len(d)) | int(share * g) drops the decimals, round may go up: of 47.9 fixes 47 are believed.
     share of all fixes | int(share * len(d)) -> int(share * len(fixes)) | The share is of the fixes beside the path, not of all that were handed over.
     mean distance | np.sqrt(np.mean(best**2)) -> np.mean(best) | The root of the mean *square*.
     median | np.sqrt(np.mean(best**2)) -> np.median(best) | A median is a fine number, too, but asked is the root of the mean square.

@@ -56,6 +56,7 @@ scan = table(
     gate of new trees for pairs | <= gate) -> <= new_gate) | A pair must be within the inner gate.
     distances taken as not squared | k, n = D.shape -> gate, new_gate = gate**2, new_gate**2; k, n = D.shape | D holds squared distances, and the limits are squared, too.
     first come, first served | return j -> return _greedy(D, gate, j) | Who comes first in the scan is chance. The two must be each other's nearest.
+    nearest of the tree alone | return j -> return _trees_choose(D, gate, j) | A tree has taken its nearest detection, to which another tree is nearer. Each must be the other's nearest: in the column *and* in the row.
     second best | return j -> return _second_best(D, gate, j) | A detection that has lost its nearest tree has no claim to another: that is wrong even more surely.
     new and unused exchanged | return j -> return np.where(j < 0, -3 - j, j) | -1 is a new tree, -2 is not used.
     trees instead of detections | k, n = D.shape -> D = D.T; k, n = D.shape | One number for each *detection*, a row of D, not for each tree.
@@ -101,7 +102,7 @@ _link(
 )
 _link(
     "two detections, one tree",
-    "The nearer one gets it. The other is too near to a tree to be new: not used.",
+    "Each must be the other's nearest: of two detections the nearer one gets the tree, and only if no other tree is nearer to it. The others are too near to a tree to be new: not used.",
     scans([[3, 400, 8], [1, 300, 500], [6, 700, 600]], [[3, 400], [1, 300]], [[2], [4], [30]]),
 )
 _link(
@@ -120,6 +121,15 @@ def _greedy(D, gate, j):
         if free:
             j[i] = free[0]
             taken.add(free[0])
+    return j
+
+
+def _trees_choose(D, gate, j):
+    """Each tree takes its nearest detection, whichever tree is the nearest to that."""
+    j = np.where(j == -1, -1, -2)
+    for t in range(D.shape[1] if len(D) else 0):
+        i = D[:, t].argmin()
+        j[i] = t if D[i, t] <= gate else j[i]
     return j
 
 

@@ -58,8 +58,8 @@ watch = table(
     guard,
     hints=(
         "The new mean is a function of x and u. Its derivatives say what the new P must be, whatever the model is.",
-        "F_x = numerical_jacobian(lambda x: predict(x, P, u, U)[0], x), and F_u the same for u. Then compare P2 with F_x P F_x' + F_u U F_u'.",
-        "predict may wrap the heading: take the differences to x2 first, wrap entry 2 of them, and differentiate that. At the end: return P2 - (F_x @ P @ F_x.T + F_u @ U @ F_u.T).",
+        "F_x = numerical_jacobian(lambda x: predict(x, P, u, U)[0], x), and F_u the same for u. Then compare the new P with F_x P F_x' + F_u U F_u'.",
+        "predict may wrap the heading: take the differences to the new x first, wrap entry 2 of them, and differentiate that. At the end: return P_new - (F_x @ P @ F_x.T + F_u @ U @ F_u.T).",
     ),
     seconds=1.8,
     returns="difference",
@@ -67,9 +67,9 @@ watch = table(
     cases={"any": lambda rng: [case(rng, n=n) for n in (7, 3)]},
     checks="",
     wrong="""
-    seam forgotten | step[2] = wrap(step[2]) -> pass | Where the heading jumps by 2 pi, the finite differences do, too: wrap entry 2 of the difference to x2 before you differentiate.
+    seam forgotten | step[2] = wrap(step[2]) -> pass | Where the heading jumps by 2 pi, the finite differences do, too: wrap entry 2 of the difference to the new x before you differentiate.
     brackets of the wrapping | wrap(step[2]) -> (step[2] + np.pi) % 2 * np.pi - np.pi | `%` and `*` are done from left to right: (angle + pi) % (2 * pi) - pi needs the brackets round 2 * pi.
-    only the robot's block | return D -> return np.pad(D[:3, :3], (0, len(D) - 3)) | You compare P_rr only. A filter that leaves P_rm behind passes your guard: compare all of P2.
+    only the robot's block | return D -> return np.pad(D[:3, :3], (0, len(D) - 3)) | You compare P_rr only. A filter that leaves P_rm behind passes your guard: compare all of the new P.
     noise forgotten | + F_u @ U @ F_u.T -> + 0 | The control is uncertain, too: F_u U F_u' is missing.
     noise added as it is | F_u @ U @ F_u.T -> np.pad(U, (0, len(P) - len(U))) | U is the covariance of the control. In the state it becomes F_u U F_u', with the Jacobian F_u by u.
     transposed | F_x @ P @ F_x.T -> F_x.T @ P @ F_x | Your guard has the very bug it should find: F_x P F_x', not F_x' P F_x.
@@ -79,13 +79,14 @@ watch = table(
     U left out | F_u @ U @ F_u.T -> F_u @ F_u.T | U belongs between the two: F_u U F_u'.
     other sign | return D -> return -D | The order is: what P is, minus what it should be.
     magnitude | return D -> return np.abs(D) | Give the difference with its sign, without abs: the sign tells whether P is too large or too small.
-    symmetry only | return D -> return P_new - P_new.T | A symmetric P can be wrong: F_x' P F_x is symmetric. Compare P2 with F_x P F_x' + F_u U F_u'.
+    symmetry only | return D -> return P_new - P_new.T | A symmetric P can be wrong: F_x' P F_x is symmetric. Compare the new P with F_x P F_x' + F_u U F_u'.
     compared with the known filter | return D -> return P_new - museum.predict(x, P, u, U)[1] | Your guard knows one motion model only. Let `predict` itself say how the mean moves, by finite differences.
     what P should be | return D -> return P_new - D | That is what P should be. The guard returns the difference to what P is.
     old P as it was | F_x @ P @ F_x.T -> P | P is moved by F_x: F_x P F_x', not P.
     diagonal only | return D -> return np.diag(np.diag(D)) | Covariances count as much as variances: compare the whole matrices.
     elementwise | F_x @ P @ F_x.T -> F_x * P * F_x.T | `*` multiplies entry by entry. The product of matrices is `@`.
     predicted without noise | x_new, P_new = predict(x, P, u, U) -> x_new, P_new = predict(x, P, u, 0 * U) | The P under test is what `predict` makes of x, P, u and U, all as they are: yours calls it with U = 0, and the noise is missing on that side.
+    new P in what should be | F_x @ P @ F_x.T -> F_x @ P_new @ F_x.T | In F_x P F_x' stands the P before the step, not the new one.
     U squared | F_u @ U @ F_u.T -> F_u @ U @ U @ F_u.T | U is a covariance already: F_u U F_u'.
     """,
 )
@@ -104,12 +105,12 @@ def _link(name, help, *cases):
 
 _link(
     "silent where nothing is wrong",
-    "After a right prediction the difference is zero: the P2 that `predict` makes of P and U, minus F_x P F_x' + F_u U F_u'.",
+    "After a right prediction the difference is zero: the new P that `predict` returns, minus (F_x P F_x' + F_u U F_u'), with the P and U that it was given.",
     *(("the right prediction of notebook 05", {"n": n}) for n in (7, 3, 5)),
 )
 _link(
     "rings at wrong Jacobians",
-    "Compare the whole P2 with F_x P F_x' + F_u U F_u', F_x and F_u taken at x, before the step.",
+    "Compare the whole new P with F_x P F_x' + F_u U F_u', F_x and F_u taken at x, before the step.",
     ("P_rr multiplied entry by entry", {"predict": museum.predict_elementwise}),
     ("F_x' P F_x in place of F_x P F_x'", {"predict": museum.predict_transposed}),
     ("a last row 0 0 0 in the Jacobian", {"predict": museum.predict_no_heading}),
@@ -118,7 +119,7 @@ _link(
 )
 _link(
     "rings at P_rm",
-    "The bug is in the covariance of the robot with the map, P_rm: the whole P2 is compared, not its block P_rr alone.",
+    "The bug is in the covariance of the robot with the map, P_rm: the whole new P is compared, not its block P_rr alone.",
     ("a P_rm that stays behind", {"predict": museum.predict_pose_only}),
 )
 _link(

@@ -60,7 +60,7 @@ born = table(
     checks="""
     normal       | l[:3]     | any | The normal is across both rays, m1 x m2 in this order, and of length one.
     direction    | l[3:]     | any | v = b1 e1 + b2 e2: a vector in the plane. Its length says how near the line is, so it stays as it is.
-    by the prior | d L_b / b | any | The prior moves v along e1 and e2, and nothing of n: the plane was measured.
+    by the prior | d L_b / b | any | v is linear in b: by b1 it moves along e1, by b2 along e2, and nothing of n moves: the plane was measured.
     by the ends  | d L_y / y | any | A pixel turns the plane, n; and e1, e2 lie in that plane, so v turns with it.
     """,
     wrong="""
@@ -71,12 +71,13 @@ born = table(
     prior forgotten | v, V_n = b[0] * e1 + b[1] * e2, -> v, V_n = e1, | The direction in the plane comes from the prior: v = b1 e1 + b2 e2.
     v as a point | np.concatenate([n, v]), -> np.concatenate([n, m[:3]]), | v is the *direction* of the line, not the ray to one of its ends.
     v first | np.concatenate([n, v]), -> np.concatenate([v, n]), | The normal stands first: l = [n; v].
-    plane does not turn v | np.vstack([N_y, V_n @ N_y]) -> np.vstack([N_y, 0 * N_y]) | e1 and e2 lie in the plane: when a pixel turns the plane, v turns with it. V_n N_y is missing.
-    chain cut: the unit vector | N_c @ C_m @ M_y -> C_m @ M_y | The derivative of the unit vector, N_c, is missing in the chain: N_y = N_c C_m M_y.
-    chain cut: the rays | N_c @ C_m @ M_y -> (N_c @ C_m)[:, [0, 1, 3, 4]] | From pixels to rays there is M_y: N_y = N_c C_m M_y.
+    plane does not turn v | np.vstack([N_y, V_n @ N_y]) -> np.vstack([N_y, 0 * N_y]) | e1 and e2 lie in the plane: when a pixel turns the plane, v turns with it: its derivative by n, times that of n by the pixels, is missing.
+    chain cut: the unit vector | N_c @ C_m @ M_y -> C_m @ M_y | The derivative of the unit vector is missing in the chain of n: unit vector, cross product, rays, each by what it is made of.
+    chain cut: the rays | N_c @ C_m @ M_y -> (N_c @ C_m)[:, [0, 1, 3, 4]] | From pixels to rays there is the derivative of `retro`: the chain of n ends with it.
     sign of the first ray | np.hstack([-hat(m[3:]), hat(m[:3])]) -> np.hstack([hat(m[3:]), hat(m[:3])]) | m1 x m2 = -m2 x m1: by m1 the derivative is -hat(m2).
     hats exchanged | np.hstack([-hat(m[3:]), hat(m[:3])]) -> np.hstack([hat(m[:3]), -hat(m[3:])]) | By m1 the derivative has the *other* ray, -hat(m2); by m2 it is hat(m1).
     prior moves the normal | np.vstack([np.zeros((3, 2)), np.column_stack([e1, e2])]) -> np.vstack([np.column_stack([e1, e2]), np.zeros((3, 2))]) | The prior says where the line lies *in* its plane: rows of v. The normal was measured.
+    prior times itself | np.column_stack([e1, e2])]) -> np.column_stack([b[0] * e1, b[1] * e2])]) | v = b1 e1 + b2 e2 is linear in b: the columns of L_b are e1 and e2 themselves, without b.
     prior in rows | np.column_stack([e1, e2])]) -> np.vstack([e1, e2, e1])[:, :2]]) | The columns of L_b are by b1 and b2: e1 and e2 stand upright.
     """,
 )

@@ -24,10 +24,13 @@ def line_nees(l, P, truth):
 
 
 def case(rng, scale=1.0, true_scale=1.0, sizes=(0.5, 2.0)):
-    """A true line and an estimate: small errors of all the filter can have, also along the scale."""
+    """A true line and an estimate: small errors of all the filter can have, also along the scale.
+
+    Along [v; n] a bit of P is left: so a wrong B gives a number of its own, not one of rounding.
+    """
     n, v = np.linalg.qr(rng.normal(size=(3, 2)))[0].T * rng.uniform(*sizes, (2, 1))
     truth, across = np.concatenate([n, v]), unit(np.concatenate([v, n]))[0]
-    T = np.eye(6) - np.outer(across, across)
+    T = np.eye(6) - (1 - 1e-4) * np.outer(across, across)
     P = T @ random_covariance(rng, 6, 1e-5) @ T
     error = T @ rng.normal(0, 1e-5, 6)
     l = truth + error
@@ -66,6 +69,7 @@ free = table(
     covariance not reduced | B @ P @ B.T, e) -> np.eye(4) * np.trace(P) / 6, e) | e = B l has the covariance B P B'.
     only the variances | np.linalg.solve(B @ P @ B.T, e) -> (e / np.diag(B @ P @ B.T)) | The four numbers are correlated: take the whole of B P B'.
     inverse forgotten | np.linalg.solve(B @ P @ B.T, e) -> (B @ P @ B.T @ e) | Large where C is *small*: e' C^-1 e.
+    inverse before B | np.linalg.solve(B @ P @ B.T, e) -> (B @ np.linalg.pinv(P) @ B.T @ e) | First C = B P B', then its inverse: B P^-1 B' is another matrix, and P of a line has no inverse.
     root taken | return e @ np.linalg.solve(B @ P @ B.T, e) -> return np.sqrt(e @ np.linalg.solve(B @ P @ B.T, e)) | NEES is the *squared* distance: no root.
     divided by four | return e @ np.linalg.solve(B @ P @ B.T, e) -> return e @ np.linalg.solve(B @ P @ B.T, e) / 4 | NEES of a line is about 4, its degrees of freedom: do not divide by them.
     difference to the truth, scaled: P belongs to l as it stands. If you bring l to another scale, P must go to the square of it.

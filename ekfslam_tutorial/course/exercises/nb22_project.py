@@ -60,7 +60,7 @@ pictured = table(
     checks="""
     camera at the origin | h         | at home | With the camera at the origin n_c is n itself, and h = K_L n with the K_L of the text.
     turned camera        | h         | turned  | A normal is a direction: into the camera it goes by R', the transposed rotation.
-    moved camera         | h         | any     | From the camera's place the plane is another one: n - t x v, with the sign and the order of the text.
+    moved camera         | h         | any     | From the camera's place the plane is another one: n_c = R' (n - t x v), with the sign, the order and the brackets of the text.
     derivative           | d H_l / l | any     | h is linear in l: three columns for n, K_L R', and three for v, -K_L R' hat(t).
     """,
     wrong="""
@@ -71,6 +71,9 @@ pictured = table(
     R for R' | K_L @ F.R.T -> K_L @ F.R | F.R goes from the camera to the world. The normal comes from the world and goes into the camera: R'.
     rotation forgotten | K_L @ F.R.T -> K_L | The camera is turned: n and v are world directions, R' brings them into the camera.
     place of the camera forgotten | n - np.cross(F.t, v) -> n | n is the normal of the plane through the *origin*. The plane through the camera has another one: n - t x v.
+    place of the camera not turned: R' turns both terms: n_c = R' (n - t x v), not R' n - t x v.
+        h = H_n @ (n - np.cross(F.t, v)) -> h = H_n @ n - K_L @ np.cross(F.t, v)
+        -H_n @ hat(F.t) -> -K_L @ hat(F.t)
     added instead | n - np.cross(F.t, v) -> n + np.cross(F.t, v) | The sign: n_c = R' (n - t x v). Check: (p - t) x v = p x v - t x v.
     n and v exchanged | n, v = l[:3], l[3:] -> n, v = l[3:], l[:3] | The normal stands first: l = [n; v].
     derivative by v: sign | -H_n @ hat(F.t) -> H_n @ hat(F.t) | -t x v has the derivative -hat(t) by v: the minus sign stays.

@@ -48,7 +48,7 @@ tidied = table(
     direction     | l          | any  | The part of v along n goes: v - (n'v / n'n) n. Divide by n'n, n need not have the length one.
     block of n    | P[:3, :3]  | any  | n does not change, so its covariance does not.
     already there | P          | kept | Also where n'v is zero already, P is projected: in the direction [v; n] nothing may be left. J P J'.
-    covariance    | P          | any  | J P J' with J = [[I, 0], [D_n, D_v]], D_n by the product rule.
+    covariance    | P          | any  | J P J', with J the derivative of [n; d] by [n; v]: that of d by n is found by the product rule.
     """,
     wrong="""
     n gives way: Here n was measured, and v was a prior. Take the part away from v, and leave n as it is.
@@ -59,13 +59,13 @@ tidied = table(
     divided by v'v | s = n @ v / (n @ n) -> s = n @ v / (v @ v) | The part of v along n has n'n in the denominator; with v'v it is that of n along v.
     added | np.concatenate([n, v - s * n]) -> np.concatenate([n, v + s * n]) | The part along n is taken away: v - s n.
     only the state | J @ P @ J.T -> P | The state has changed by a function, so P changes to J P J'. Otherwise the filter goes on to take the condition for uncertain.
-    D_n forgotten | [D_n, D_v]] -> [np.zeros((3, 3)), D_v]] | The new v depends on n, too: when the plane turns, v turns with it. J has a block D_n.
-    s taken for a constant | -s * np.eye(3) - np.outer(n, v - 2 * s * n) / (n @ n) -> -s * np.eye(3) | s depends on n as well: product rule, -s I - n S_n.
+    D_n forgotten | [D_n, D_v]] -> [np.zeros((3, 3)), D_v]] | The new v depends on n, too: when the plane turns, v turns with it. J has a block by n in the rows of v.
+    s taken for a constant | -s * np.eye(3) - np.outer(n, v - 2 * s * n) / (n @ n) -> -s * np.eye(3) | s depends on n as well: product rule, -s I - n (v - 2 s n)' / n'n.
     denominator taken for a constant | v - 2 * s * n) / (n @ n) -> v) / (n @ n) | n'n depends on n, too: its derivative brings -2 s n.
     s n: one factor only | -s * np.eye(3) - np.outer -> -np.outer | Product rule: s n changes with n even where s is held, by -s I.
-    outer product turned round | np.outer(n, v - 2 * s * n) -> np.outer(v - 2 * s * n, n) | Rows are what comes out: n stands upright, S_n lies: np.outer(n, v - 2 s n).
-    D_v the identity | np.eye(3) - np.outer(n, n) / (n @ n) -> np.eye(3) | The part of v along n is gone, also out of its covariance: D_v = I - n n' / n'n.
-    length of n in D_v | np.outer(n, n) / (n @ n) -> np.outer(n, n) | n need not have the length one: D_v = I - n n' / n'n.
+    outer product turned round | np.outer(n, v - 2 * s * n) -> np.outer(v - 2 * s * n, n) | Rows are what comes out, columns what goes in: s n changes along n, so np.outer(n, v - 2 s n).
+    D_v the identity | np.eye(3) - np.outer(n, n) / (n @ n) -> np.eye(3) | The part of v along n is gone, also out of its covariance: by v, d has the derivative I - n n' / n'n.
+    length of n in D_v | np.outer(n, n) / (n @ n) -> np.outer(n, n) | n need not have the length one: by v, d has the derivative I - n n' / n'n.
     J' P J | J @ P @ J.T -> J.T @ P @ J | The covariance of J l is J P J', in this order.
     """,
 )

@@ -40,7 +40,7 @@ exercise = table(
         ],
     },
     checks="""
-    after one second       | off    | one second  | With t = 1 only the factors count: 9.81 for the gyrometer, 1 / k! for a bias, 1 / ((k - 1)! sqrt(2k - 1)) for white noise.
+    after one second       | off    | one second  | With t = 1 only the factors count, by k, the number of integrals from what is measured to the position: 1 / k! for a bias, 1 / ((k - 1)! sqrt(2k - 1)) for white noise; and 9.81 for the gyrometer.
     each has its place     | off    | one of them | In the order of the arguments: b_w, b_a, n_w, n_a. Each cause makes one of the four.
     bias of the gyrometer  | off[0] | any         | Turn rate, angle, velocity, position: three integrals, and gravity.
     bias of the accelerometer | off[1] | any      | Acceleration, velocity, position: two integrals.
@@ -54,6 +54,7 @@ exercise = table(
     gravity forgotten with the bias | by_gyro = 9.81 * np.array([ -> by_gyro = np.array([1.0, 9.81]) * np.array([ | b_w tilts: gravity then looks like an acceleration of 9.81 m/s^2 times the angle.
     gravity forgotten with the noise | by_gyro = 9.81 * np.array([ -> by_gyro = np.array([9.81, 1.0]) * np.array([ | n_w tilts, too: gravity then looks like an acceleration of 9.81 m/s^2 times the angle.
     gyro noise integrated twice | n_w * t**2.5 / (2 * np.sqrt(5)) -> n_w * t**1.5 / np.sqrt(3) | n_w is noise of a turn rate: angle, velocity, position are three integrals, k = 3.
+    acc noise integrated three times | n_a * t**1.5 / np.sqrt(3) -> n_a * t**2.5 / (2 * np.sqrt(5)) | n_a is noise of an acceleration: velocity, position are two integrals only, k = 2.
     acc noise integrated once | n_a * t**1.5 / np.sqrt(3) -> n_a * t**0.5 | n_a is noise of an acceleration: velocity, position are two integrals, k = 2.
     t^3 / 3 | b_w * t**3 / 6 -> b_w * t**3 / 3 | Each integral divides: t, t^2 / 2, t^3 / 6.
     no factor with t^3 | b_w * t**3 / 6 -> b_w * t**3 | Each integral divides: t, t^2 / 2, t^3 / 6.

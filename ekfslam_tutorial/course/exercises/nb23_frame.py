@@ -65,7 +65,7 @@ exercise = table(
     checks="""
     state            | x             | any          | Each control moves the state on, in order: start the next one where the last one has ended.
     one control      | P             | one control  | One control: P_rr becomes R_r P_rr R_r' + R_u U R_u', P_rm becomes R_r P_rm.
-    no landmarks     | P             | no landmarks | Without landmarks it is the prediction of an EKF, once for each control.
+    no landmarks     | P             | no landmarks | Without landmarks it is the prediction of an EKF, once for each control, each with its own R_r and R_u: those at the state where it begins.
     no noise         | P[:16, :16]   | U = 0        | With U = 0 the covariance is X P X', where X is the product of all R_r, the last one on the left.
     noise            | P[:16, :16]   | P = 0        | Each control adds its noise, and the steps after it move that noise on: Q = R_r Q R_r' + R_u U R_u'.
     landmarks        | P[16:, 16:]   | any          | The landmarks stand still: their part of P does not change.
@@ -89,6 +89,10 @@ exercise = table(
     always from the start: Each control starts where the last one has ended: move(x[:16], u, dt).
         move(x[:16], u, dt) -> move(x_0, u, dt)
         x, P = x.copy(), P.copy() -> x_0, x, P = x[:16].copy(), x.copy(), P.copy()
+    derivatives at the start: R_r and R_u belong to the state before *this* control: yours are all taken at the start of the frame.
+        x[:16], R_r, R_u = move(x[:16], u, dt) -> x[:16], (R_r, R_u) = move(x[:16], u, dt)[0], move(x_0, u, dt)[1:]
+        x, P = x.copy(), P.copy() -> x_0, x, P = x[:16].copy(), x.copy(), P.copy()
+    U shared by the controls | R_u @ U @ R_u.T -> R_u @ U @ R_u.T / len(us) | Each control has the whole covariance U: do not divide it by their number.
     first control only | for u in us: -> for u in us[:1]: | A frame has n controls.
     last control forgotten | for u in us: -> for u in us[:-1]: | A frame has n controls, the last one, too.
     backwards | for u in us: -> for u in us[::-1]: | The controls are in order: the first one comes first.

@@ -11,14 +11,17 @@ def from_rest(w, a, acc_bias_std):
     """What an IMU that lies still knows of itself: what is down, and the bias of its gyrometer.
 
     w (rad/s) and a (m/s^2), both of shape (n, 3): what the two have measured, n times, in the axes of the IMU. An
-    accelerometer at rest measures what holds it up: 9.81 m/s^2, upwards. acc_bias_std (m/s^2): of its bias nothing is
-    known but this standard deviation, the same for each axis. The world's z axis points up.
+    accelerometer at rest measures what holds it up: 9.81 m/s^2, upwards. The world's z axis points up. The IMU may lie
+    in any way, upside down, too. acc_bias_std (m/s^2): of the bias of the accelerometer nothing is known but this
+    standard deviation, the same for each axis.
     Return q, shape (4,): an orientation that brings the mean of a to z; any yaw will do, nobody can know it. b_w, shape
     (3,): the bias of the gyrometer. And tilt_std (rad): by so much each of the two angles of the tilt is uncertain (1
     sigma), because of the bias of the accelerometer. Let n be so large that the noise does not matter beside it.
     """
     up = a.mean(0) / np.linalg.norm(a.mean(0))
     q = np.array([1 + up[2], up[1], -up[0], 0.0])  # the shortest turn from up to z
+    if not q.any():
+        q[1] = 1.0  # upside down: half a turn about any axis across z
     return q / np.linalg.norm(q), w.mean(0), acc_bias_std / 9.81
 
 
@@ -38,7 +41,8 @@ def any_yaw(taken, right=None):
         return taken
     up = q2R(q / length)[0][2]
     level = np.array([1 + up[2], up[1], -up[0], 0.0])
-    return [length * unit(level)[0] if up[2] > -0.999 else q, *rest]
+    level = level if level[0] > 1e-9 else np.array([0, 1.0, 0, 0])
+    return [length * unit(level)[0], *rest]
 
 
 exercise = table(
@@ -47,7 +51,7 @@ exercise = table(
     hints=(
         "Means over the n rows: that of w is the bias, as nothing turns. That of a points up, in the axes of the IMU.",
         "Roll and pitch, for e2q: arctan2(a_y, a_z) and arctan2(-a_x, hypot(a_y, a_z)), with yaw 0. A bias across gravity, b, looks like a tilt by the angle b / 9.81.",
-        "Without Euler angles: up = mean of a, divided by its length; the shortest turn from up to z is [1 + up_z, up_y, -up_x, 0], divided by its length. tilt_std = acc_bias_std / 9.81.",
+        "Without Euler angles: up = mean of a, divided by its length; the shortest turn from up to z is [1 + up_z, up_y, -up_x, 0], divided by its length; upside down, where that is zero, [0, 1, 0, 0]. tilt_std = acc_bias_std / 9.81.",
     ),
     returns="q, b_w, tilt_std",
     settled=any_yaw,
@@ -55,11 +59,13 @@ exercise = table(
     cases={
         "any": lambda rng: [rows(rng, rng.normal(size=3) * [1, 1, 0.8] + [0, 0, 0.4], n=n) for n in (40, 7, 100, 25)],
         "level": lambda rng: [rows(rng, [0, 0, 1], noise=0.0)],
+        "upside down": lambda rng: [rows(rng, [0, 0, -1], noise=0.0)],
         "on its tail": lambda rng: [rows(rng, [1, 0, 0], noise=0.0), rows(rng, [0, -1, 0], noise=0.0)],
     },
     checks="""
     level       | q        | level       | It lies level: R(q) must leave the z axis where it is.
     on its tail | q        | on its tail | R(q) must bring the measured a to the z axis of the world.
+    upside down | q        | upside down | Half a turn about x, or any other axis across z. [1 + up_z, up_y, -up_x, 0] is zero there and has no direction.
     orientation | q        | any         | The mean of a points up: R(q) brings it to z. q has the length 1.
     gyrometer   | b_w      | any         | Nothing turns: what the gyrometer measures, in the mean, is its bias.
     tilt        | tilt_std | any         | A bias b across gravity looks like gravity that is tilted by b / 9.81 rad. It is the same in all n rows.
@@ -81,6 +87,8 @@ exercise = table(
     spread for bias | w.mean(0) -> w.std(0) | That is the noise. The bias is the mean.
     averaged away | acc_bias_std / 9.81 -> acc_bias_std / 9.81 / np.sqrt(len(a)) | A bias is the same in all rows: no mean makes it smaller.
     gravity forgotten | acc_bias_std / 9.81 -> acc_bias_std | b across 9.81 m/s^2: the angle is b / 9.81.
+    length of the mean | acc_bias_std / 9.81 -> acc_bias_std / np.linalg.norm(a.mean(0)) | Gravity is known, 9.81 m/s^2: divide by it. The length of the mean has the bias in it.
+    nothing upside down | q[1] = 1.0 -> pass | Upside down [1 + up_z, up_y, -up_x, 0] is zero: take half a turn about any axis across z, [0, 1, 0, 0].
     times gravity | acc_bias_std / 9.81 -> acc_bias_std * 9.81 | The larger gravity is, the less a bias tilts it: b / 9.81.
     tilt in degrees | acc_bias_std / 9.81 -> np.degrees(acc_bias_std / 9.81) | tilt_std is asked for in radians.
     length of both | acc_bias_std / 9.81 -> np.sqrt(2) * acc_bias_std / 9.81 | Each of the two angles has its own bias: acc_bias_std / 9.81 for each.

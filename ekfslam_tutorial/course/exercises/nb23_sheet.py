@@ -59,6 +59,7 @@ exercise = table(
     white noise times dt | gyro**2 / dt, acc**2 / dt -> gyro**2 * dt, acc**2 * dt | A mean over a *shorter* time is noisier: n^2 / dt, not times dt.
     std of a mean | gyro**2 / dt, acc**2 / dt -> gyro**2 / dt**2, acc**2 / dt**2 | The standard deviation goes with 1 / sqrt(dt), the variance with 1 / dt.
     walks divided by dt | gyro_walk**2 * dt, acc_walk**2 * dt -> gyro_walk**2 / dt, acc_walk**2 / dt | A random walk grows with time: walk^2 dt.
+    walks not squared | gyro_walk**2 * dt, acc_walk**2 * dt -> gyro_walk * dt, acc_walk * dt | The walks are standard deviations: a covariance holds their squares, walk^2 dt.
     walks without dt | gyro_walk**2 * dt, acc_walk**2 * dt -> gyro_walk**2, acc_walk**2 | A walk is given for a second: in dt its variance is walk^2 dt.
     walks with dt squared | gyro_walk**2 * dt, acc_walk**2 * dt -> (gyro_walk * dt)**2, (acc_walk * dt)**2 | Independent steps add their *variances*: walk^2 dt, not (walk dt)^2.
     roots of the variances | np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) -> np.sqrt(np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3))) | A covariance holds variances, not standard deviations.

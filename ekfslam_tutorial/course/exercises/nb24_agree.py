@@ -123,7 +123,7 @@ consensus = table(
     all right              | good | all right   | The camera has moved: all innovations are long, and one match explains them all. All agree.
     some are wrong         | good | any         | What is left of match j, if match i is believed: z_j - E_ji (E_ii + R)^-1 z_i.
     much noise             | good | noisy       | R is as large as E_ii, and a match moves the others by a half of its innovation: (E_ii + R)^-1 z_i, with R as it is.
-    near the limit         | good | near        | What is left of some is just below the limit, of others just above it. How far a match moves the others depends on E_ji, on E_ii and on the whole of R.
+    near the limit         | good | near        | What is left of some is just below the limit, of others just above it. How far match i moves the others depends on E_ji, on E_ii and on the whole of R. Then the *length* of what is left counts, and the set of match i is what i explains.
     each its own direction | good | rolled      | E_ji = E[j, :, i] turns what match i shows into the direction of match j: its rows belong to j, its columns to i.
     a camera that is known | good | limit       | With E = 0 nothing moves: a match agrees where |z| is shorter than the limit; the limit itself is too long.
     nothing in common      | good | independent | Where E_ji is 0, match i does not move match j: what is left of j is its innovation.
@@ -143,6 +143,13 @@ consensus = table(
     all moved alike | move = E[:, :, i] @ np.linalg.solve(E[i, :, i] + R, z[i]) -> move = z[i] | Match j does not move by z_i, but by E_ji (E_ii + R)^-1 z_i: that is less, and different for each.
     E_ij for E_ji | move = E[:, :, i] @ -> move = np.swapaxes(E[i], 0, 1) @ | The rows of E_ji belong to match j, its columns to match i: E[j, :, i].
     E_jj for E_ji | move = E[:, :, i] @ -> move = E[np.arange(len(z)), :, np.arange(len(z))] @ | What match i says of match j is in E_ji, their covariance; E_jj is the covariance of j with itself.
+    E_jj in the gain: The gain is that of match i, which is believed: (E_ii + R)^-1, not (E_jj + R)^-1.
+        move = E[:, :, i] @ np.linalg.solve(E[i, :, i] + R, z[i]) -> move = np.array([E[j, :, i] @ np.linalg.solve(E[j, :, j] + R, z[i]) for j in range(len(z))])
+    match i left out | z - move, axis=1) < limit -> z - move, axis=1) < limit; agree[i] = False | Match i belongs to its own set, if what is left of it is shorter than the limit.
+    votes of the others: The set of match i is what i explains. Yours counts by how many matches each one is explained.
+        best = np.zeros(len(z), bool) -> sets, best = [], np.zeros(len(z), bool)
+        agree.sum() > best.sum() -> sets.append(agree)
+        return best -> return sets[np.argmax(np.sum(sets, axis=0))] if sets else best
     moved the wrong way | z - move -> z + move | The expectation moves *towards* what match i has measured: what is left of j is z_j - move.
     the worst set | agree.sum() > best.sum() -> i == 0 or agree.sum() < best.sum() | The *largest* set counts.
     the last set | agree.sum() > best.sum() -> True | The largest set counts, not the last.

@@ -162,7 +162,7 @@ def by_the_angle_and_an_axis(w, a, acc_bias_std):
     up = unit(a.sum(0))[0]
     axis = np.cross(up, [0, 0, 1.0])
     s = np.linalg.norm(axis)
-    q = v2q(axis / s * np.arctan2(s, up[2]))[0] if s > 1e-12 else np.array([1.0, 0, 0, 0])
+    q = v2q(axis / s * np.arctan2(s, up[2]))[0] if s > 1e-12 else np.eye(4)[int(up[2] < 0)]
     return -q, w.sum(0) / len(w), np.arctan(acc_bias_std / 9.81) if acc_bias_std < 1e-3 else acc_bias_std / 9.81
 
 
