@@ -66,7 +66,7 @@ def tests(arguments):
 def notebooks():
     """Run the notebooks, those first that take longest."""
     paths = sorted(Path("notebooks").glob("*.ipynb"), key=lambda path: (path.name[:2] not in LONG, path.name))
-    how = ["--nbval", *NBVAL, "--nbval-sanitize-with", "tests/nbval.cfg"]
+    how = ["--nbval", *NBVAL, "--nbval-sanitize-with", "tests/nbval.cfg", "-p", "tests.nbval_pictures"]
     return run("notebooks", *TOGETHER, *how, *map(str, paths))
 
 
@@ -86,6 +86,7 @@ def run(name, *arguments):
     if "--nbval" in arguments:
         environment.pop("MPLBACKEND", None)  # the kernel chooses its own: inline
         environment["EKFSLAM_CHECK_SECONDS"] = "200"
+        environment["EKFSLAM_DPI"] = "48"  # nbval skips pictures: few dots, and no search for the fewest bytes
     else:
         arguments = ("-p", "no:nbval", *arguments)  # to import it takes longer than to import the package
     with tempfile.TemporaryDirectory() as folder:

@@ -28,6 +28,8 @@ from ..graphics.style import GREY, LIGHT_GREY, OKABE_ITO
 
 DPI = float(os.environ.get("EKFSLAM_DPI", 120))  # more for a projector: see cli/lecture.py
 SCREEN = 96  # CSS pixels of an inch: a picture is as wide in the notebook as its figure says, however many dots it has
+LOOK_ONLY = sys.platform == "emscripten" or DPI < SCREEN
+"""In a browser, or with few dots, as the tests of the notebooks draw: nobody keeps the pictures in a repository."""
 MARKS = [np.round(255 * np.array(to_rgb(colour))).astype(int) for colour in (*OKABE_ITO, GREY, LIGHT_GREY)]
 SMALLER = (
     0.8  # an SVG must be that much smaller: every viewer of notebooks shows a PNG, and some slides and papers want it
@@ -63,8 +65,8 @@ def publish(picture: bytes, caption: str):
 
 
 def picture(fig, dpi: float = DPI) -> bytes:
-    """Return the figure as a PNG or an SVG file, whichever is smaller, and close it."""
-    if sys.platform == "emscripten":  # a browser: it is not kept in a repository, and drawing it twice takes a second
+    """Return the figure as a PNG or an SVG file, whichever is smaller, and close it; for a look only, a quick PNG."""
+    if LOOK_ONLY:  # drawing it twice takes a second
         return png(fig, dpi, quick=True)
     dots = with_palette(png(fig, dpi, close=False), (256,) if has_shades(fig) else (32, 64, 128, 256))
     lines = svg(fig)
@@ -178,9 +180,9 @@ def with_palette(picture: bytes, colours=(32, 64, 128, 256)) -> bytes:
 
     Notes
     -----
-    In a browser the picture stays as it is: it is not kept in a repository, and each would take a second more.
+    A picture for a look only stays as it is: each would take a second more.
     """
-    if sys.platform == "emscripten":
+    if LOOK_ONLY:
         return picture
     image = Image.open(io.BytesIO(picture))
     dpi, image = image.info["dpi"], image.convert("RGB")

@@ -59,6 +59,12 @@ def test_lines_are_svg_where_that_is_smaller_and_dots_are_png():
     assert len(figures.svg(fig)) > 10 * len(figures.picture(many_dots()))
 
 
+def test_a_picture_for_a_look_only_is_the_first_one_that_is_drawn(monkeypatch):
+    monkeypatch.setattr(figures, "LOOK_ONLY", True)
+    before = figures.picture(few_lines())
+    assert before.startswith(b"\x89PNG") and figures.with_palette(before) is before
+
+
 def drawn_lines():
     fig = few_lines()
     figures.png(fig, close=False)
