@@ -78,6 +78,9 @@ camera = table(
     centre forgotten | u = k[:2] + k[2:] * ud -> u = k[2:] * ud | Pixels are counted from the corner: add the centre [u0, v0].
     v upwards | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * [1, -1] * ud | The y axis of the camera points down, as v does: plus av y.
     one focal length for both | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2] * ud | The pixels need not be square: au for u, av for v.
+    one focal length in all: The pixels need not be square: au for u, av for v, in the derivatives, too.
+        u = k[:2] + k[2:] * ud -> u = k[:2] + k[2] * ud
+        U_ud = np.diag(k[2:]) -> U_ud = k[2] * np.eye(2)
     UP_p: sign of the depth | [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, x / z], [0, 1, y / z]] | d(x/z)/dz = -x/z^2: a point that moves away goes towards the centre.
     UP_p: depth forgotten | [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, 0], [0, 1, 0]] | z changes the pixel, too: the third column of UP_p is -up / z.
     UP_p: z not squared | [[1, 0, -x / z], [0, 1, -y / z]] -> [[1, 0, -x], [0, 1, -y]] | d(x/z)/dz = -x/z^2: one z is missing.

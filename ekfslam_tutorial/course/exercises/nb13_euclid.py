@@ -88,6 +88,7 @@ turned = table(
     rho not squared | -m / rho**2 -> -m / rho | d(1 / rho) / d rho = -1 / rho^2: the square is missing.
     column m | -m / rho**2 -> m | The derivative of m / rho by rho is -m / rho^2, not m.
     angles not scaled | M_py / rho -> M_py | The further the point, the more an angle moves it: M_py / rho.
+    direction taken as certain | [np.eye(3), M_py / rho, -> [np.eye(3), 0 * M_py, | Pitch and yaw are uncertain, too: their block is M_py / rho.
     angles times rho | M_py / rho -> M_py * rho | The further the point, the more an angle moves it: M_py / rho, not M_py rho.
     anchor taken as certain | [np.eye(3), M_py -> [np.zeros((3, 3)), M_py | The anchor is a state like the others: its block is the identity.
     cross-covariances set to zero | J @ P @ J.T -> _alone(J @ P @ J.T, i) | The point keeps its correlations with robot and landmarks: J P J' of the *whole* map.

@@ -70,6 +70,7 @@ sorted_out = table(
     id 0 left out | id >= 0 and id in known -> id > 0 and id in known | The first landmark has the id 0: only -1 is nobody's.
         id >= 0 and id not in known -> id > 0 and id not in known
     first n_inits measurements | start[:n_inits] -> [i for i in start if i < n_inits] | n_inits counts the landmarks that are started, not the measurements that are looked at.
+    known ones counted, too | start[:n_inits] -> [i for i in start if np.sum(np.asarray(ids)[:i] >= 0) < n_inits] | n_inits counts the landmarks that are started: a measurement of a known one does not count.
     the last ones | start[:n_inits] -> start[len(start) - n_inits :] if n_inits < len(start) else start | Those that come first are started: start[:n_inits].
     """,
 )

@@ -84,6 +84,7 @@ exercise = table(
     P not corrected | P - K @ H @ P -> P | A correction makes P smaller: P - K H P.
     K R K' taken off | P - K @ H @ P -> P - K @ R @ K.T | P falls by K Z K' with the whole Z = H P H' + R, not by K R K'.
     Z left out | P - K @ H @ P -> P - K @ K.T | P falls by K Z K', which is K H P: Z stands between the two gains.
+    K H taken off | P - K @ H @ P -> P - K @ H | K H has no unit: P - K H P.
     P grows | P - K @ H -> P + K @ H | Information is gained: P - K H P.
     gain without inverse | np.linalg.solve(Z, H @ P).T -> P @ H.T @ Z | K = P H' inv(Z): Z must be inverted.
     covariances between robots dropped | P - K @ H @ P -> _block_diagonal(P - K @ H @ P, H) | The new P has blocks between all states: do not keep the diagonal ones only.

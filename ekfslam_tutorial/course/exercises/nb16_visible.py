@@ -91,6 +91,7 @@ seen = table(
     degrees | np.abs(bearing) -> np.abs(np.degrees(bearing)) | Everything is in radians, fov too.
     one of the two | max_range) & (np -> max_range) | (np | Both must hold: `&`, not `|`.
     range forgotten | (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> np.abs(bearing) <= fov / 2 | A point beyond max_range is not seen.
+    range along x | y[..., 0] <= max_range -> p[..., 0] <= max_range | The range is y, the distance of the point; p[..., 0] is only how far ahead it is.
     view forgotten | (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> y[..., 0] <= max_range | A point outside the field of view is not seen.
     arctan | np.arctan2(p[..., 1], p[..., 0]) -> np.arctan(p[..., 1] / p[..., 0]) | arctan(py / px) takes a point behind for one ahead. Take arctan2(py, px).
     px and py swapped | np.arctan2(p[..., 1], p[..., 0]) -> np.arctan2(p[..., 0], p[..., 1]) | arctan2 takes y first: arctan2(py, px).

@@ -58,6 +58,8 @@ weighed = table(
     Z instead of its root | + np.log(Z)) -> + 2 * np.log(Z)) | The Gaussian has 1 / sqrt(Z) before the exp, not 1 / Z.
     one half forgotten | np.square(z) / Z -> 2 * np.square(z) / Z | exp(-z^2 / (2 Z)): the one half is missing.
     innovation not squared | np.square(z) -> z | exp(-z^2 / (2 Z)): with z alone, an innovation of -1 m would be better than 0.
+    absolute value | np.square(z) -> np.abs(z) | exp(-z^2 / (2 Z)): the square of z, not its absolute value.
+    sign of the height | / Z + np.log(Z)) -> / Z - np.log(Z)) | A wide Gaussian is low: the likelihood is divided by sqrt(Z), so log(Z) / 2 is taken off its logarithm.
     sign of the exponent | np.square(z) / Z -> -np.square(z) / Z | The larger the innovation, the *less* likely: exp(-...).
     noise not used | (np.square(z) / Z + np.log(Z)) -> np.square(z) | An innovation is large or small only beside its sigma: z^2 / Z.
     zeros | np.exp(log_w - np.max(log_w)) -> np.exp(log_w) | All the likelihoods are zero in the computer, and 0 / 0 is no number. Subtract the largest logarithm before exp.

@@ -86,6 +86,7 @@ gauge = table(
     angle in degrees | [*t, theta] -> [*t, np.degrees(theta)] | Angles are in radians everywhere.
     plain arctan | theta = np.arctan2( -> theta = (lambda y, x: np.arctan(y / x))( | np.arctan cannot tell an angle from the opposite one: np.arctan2 takes both sums.
     mirror allowed | t = q.mean -> R = _orthogonal(a, b); theta = np.arctan2(R[1, 0], R[0, 0]); t = q.mean | The SVD may give a mirror image. The determinant of R must be +1.
+    each path moved to its truth | (k @ R.T + t - s) ** 2 -> (k @ R.T - s - np.mean(k @ R.T - s, axis=0)) ** 2 | One motion for all robots: do not take the mean error of each off, it belongs to its ATE.
     mean distance | np.sqrt(np.mean(d)) -> np.mean(np.sqrt(d)) | ATE is the root of the mean *square*: large errors count more.
     no root | np.sqrt(np.mean(d)) -> np.mean(d) | That is the mean squared distance, in square metres. Take the root.
     mean over x and y | np.mean(d) -> np.mean(d) / 2 | One distance for each instant: add x and y before the mean.

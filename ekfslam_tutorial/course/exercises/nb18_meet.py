@@ -81,6 +81,8 @@ sight = table(
     heading of a forgotten | [-E_p, [0.0, -1.0]] -> [-E_p, [0.0, 0.0]] | Turn a to the left: b moves to the right in its view. d bearing / d theta_a = -1.
     heading of a positive | [-E_p, [0.0, -1.0]] -> [-E_p, [0.0, 1.0]] | Turn a to the left: b moves to the right in its view. d bearing / d theta_a = -1.
     heading in the range | [-E_p, [0.0, -1.0]] -> [-E_p, [-1.0, -1.0]] | Turning on the spot changes no distance: d range / d theta = 0.
+    bearing row of E_a exchanged | [-E_p, [0.0, -1.0]] -> [[-E_p[0], -E_p[1, ::-1]], [0.0, -1.0]] | In the bearing row of E_a the entries by x and y are exchanged: [dy/r^2, -dx/r^2, -1].
+    range row with the wrong sign | [[dx / r, dy / r], -> [[-dx / r, -dy / r], | Let b go away from a: the range grows. Plus dx/r, dy/r belong in E_b, minus in E_a.
     same sign for both | [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]] | Let a go towards b: the range becomes smaller. The position columns of E_a are minus those of E_b.
     signs exchanged | [-E_p, [0.0, -1.0]] -> [E_p, [0.0, -1.0]] | Let b go away from a: the range grows. Plus signs belong in E_b, minus in E_a.
         [E_p, [0.0, 0.0]] -> [-E_p, [0.0, 0.0]]

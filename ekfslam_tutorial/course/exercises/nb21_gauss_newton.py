@@ -71,6 +71,7 @@ exercise = table(
     covariance returned | return dx, A -> return dx, np.linalg.inv(A) | A is the information matrix. Its inverse is the covariance.
     information of the measurements | return dx, A -> return dx, np.diag(np.diag(A)) | A belongs to the unknowns, n x n: H' R^-1 H.
     information without noise | return dx, A -> return dx, H.T @ H | A = H' R^-1 H: R^-1 is missing.
+    information with R | return dx, A -> return dx, H.T @ R @ H | A = H' R^-1 H: a large variance tells less, so R^-1, not R.
     mean of the information | return dx, A -> return dx, A / len(z) | Information adds up: A is a sum over the measurements, no mean. Do not divide it by their number.
     twice the information | return dx, A -> return dx, 2 * A | A = H' R^-1 H, without a factor 2.
     """,

@@ -57,12 +57,16 @@ apart = table(
     wrong="""
     scale of the line | length = np.hypot(h[0], h[1]) -> length = 1.0 | h has any scale: without the division by sqrt(a^2 + b^2) these are no pixels.
     length with c | np.hypot(h[0], h[1]) -> np.linalg.norm(h) | The normal of the line in the image is [a, b]; c is no part of it. Divide by sqrt(a^2 + b^2).
+    length with c in all: The normal of the line in the image is [a, b]; c is no part of it, nor of its derivative. Divide by sqrt(a^2 + b^2).
+        np.hypot(h[0], h[1]) -> np.linalg.norm(h)
+        np.array([h[0], h[1], 0]) -> h
     squared length | np.hypot(h[0], h[1]) -> h[0]**2 + h[1]**2 | Divide by the length of [a, b], not by its square: a root is missing.
     distance without sign | z[i] = q @ h / length -> z[i] = abs(q @ h) / length | Keep the sign: on which side of the line an end lies tells where to move it. An innovation has the mean zero.
     negative | z[i] = q @ h / length -> z[i] = -(q @ h) / length | The sign is that of a u + b v + c.
     c forgotten | y[2 * i + 1], 1.0]) -> y[2 * i + 1], 0.0]) | A pixel is [u, v, 1]: with c its product with h is a distance from the line, without it from a parallel through the corner.
     u and v exchanged | [y[2 * i], y[2 * i + 1], 1.0] -> [y[2 * i + 1], y[2 * i], 1.0] | y = [u1, v1, u2, v2]: u belongs to a, v to b.
     one end twice | [y[2 * i], y[2 * i + 1], 1.0] -> [y[0], y[1], 1.0] | That is the distance of the first end, twice. The second end is (u2, v2).
+    columns of the first end | Z_y[i, 2 * i : 2 * i + 2] = -> Z_y[i, :2] = | Each end has its own two columns in Z_y: the second row is not zero in the last two.
     both ends in each row | Z_y[i, 2 * i : 2 * i + 2] = h[:2] / length -> Z_y[i] = np.tile(h[:2], 2) / length | The distance of one end does not depend on the other end: its two columns are zero.
     Z_y without length | h[:2] / length -> h[:2] | Z_y has the unit px per px: [a, b] / L, a vector of length one.
     L taken for a constant | (q - z[i] * np.array([h[0], h[1], 0]) / length) / length -> q / length | L depends on a and b, too: the quotient rule has a second term. Without it, a mere change of scale would change z.

@@ -76,6 +76,9 @@ pictured = table(
         -H_n @ hat(F.t) -> -K_L @ hat(F.t)
     added instead | n - np.cross(F.t, v) -> n + np.cross(F.t, v) | The sign: n_c = R' (n - t x v). Check: (p - t) x v = p x v - t x v.
     n and v exchanged | n, v = l[:3], l[3:] -> n, v = l[3:], l[:3] | The normal stands first: l = [n; v].
+    added in both: The sign: n_c = R' (n - t x v), in the derivative, too. Check: (p - t) x v = p x v - t x v.
+        n - np.cross(F.t, v) -> n + np.cross(F.t, v)
+        -H_n @ hat(F.t) -> H_n @ hat(F.t)
     derivative by v: sign | -H_n @ hat(F.t) -> H_n @ hat(F.t) | -t x v has the derivative -hat(t) by v: the minus sign stays.
     derivative by v: no effect | -H_n @ hat(F.t) -> 0 * H_n | A camera that has moved sees another plane when v changes: the last three columns are not zero.
     derivative by v: hat(v) | -H_n @ hat(F.t) -> -H_n @ hat(v) | t x v = hat(t) @ v: its derivative by v is hat(t). With hat(v) it is the one by t, but for the sign.

@@ -56,6 +56,9 @@ tidied = table(
     n takes the step | np.concatenate([n, v - s * n]) -> np.concatenate([n - s * v, v]) | n stays as it is: it was measured. v gives way, by s n.
     length of n forgotten | s = n @ v / (n @ n) -> s = n @ v | n need not have the length one: s = n'v / n'n.
     divided by the length | s = n @ v / (n @ n) -> s = n @ v / np.linalg.norm(n) | Divide by n'n, the square of the length: once for the direction of n, once for the part.
+    divided by the length in all: Divide by n'n, the square of the length: once for the direction of n, once for the part; so in the derivative by v.
+        s = n @ v / (n @ n) -> s = n @ v / np.linalg.norm(n)
+        np.eye(3) - np.outer(n, n) / (n @ n) -> np.eye(3) - np.outer(n, n) / np.linalg.norm(n)
     divided by v'v | s = n @ v / (n @ n) -> s = n @ v / (v @ v) | The part of v along n has n'n in the denominator; with v'v it is that of n along v.
     added | np.concatenate([n, v - s * n]) -> np.concatenate([n, v + s * n]) | The part along n is taken away: v - s n.
     only the state | J @ P @ J.T -> P | The state has changed by a function, so P changes to J P J'. Otherwise the filter goes on to take the condition for uncertain.

@@ -70,6 +70,7 @@ exercise = table(
         (p_true - p_true[0]) @ R.T -> (p_true - p_true[0]) @ R
         v - v_true @ R.T -> v - v_true @ R
     not moved | (p_true - p_true[0]) @ R.T -> p_true @ R.T | The origin of the truth is another one: subtract p_true[0] from it.
+    nothing moved | e_p = (p - p[0]) - (p_true - p_true[0]) @ R.T -> e_p = p - p_true @ R.T | The two paths must begin in the same point: subtract p[0] from one, p_true[0] from the other.
     turned about the origin | (p_true - p_true[0]) @ R.T -> (p_true @ R.T - p_true[0]) | Subtract the start first, then turn: else the start is turned away.
     means put on each other | e_p = (p - p[0]) - (p_true - p_true[0]) @ R.T -> e_p = (p - p.mean(0)) - (p_true - p_true.mean(0)) @ R.T | P is relative to the *start*, where the filter is certain; means put on each other hide errors that P knows of.
     ends put on each other | e_p = (p - p[0]) - (p_true - p_true[0]) @ R.T -> e_p = (p - p[-1]) - (p_true - p_true[-1]) @ R.T | The filter is certain of its *start*, and P is relative to it: let the two paths begin in the same point.

@@ -73,8 +73,8 @@ exercise = table(
     checks="""
     at rest     | x2[:10]  | rest    | An IMU that lies still measures its biases, and 9.81 m/s^2 upwards: what is left of them is no motion.
     orientation | x2[3:7]  | any     | In dt the body turns by the rotation vector (w - b_w) dt, in its own axes: q v2q(...).
-    velocity    | x2[7:10] | any     | v2 = v + g dt with g = R (a - b_a) + gravity; R is the orientation in the *middle* of the step.
-    position    | x2[:3]   | any     | t2 = t + v dt + g dt^2 / 2, with the old v.
+    velocity    | x2[7:10] | any     | v2 = v + (R (a - b_a) + gravity) dt; R is the orientation in the *middle* of the step.
+    position    | x2[:3]   | any     | t2 = t + v dt + (R (a - b_a) + gravity) dt^2 / 2, with the old v.
     no turn     | x2       | no turn | Without a turn the orientation stays, and R is that of q.
     biases      | x2       | any     | The biases stay as they are, at the end of the state.
     """,
@@ -83,6 +83,11 @@ exercise = table(
     gravity upwards | np.array([0, 0, -9.81]) -> np.array([0, 0, 9.81]) | z points up, and things fall down: gravity is -9.81 along z.
     gravity in the axes of the IMU | g = R @ a + np.array([0, 0, -9.81]) -> g = R @ (a + np.array([0, 0, -9.81])) | Gravity is given in the world: add it after a is turned.
     biases added | w, a = u[:3] - b[:3], u[3:] - b[3:] -> w, a = u[:3] + b[:3], u[3:] + b[3:] | measured = true + bias. So the true one is measured *minus* bias.
+    biases added in all: measured = true + bias. So the true one is measured *minus* bias: in the derivatives, too.
+        w, a = u[:3] - b[:3], u[3:] - b[3:] -> w, a = u[:3] + b[:3], u[3:] + b[3:]
+        np.hstack([G_w, R]) * -(dt**2) / 2 -> np.hstack([G_w, R]) * dt**2 / 2
+        -Q_dq @ DQ_w * dt -> Q_dq @ DQ_w * dt
+        np.hstack([G_w, R]) * -dt -> np.hstack([G_w, R]) * dt
     gyro bias added | w, a = u[:3] - b[:3] -> w, a = u[:3] + b[:3] | measured = true + bias. So the true turn rate is u[:3] *minus* b_w.
     acc bias added | u[3:] - b[3:] -> u[3:] + b[3:] | measured = true + bias. So the true acceleration is u[3:] *minus* b_a.
     gyro bias forgotten | w, a = u[:3] - b[:3] -> w, a = u[:3] | The gyrometer has a bias, too: w = u[:3] - b_w.
@@ -99,10 +104,13 @@ exercise = table(
     turn in the axes of the world | q2, _, Q_dq = q_prod(q, dq) -> q2, Q_dq, _ = q_prod(dq, q) | w is in the axes of the body: its quaternion stands on the right.
     dt forgotten in the turn | v2q(w * dt) -> v2q(w) | w is in radians per second: v2q(w dt).
     half the turn | v2q(w * dt) -> v2q(w * dt / 2) | v2q has the half angle in it already: v2q(w dt).
-    a half forgotten in the position | v * dt + g * dt**2 / 2, q2 -> v * dt + g * dt**2, q2 | A constant acceleration moves by g dt^2 / 2, as the new velocity holds at the end of the step only.
-    no acceleration in the position | t + v * dt + g * dt**2 / 2, q2 -> t + v * dt, q2 | Within a step the velocity changes: + g dt^2 / 2.
+    a half forgotten in the position | v * dt + g * dt**2 / 2, q2 -> v * dt + g * dt**2, q2 | A constant acceleration moves by half of it times dt^2, as the new velocity holds at the end of the step only.
+    a half forgotten in all: A constant acceleration moves by half of it times dt^2: the half is missing, in X_b, too.
+        v * dt + g * dt**2 / 2, q2 -> v * dt + g * dt**2, q2
+        np.hstack([G_w, R]) * -(dt**2) / 2 -> np.hstack([G_w, R]) * -(dt**2)
+    no acceleration in the position | t + v * dt + g * dt**2 / 2, q2 -> t + v * dt, q2 | Within a step the velocity changes: half of the acceleration in the world, times dt^2, is missing.
     v in the axes of the body | t + v * dt + -> t + R @ v * dt + | Here v is in the axes of the world: it is not turned.
-    dt forgotten in the velocity | v + g * dt, b -> v + g, b | g is in m/s^2: v + g dt.
+    dt forgotten in the velocity | v + g * dt, b -> v + g, b | An acceleration is in m/s^2: times dt it is a change of v.
     sign of the derivatives: A bias is subtracted: its derivatives have the opposite sign of those by the measurement.
         np.hstack([G_w, R]) * -(dt**2) / 2 -> np.hstack([G_w, R]) * dt**2 / 2
         -Q_dq @ DQ_w * dt -> Q_dq @ DQ_w * dt
@@ -112,11 +120,11 @@ exercise = table(
     q by b_w forgotten | -Q_dq @ DQ_w * dt -> 0 | The turn depends on b_w: X_b[3:7, :3] is not zero.
     biases by themselves forgotten | X_b[10:] = np.eye(6) -> X_b[10:] = 0 | The biases stay as they are: their derivative by themselves is the identity.
     dt forgotten in d(q2)/d(b_w) | -Q_dq @ DQ_w * dt -> -Q_dq @ DQ_w | The inner derivative: d(w dt)/dw = dt.
-    position by the biases forgotten | np.hstack([G_w, R]) * -(dt**2) / 2 -> 0 | The position moves by g dt^2 / 2, and g depends on both biases: X_b[:3] is not zero.
-    R transposed in the derivatives: The derivative of g by b_a is -R: R takes from the IMU into the world. In X_b yours is transposed.
+    position by the biases forgotten | np.hstack([G_w, R]) * -(dt**2) / 2 -> 0 | The position moves by half of the acceleration times dt^2, and that depends on both biases: X_b[:3] is not zero.
+    R transposed in the derivatives: The derivative of the acceleration in the world by b_a is -R: R takes from the IMU into the world. In X_b yours is transposed.
         np.hstack([G_w, R]) * -(dt**2) / 2 -> np.hstack([G_w, R.T]) * -(dt**2) / 2
         np.hstack([G_w, R]) * -dt -> np.hstack([G_w, R.T]) * -dt
-    small turn: DQ_w must be taken at w dt, HALF_w at w dt / 2, and not at zero.
+    small turn: The derivative of v2q must be taken at w dt for the turn, at w dt / 2 for the middle of the step, and not at zero.
         @ DQ_w * dt -> @ v2q(0 * w)[1] * dt
         @ HALF_w * dt / 2 -> @ v2q(0 * w)[1] * dt / 2
     """,
