@@ -14,7 +14,7 @@ from ..slam.steps import travel
 from ..toolbox.points import points_of
 from .consistency import honesty, md2
 from .corrections import GROSS, SecondSums, correction_ratio
-from .gauge import MapGauge, distance_weights, start_gauge
+from .gauge import MapGauge, distance_weights, laid_error, start_gauge
 from .inertial import motion_errors, rotation_rmse, upright
 from .partners import identity, named, placed, pose_on_truth
 from .tracks import Track, rmse
@@ -57,7 +57,7 @@ class History:
         self.n_landmarks = []
         self.n_refused = self.n_recoveries = 0
         self.last: Any = None
-        self._laid: Any = None  # the landmarks of the last frame, their covariance, and the gauge by them
+        self._laid: Any = None  # the landmarks of the last frame, and the gauge by them: see `_gauge_of`
         self._lies: Any = None  # how the map lies in the world, a frame's vector, where landmarks are told by place
         self._last_rows: Any = None  # the last frame, and its landmarks' rows in the world
 
@@ -73,8 +73,8 @@ class History:
         if self.gauge == "free":
             needed = _told(s) or not s.named  # without names, places are followed from frame to frame
             gauge = self._gauge_of(s) if needed else None
-            for id, error in _in_map_gauge(s, gauge).items():
-                self._in_map_gauge.setdefault(id, []).append(error)
+            for rob in s.robs:
+                self._in_map_gauge.setdefault(rob.id, []).append(_beside_gauge(rob, gauge))
         carrier = {id: rob.id for rob in s.robs for id in rob.sensors}
         for o in s.obs.values():
             if o.updated:
@@ -159,18 +159,29 @@ class History:
         return joint_map(self.last, self.partners())
 
     def _gauge_of(self, s):
-        """The gauge of the map of this frame, the landmarks by the states, and P; None where they do not fix it."""
-        ids, points, truth, B = _with_places(s, self.partners(s))
-        if len(ids) < points.shape[1]:
+        """The gauge of the map of this frame, None where the landmarks do not fix it.
+
+        Found anew if the landmarks have changed. The vector of its frame; the small motion that it takes away, by the
+        states of the landmarks, and its covariance; and the rows of P that belong to these states.
+        """
+        rows = self.partners(s)
+        lmks = [s.lmks[id] for id in rows]
+        if len(lmks) < s.robs[0].motion.frame.dim:
             return None
-        P = _covariance(s.map)
-        laid = points, truth, B @ P @ B.T
-        if self._laid is None or not all(map(np.array_equal, laid, self._laid[0])):
+        P, these = _covariance(s.map), [(row, lmk.type, lmk.r) for row, lmk in zip(rows.values(), lmks, strict=True)]
+        at = self._laid[1] if self._laid is not None and these == self._laid[0] else _indices(lmks)
+        states, P_lmk = np.concatenate([lmk.state(s.map) for lmk in lmks]), P[at]
+        laid = these, at, states, P_lmk[:, at]
+        if self._laid is None or these != self._laid[0] or not all(map(np.array_equal, laid[2:], self._laid[2:4])):
+            _, points, truth, B = _with_places(s, rows)
+            B = B[:, at]
             try:
-                self._laid = laid, MapGauge(*laid)
+                gauge = MapGauge(points, truth, B @ laid[3] @ B.T)
             except ValueError:  # they are on a line, or on top of each other
                 return None
-        return self._laid[1], B, P
+            C = gauge.C @ B
+            self._laid = *laid, (gauge.F.x, C, C @ laid[3] @ C.T)
+        return *self._laid[4], P_lmk
 
     @staticmethod
     def _same_frame(s):
@@ -282,8 +293,7 @@ class History:
         if self.gauge == "fixed":
             return track.errors()
         if len(self._surveyed()[0]):
-            e, P = map(np.array, zip(*self._in_map_gauge[id], strict=True))
-            return e[track.known], P[track.known]
+            return self._map_errors(track)
         if self.error_of(id) != "pose":
             v, P = map(np.array, zip(*self._velocities[id], strict=True))
             return motion_errors(track.t, track.x[:, :3], v, P, track.truth[:, :3])
@@ -292,6 +302,18 @@ class History:
         _, E_x = x.minus(x)
         e, P = start_gauge(x, E_x @ track.P[k] @ np.swapaxes(E_x, -1, -2), truth) if k.any() else track.errors()
         return (e, P) if np.asarray(k)[:1].all() else (e * np.nan, P * np.nan)
+
+    def _map_errors(self, track):
+        """Errors of a robot, each in the gauge of the map of its frame, and their covariances: S P S' of `gauge`."""
+        k, frame, turned = track.known, track.frame, lambda J: np.swapaxes(J, -1, -2)
+        F, P_xg, P_g = (np.array(a)[k] for a in zip(*self._in_map_gauge[track.id], strict=True))
+        fixed = np.isfinite(F).all(1)
+        e, P = np.full((len(F), frame.dof), np.nan), np.full((len(F), frame.dof, frame.dof), np.nan)
+        F, P_xg, P_g, x, truth, P_x = (a[fixed] for a in (F, P_xg, P_g, track.x[k], track.truth[k], track.P[k]))
+        e[fixed], E_x, E_g = laid_error(frame(F), frame(x), frame(truth))
+        both = E_x @ P_xg @ turned(E_g)
+        P[fixed] = E_x @ P_x @ turned(E_x) + both + turned(both) + E_g @ P_g @ turned(E_g)
+        return e, P
 
     def error_of(self, id):
         """Kind of the `errors`: "pose"; "position and velocity", of a robot with an IMU in a gauge of its own."""
@@ -448,20 +470,20 @@ def _told(s):
     return [rob for rob in s.robs if rob.r is not None and np.isfinite(s.truth.get(rob.id, np.nan)).all()]
 
 
-def _in_map_gauge(s, gauge):
-    """Errors of the robots in the gauge of the map of their frame, and covariances, by id; NaN where there are none."""
-    frame = s.robs[0].motion.frame
-    found = {rob.id: (np.full(frame.dof, np.nan), np.full((frame.dof, frame.dof), np.nan)) for rob in s.robs}
-    told = _told(s)
-    if gauge is not None and told:
-        landmarks, B, P = gauge
-        poses = frame(np.stack([rob.frame(s.map).x for rob in told]))
-        e, E_x, E_l = landmarks.error(poses, frame(np.array([s.truth[rob.id] for rob in told], float)))
-        E = E_l @ B
-        for E_i, E_xi, rob in zip(E, E_x, told, strict=True):
-            E_i[:, rob.r.start : rob.r.start + frame.size] += E_xi
-        found.update(zip([rob.id for rob in told], zip(e, E @ P @ np.swapaxes(E, -1, -2), strict=True), strict=True))
-    return found
+def _beside_gauge(rob, gauge):
+    """What the errors of a robot in the gauge of a map are made of, later and at once: the vector of the gauge's frame,
+    the covariance of the pose with the small motion that is taken away, and that of the motion; NaN where none is."""
+    size, dof = rob.motion.frame.size, rob.motion.frame.dof
+    if gauge is None or rob.r is None:
+        return np.full(size, np.nan), np.full((size, dof), np.nan), np.full((dof, dof), np.nan)
+    F, C, P_g, P_lmk = gauge
+    pose = slice(rob.r.start, rob.r.start + size)
+    return F, P_lmk[:, pose].T @ C.T, P_g
+
+
+def _indices(lmks):
+    """Indices of the states of landmarks in the map."""
+    return np.concatenate([np.zeros(0, int), *(np.arange(l.r.start, l.r.stop) for l in lmks if l.r is not None)])
 
 
 def _pooled(tracks):

@@ -162,9 +162,24 @@ class MapGauge:
             By the landmarks: they move the frame that the error is taken in. The covariance of e is
             [E_x E_l] P [E_x E_l]' with the joint covariance P of pose and landmarks.
         """
-        laid, _, L_x = self.F.compose(pose)
-        e, E_f = laid.minus(truth)
-        return e, E_f @ L_x, -pose_generator(laid) @ self.C
+        e, E_x, E_g = laid_error(self.F, pose, truth)
+        return e, E_x, E_g @ self.C
+
+
+def laid_error(F, pose, truth):
+    """Error of a pose that is laid on the truth by a frame F; many poses have one frame, or each its own.
+
+    Returns
+    -------
+    e : ndarray, shape (..., dof)
+    E_x : ndarray, shape (..., dof, size)
+        By the pose.
+    E_g : ndarray, shape (..., dof, dof)
+        By the small motion of the world that F takes away.
+    """
+    laid, _, L_x = F.compose(pose)
+    e, E_f = laid.minus(truth)
+    return e, E_f @ L_x, -pose_generator(laid)
 
 
 class StartGauge:

@@ -23,7 +23,7 @@ def here(set):
 
 
 class Places(History):
-    """A history that leaves out the errors of the robots in the gauge of the map, for NEES: they take a third of a run.
+    """A history that leaves out the errors of the robots in the gauge of the map: a quarter of a run's time.
 
     `test_set_9_robot_3` has them, as every run of a user; here only places and angles are asked for.
     """

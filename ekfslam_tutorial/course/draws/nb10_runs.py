@@ -16,18 +16,21 @@ GYRO, SIGHT = np.radians(1.0), 0.1  # noise: of a turn, rad; of a measured direc
 
 
 def _judge(q, P, true):
-    """Sigma along q, NEES and error (degrees) of an orientation."""
+    """Norm of q, sigma along q, NEES and error (degrees) of orientations."""
     u = unit(q)[0]
-    e, E = Frame3(np.r_[0, 0, 0, q]).minus(Frame3(np.r_[0, 0, 0, true]))
-    e, E = e[3:], E[3:, 3:]
-    return np.sqrt(max(u @ P @ u, 0)), e @ np.linalg.solve(E @ P @ E.T, e), np.degrees(np.linalg.norm(e))
+    at = lambda q: Frame3(np.concatenate([np.zeros((*q.shape[:-1], 3)), q], -1))
+    e, E = at(q).minus(at(true))
+    e, E = e[..., 3:], E[..., 3:, 3:]
+    nees = (e * np.linalg.solve(E @ P @ np.swapaxes(E, -1, -2), e[..., None])[..., 0]).sum(-1)
+    sigma = np.sqrt(np.einsum("...i,...ij,...j", u, P, u).clip(0))
+    return np.stack([np.linalg.norm(q, axis=-1), sigma, nees, np.degrees(np.linalg.norm(e, axis=-1))], -1)
 
 
 @cache
 def judged(attitude, mode: str, prior: float) -> np.ndarray:
     """Norm of q, sigma along q, tangent-space NEES (3 dof) and error (degrees) of all runs, (RUNS, STEPS, 4)."""
-    runs = (attitude(mode, prior, seed) for seed in range(RUNS))
-    return np.array([[(np.linalg.norm(q), *_judge(q, P, true)) for q, P, true in run] for run in runs])
+    runs = [list(attitude(mode, prior, seed)) for seed in range(RUNS)]
+    return _judge(*(np.array([[step[i] for step in run] for run in runs], float) for i in range(3)))
 
 
 def slerp(q0, q1, s):
