@@ -69,6 +69,9 @@ projected = table(
     a transposed factor | U_ls @ LS_lr @ LR_r -> U_ls @ LS_lr.T @ LR_r | A factor of the chain is transposed. Jacobians are used as they come: U_ls @ LS_lr.
         U_ls @ LS_lr @ LR_l -> U_ls @ LS_lr.T @ LR_l
     U_r of the camera | U_ls @ LS_lr @ LR_r -> U_ls @ LS_s | That is the derivative by Sf. Of the robot's frame it is U_ls LS_lr LR_r.
+    frames in the wrong order: The point goes into the frame of the robot first, Rf, and the result into that of the camera, Sf.
+        lr, LR_r, LR_l = Rf.to_frame(l) -> Rf, Sf = Sf, Rf; lr, LR_r, LR_l = Rf.to_frame(l)
+        return u, U_r, U_s -> return u, U_s, U_r
     U_r and U_s exchanged | return u, U_r, U_s -> return u, U_s, U_r | Return the derivative by the robot's frame first, then by the camera's.
     U_r twice | U_ls @ LS_s -> U_ls @ LS_lr @ LR_r | U_s is the derivative by the camera's frame, the second step: U_s = U_ls LS_s.
     LS_s taken at l | U_ls @ LS_s -> U_ls @ Sf.to_frame(l)[1] | The second step starts at lr: Sf.to_frame(lr), not Sf.to_frame(l).

@@ -46,6 +46,9 @@ undistorted = table(
     checks="",
     wrong="""
     minus d | return up -> return distort(ud, -d)[0] | distort(ud, -d) is only a first guess. Try the round trip: distort(up, d) does not give ud.
+    minus d in all: distort(ud, -d) is only a first guess, and so is its derivative. Try the round trip: distort(up, d) does not give ud.
+        return up -> return distort(ud, -d)[0]
+        np.linalg.inv(distort(up, d)[1]) -> distort(ud, -d)[1]
     divided once | range(20) -> range(1) | ud / f(ud) uses f at the distorted point. It is a first step: put its result into f, and repeat.
         up + np.linalg.solve(UD_up, ud - u) -> ud / _f(up, d)
     divided twice | range(20) -> range(2) | Two steps are not enough. Repeat until nothing changes.

@@ -71,6 +71,7 @@ sorted_out = table(
         id >= 0 and id not in known -> id > 0 and id not in known
     first n_inits measurements | start[:n_inits] -> [i for i in start if i < n_inits] | n_inits counts the landmarks that are started, not the measurements that are looked at.
     known ones counted, too | start[:n_inits] -> [i for i in start if np.sum(np.asarray(ids)[:i] >= 0) < n_inits] | n_inits counts the landmarks that are started: a measurement of a known one does not count.
+    no limit for zero | start[:n_inits] -> start[: n_inits or None] | n_inits = 0 is a limit, too: then no landmark is started.
     the last ones | start[:n_inits] -> start[len(start) - n_inits :] if n_inits < len(start) else start | Those that come first are started: start[:n_inits].
     """,
 )

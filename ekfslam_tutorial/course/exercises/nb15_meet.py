@@ -71,7 +71,7 @@ exercise = table(
     to_frame | F1.from_frame -> F1.to_frame | The place of robot 2 comes out of the frame of robot 1: from_frame.
     sine and cosine exchanged | [np.cos(b12), np.sin(b12)] -> [np.sin(b12), np.cos(b12)] | The bearing counts from the x axis: [cos, sin].
     robot for map | robot2.compose(back)[0].x -> robot2.x | That is robot 2 in map 1. The origin of its map is another place: compose with F2.inverse().
-    F2 not inverted | F2.inverse()[0] -> F2 | F2 goes from the map to the robot. You want the way back: F2.inverse().
+    F2 not inverted | F2.inverse()[0] -> F2 | F2 is robot 2 in map 2. You want the way back, map 2 as robot 2 sees it: F2.inverse().
     composed in the other order | robot2.compose(back) -> back.compose(robot2) | First robot 2 in map 1, then the origin of map 2 in robot 2: robot2.compose.
     map 1 in map 2 | robot2.compose(back)[0].x -> robot2.compose(back)[0].inverse()[0].x | That is the inverse of what is asked: map 2 in map 1.
     poses subtracted | robot2.compose(back)[0].x -> robot2.x - F2.x | Frames are composed, not subtracted: the place of F2 must be turned, too.

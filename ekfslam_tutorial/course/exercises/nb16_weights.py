@@ -66,6 +66,7 @@ weighed = table(
     not divided by the sum | return new / new.sum() -> return np.exp(log_w) / np.sqrt(2 * np.pi) | Weights are probabilities: divide by their sum.
     divided by the largest | new.sum() -> new.max() | Weights are probabilities: divide by their *sum*, not by the largest.
     added | new = np.exp(log_w - np.max(log_w)) -> new = w + np.exp(-0.5 * z**2 / Z) / np.sqrt(2 * np.pi * Z) | Weight *times* likelihood: in logarithms this is a sum, in the weights it is not.
+    added to the scaled likelihood | new = np.exp(log_w - np.max(log_w)) -> new = w + np.exp(log_w - np.log(w) - np.max(log_w - np.log(w))) | Weight *times* likelihood: in logarithms this is a sum, in the weights it is not.
     winner takes all | return new / new.sum() -> return np.eye(len(w))[np.argmax(new)] | One measurement seldom decides. Keep the weights of all hypotheses.
     """,
 )

@@ -110,6 +110,7 @@ exercise = table(
     R forgotten | H.T + R -> H.T + 1e-12 * R | Z = H P H' + R.
     prior not corrected | return at, P_new -> return at, P | Return the corrected P as well: P - K H P.
     P with a new Jacobian at the end | return at, P_new -> return at, _right(x, P, y, R, observe, iterations + 1)[1] | Use the K and H of the last iteration for P, together.
+    P falls with each iteration | P - K @ H @ P -> P_new - K @ H @ P_new | The measurement is used once: P is that of the prior, P - K H P with the last K and H. Yours falls again in every iteration.
     P corrected twice | return at, P_new -> return at, (P_new - K @ H @ P_new) | One measurement, one correction of P: P - K H P, with the last K and H, once.
     """,
     forms="""

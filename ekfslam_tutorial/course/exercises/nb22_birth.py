@@ -66,6 +66,9 @@ born = table(
     wrong="""
     rays exchanged | np.cross(m[:3], m[3:]) -> np.cross(m[3:], m[:3]) | The order counts: m1 x m2. The other way round the line runs backwards.
     one normal for any length | n, N_c = unit(c) -> n, N_c = c, np.eye(3) | n has the length one here: unit(c), with its derivative.
+    normal of any length, v of the unit one: n has the length one here: unit(c), with its derivative.
+        np.concatenate([n, v]), -> np.concatenate([c, v]),
+        np.vstack([N_y, V_n @ N_y]) -> np.vstack([C_m @ M_y, V_n @ N_y])
     v of length one | v, V_n = b[0] * e1 + b[1] * e2, -> v, V_n = (b[0] * e1 + b[1] * e2) / np.linalg.norm(b), | The length of v is the inverse distance of the line (n has the length one): do not take it away.
     e1 and e2 exchanged | v, V_n = b[0] * e1 + b[1] * e2, -> v, V_n = b[1] * e1 + b[0] * e2, | b1 goes with e1, which is parallel to the image; b2 with e2.
     prior forgotten | v, V_n = b[0] * e1 + b[1] * e2, -> v, V_n = e1, | The direction in the plane comes from the prior: v = b1 e1 + b2 e2.

@@ -102,6 +102,9 @@ exercise = table(
         v2q(w * dt / 2) -> v2q(w * dt)
         @ HALF_w * dt / 2 -> @ HALF_w * dt
     turn in the axes of the world | q2, _, Q_dq = q_prod(q, dq) -> q2, Q_dq, _ = q_prod(dq, q) | w is in the axes of the body: its quaternion stands on the right.
+    both turns in the axes of the world: w is in the axes of the body: its quaternion stands on the right, in the turn and in the middle of the step.
+        q2, _, Q_dq = q_prod(q, dq) -> q2, Q_dq, _ = q_prod(dq, q)
+        m, _, M_half = q_prod(q, half) -> m, M_half, _ = q_prod(half, q)
     dt forgotten in the turn | v2q(w * dt) -> v2q(w) | w is in radians per second: v2q(w dt).
     half the turn | v2q(w * dt) -> v2q(w * dt / 2) | v2q has the half angle in it already: v2q(w dt).
     a half forgotten in the position | v * dt + g * dt**2 / 2, q2 -> v * dt + g * dt**2, q2 | A constant acceleration moves by half of it times dt^2, as the new velocity holds at the end of the step only.

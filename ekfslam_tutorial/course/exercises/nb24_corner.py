@@ -62,7 +62,7 @@ score = table(
     },
     checks="""
     flat, or a straight edge | score | straight | On a straight edge the patch does not change along the edge: the smaller eigenvalue is 0.
-    a slanted slope          | score | slanted  | A slope at an angle changes in one direction only, too: sum g_u g_v tells that. The smaller eigenvalue is 0.
+    a slanted slope          | score | slanted  | A slope at an angle changes in one direction only, too: the sum of the products g_u g_v tells that (multiply first, then add). The smaller eigenvalue is 0.
     a corner                 | score | corner   | A corner changes in both directions: the smaller eigenvalue is large.
     twice the contrast       | score | contrast | The products of slopes grow with the square of the contrast.
     any windows              | score | any      | A = sums over each window of the products; the smaller eigenvalue of each A.

@@ -11,7 +11,7 @@ from .test_walked import answer
 
 pytestmark = pytest.mark.usefixtures("time_to_search")
 
-TEXTS = {id: BEFORE[id] for id in ("15.1", "20.2", "22.6", "24.5")} | {
+TEXTS = {id: BEFORE[id] for id in ("12.4", "15.1", "18.1", "20.2", "22.6", "24.5")} | {
     "14.1": """
 def find_range(used, k):
     n = len(used)
@@ -141,6 +141,21 @@ def move_frame(x, P, move, us, U, dt):
 }
 
 SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the places
+    (
+        "12.4",
+        "frames in the wrong order",
+        r"robot first, Rf",
+        ("    lr, LR_r", "    Rf, Sf = Sf, Rf\n    lr, LR_r"),
+        ("U_p @ LS_lr @ LR_r, U_p @ LS_s", "U_p @ LS_s, U_p @ LS_lr @ LR_r"),
+    ),
+    ("14.2", "no limit", r"is a limit, too", ("[:n_inits]", "[:n_inits or None]")),
+    (
+        "22.3",
+        "n of any length",
+        r"length one here",
+        ("np.r_[n, b", "np.r_[np.cross(m[:3], m[3:]), b"),
+        ("np.r_[N_y,", "np.r_[np.c_[-hat(m[3:]), hat(m[:3])] @ M_y,"),
+    ),
     ("14.1", "multiples of k", r"multiples of k", ("range(0, n - k + 1)", "range(0, n - k + 1, k)")),
     ("14.1", "not at 0", r"begins at number 0", ("range(0,", "range(1,")),
     ("14.1", "one further", r"right \*behind\* the last", ("last + 1\n", "last + 2\n")),
@@ -178,6 +193,13 @@ SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the 
 ]
 
 TWO = [  # exercise, a pattern of the names of both, the places
+    (
+        "18.1",
+        "bearing row of E_a exchanged + range row with the wrong sign",
+        ("[[dx/r, dy/r, 0],", "[[-dx/r, -dy/r, 0],"),
+        ("E_a[1, 2] = -1", "E_a[1] = E_a[1, 1], E_a[1, 0], -1"),
+    ),
+    ("22.1", "R for R' + added in both", ("Rt = F.R.T", "Rt = F.R"), ("-Rt @ hat", "Rt @ hat")),
     ("14.1", "one behind the end + never at number 0", ("range(0,", "range(1,"), ("last + 1\n", "last + 2\n")),
     (
         "22.5",
