@@ -266,7 +266,8 @@ class Exercise:
             known = [] if outcome.certain or cut else self._recognised(f, at[0], limit - seconds)
         name, hint = " + ".join(m.name for m in known), self._help(outcome, at[0])
         if not known and self.ids and own_words.ids_as_places(answer, *self.ids):
-            hint = f"{AN_ID} {hint}"
+            raised = any(isinstance(call.result, guard.Raised) for call in f.calls[-1:])
+            hint = AN_ID if raised else f"{AN_ID} {hint}"  # such a place is no matter of counting from 0
         if outcome.certain and not forgiven:  # who changes an input may have made another mistake, too
             besides = self.judge(answer, forgiven=self.parameters())
             name, hint = besides.misconception, f"{hint} And besides: {besides.hint}" if besides.misconception else hint
@@ -278,7 +279,8 @@ class Exercise:
             tested = f" What is tested here: {at[0].help}" if not any(m.edits for m in known) else ""
             same = known[0].name == known[1].name  # one slip, made twice
             things = "The same thing at two places." if same else "Two things, in this order."
-            if not (same or all(m.edits for m in known)):  # a slip may be a trace of the other mistake
+            sure = all(m.edits or getattr(m, "shows", False) for m in known)  # else it may be a trace of the other one
+            if not (same or sure):
                 things = "Two things, in this order (one mistake may be behind both)."
             hint = f"{things} First: {known[0].hint} Then: {known[1].hint}{tested}"
         hint = f"{TYPE_INT} {hint}" if cut and not outcome.certain else hint
@@ -295,7 +297,8 @@ class Exercise:
         """The hint, and what the names in it mean that the statement does not have."""
         names = lambda text: set(re.findall(r"[^\W\d]\w*", text))
         new = names(hint) - names(self.solution.__doc__ or "")
-        used = [text for text in self.symbols if names(text.split(" = the ")[0]) & new]
+        told = lambda name, means: names(name) | (names(means) if means.startswith("[") else set())  # q = [u, v, 1]
+        used = [text for text in self.symbols if told(*text.split(" = ", 1)) & new]
         return f"{hint} Here {', '.join(used)}." if used else hint
 
     def _cut_off(self, calls) -> bool:

@@ -19,8 +19,9 @@ IN_PLACE = "`+=` and `x[i] = ...` write into what the caller has."
 ADVICE = {
     NameError: "Is the name spelt as in the `def` line, and defined before it is used?",
     KeyError: "The dictionary has no entry of that name: `key in d` asks first, and d.get(key, default) never fails.",
-    IndexError: "The index is too large: counting starts at 0, and the last entry has the number len - 1. "
-    "And argmin, argmax without an axis count through all rows, one after the other.",
+    IndexError: "The index is too large. Print it, and the shape of the array: the last place has the number len - 1. "
+    "Is it a place, and not an id? Is it the right axis: a[i] is a row, a[:, i] is a column? And argmin, argmax "
+    "without an axis count through all rows, one after the other.",
     np.linalg.LinAlgError: "Print the matrix of that line: is it the one that you mean?",
     RecursionError: "The function calls itself without end.",
     ValueError: "Print the shapes of the arrays in that line, `print(a.shape)`: do they fit?",

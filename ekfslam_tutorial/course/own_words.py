@@ -80,7 +80,16 @@ def ids_as_places(function, ids: str, functions: tuple[str, ...]) -> bool:
     except (OSError, TypeError, SyntaxError):
         return False
     named = {name for target, value in _loops(tree) for name in _entries_of(target, value, ids)}
-    is_id = lambda n: isinstance(n, ast.Name) and n.id in named or isinstance(n, ast.Subscript) and _is(n.value, ids)
+
+    def is_id(node):
+        """Return True for an entry of the list, and for one more or less than it."""
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub | ast.Mod):
+            return is_id(node.left) and not isinstance(node.right, ast.Name)
+        entry = isinstance(node, ast.Subscript) and _is(node.value, ids)
+        return entry or isinstance(node, ast.Name) and node.id in named
+
+    for node in (n for n in ast.walk(tree) if isinstance(n, ast.Assign)):
+        named |= {name for name, value in _pairs(node.targets[0], node.value) if is_id(value)}
     for node in ast.walk(tree):
         factors = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult) and (node.left, node.right)
         ends = isinstance(node, ast.Slice) and (node.lower, node.upper)

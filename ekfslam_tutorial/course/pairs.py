@@ -604,7 +604,17 @@ def find(table, calls, patience):
         return [found[0][0].mistake]
     known = _no_guess(table, calls, *found[0]) if found else []
     known = [change for change in known if not table.doubtful(change)]
-    return sorted((change.mistake for change in known), key=exercise.fails_at)
+    mistakes = sorted((change.mistake for change in known), key=exercise.fails_at)
+    rows = [table.row_of[change] for change in known if change in table.row_of]
+    return list(map(_sure_of, mistakes)) if len(rows) == 2 and table.evident(*rows) else mistakes
+
+
+def _sure_of(mistake):
+    """The mistake; a slip that shows in numbers of its own is no trace of another one."""
+    if not mistake.edits:
+        mistake = copy.copy(mistake)
+        mistake.shows = True
+    return mistake
 
 
 def two_listed(table, calls):
@@ -675,9 +685,10 @@ def _beside(table):
             same = _near(np.abs(v), np.abs(table.s)) & table.wrong
             near += [(same.sum(), change) for change in row if change.listed]
     for _, change in sorted(near, key=lambda each: -each[0])[:BESIDE]:
-        known = {slip.hint for slip in exercise.slips()}
+        said = lambda slip: slip.hint.partition(" (with ")[0]  # what a name means depends on the text
+        known = set(map(said, exercise.slips()))
         for slip in exercise.slips(change.mistake):
-            if slip.hint not in known:
+            if said(slip) not in known:
                 yield change, Beside(slip)
 
 

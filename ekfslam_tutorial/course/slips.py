@@ -21,6 +21,8 @@ MOST = 1500  # slips of one solution; each costs a compilation
 MOST_TERMS = 12  # that may be added to an angle
 LONGEST = 90  # characters of an expression that is quoted
 LONGEST_FORMULA = 60  # of one that may be written out in place of a name
+A_NAME = r"[^\W\d]\w*"
+LONGEST_MEANING, MOST_MEANINGS = 60, 4  # of what explains the names in a sentence
 
 EXCHANGED = {"sin": "cos", "cos": "sin", "arctan": "tan", "arcsin": "sin", "arccos": "cos",
              "min": "max", "max": "min", "argmin": "argmax", "any": "all", "all": "any",
@@ -36,9 +38,11 @@ class Slip:
     """The solution, or a listed mistake, with one more slip.
 
     `quoted` is what its sentence says: what belongs there, and what stands there instead; None if it quotes nothing.
+    `shows` is True if it is found beside another mistake, and in numbers that this one does not touch.
     """
 
     edits: tuple = ()
+    shows = False
 
     def __init__(self, solution, hint, body, user=None, quoted=None):
         self.name = f"slip: {hint.partition(': your')[0]}"
@@ -155,10 +159,8 @@ def _of(function, text) -> Iterator[tuple[str, ...]]:
         old, new = (" ".join(s.split()) for s in (old, new))
         if max(len(old), len(new)) > LONGEST:
             return f"{what}: look at `{old[:40]} ...`." if len(old) > LONGEST else f"{what}: look at `{old}`."
-        known = [f"{name} = {value}" for name, value in means.items() if re.search(rf"\b{name}\b", f"{old} {new}")]
-        known = known if len(known) < 3 else []
-        where = f" (with {', '.join(known)})" if known else ""
-        return f"{what}: your results are as if `{new}` stood where `{old}` belongs{places.of(at, old)}{where}."
+        where = places.of(at, old) + _explained(means, old, new)
+        return f"{what}: your results are as if `{new}` stood where `{old}` belongs{where}."
 
     nodes = sorted(_nodes(function), key=lambda n: not isinstance(n, ast.Attribute))  # transposes first
     locals_ = [*parameters, *_assigned(function)]
@@ -176,10 +178,10 @@ def _of(function, text) -> Iterator[tuple[str, ...]]:
             yield told(what, parent, *both), text.with_(node, new, id(node) not in free), *both
     yield from _of_parameters(function, parameters, text)
     for node in statements:
-        yield from _of_statement(node, text)
-    yield from _of_uses(function, nodes, names, places, text)
+        yield from _of_statement(node, text, means)
+    yield from _of_uses(function, nodes, names, places, text, means)
     yield from _of_repeated(statements, nodes, told, text)
-    yield from _of_angles(function, statements, text)
+    yield from _of_angles(function, statements, text, means)
     for node in names:
         around = _around(nodes, node, text)
         for other in locals_:
@@ -234,11 +236,11 @@ def _free(function):
     return {id(n) for n in ast.walk(function) if isinstance(n, ast.expr) and not isinstance(n, ast.Tuple)} - inside
 
 
-def _of_uses(function, nodes, names, places, text):
+def _of_uses(function, nodes, names, places, text, means):
     """Slips at one place where a name is used: who has no such name writes its formula out, there and elsewhere."""
-    means = _formulas(function)
+    formulas = _formulas(function)
     for node in names:
-        formula = means.get(node.id)
+        formula = formulas.get(node.id)
         if formula is None or text.span(node)[0] < text.span(formula)[1]:
             continue
         around = _around(nodes, node, text, signs=True)
@@ -249,9 +251,11 @@ def _of_uses(function, nodes, names, places, text):
             for what, new in _changes(inner, text):
                 old, changed = text.both(formula, inner, new)
                 told = f"{what}: your results are as if `{node.id}` were `{changed}`, not `{old}`,"
-                yield f"{told}{where}.", text.with_(node, changed), old, changed
+                known = _explained(means, old, changed)
+                yield f"{told}{where}{known}.", text.with_(node, changed), old, changed
                 if len(same) > 1 and node is same[0]:
-                    yield f"{told} in `{text.of(places.line(node))[:60]}`.", text.with_all(same, changed), old, changed
+                    line = text.of(places.line(node))[:60]
+                    yield f"{told} in `{line}`{known}.", text.with_all(same, changed), old, changed
 
 
 def _of_repeated(statements, nodes, told, text):
@@ -267,7 +271,7 @@ def _of_repeated(statements, nodes, told, text):
                 yield told(what, same[0], old, new), text.with_all(same, new), old, new
 
 
-def _of_angles(function, statements, text):
+def _of_angles(function, statements, text, means):
     """A term too many in the argument of sines and cosines, at all places of one line: a turn that comes too early."""
     turns = ("sin", "cos")
     calls = [n for n in ast.walk(function) if isinstance(n, ast.Call) and getattr(n.func, "attr", "") in turns]
@@ -282,7 +286,8 @@ def _of_angles(function, statements, text):
                 (t, m) for t in terms[:MOST_TERMS] for m in ("+ {}", "- {}", "+ {} / 2") if t not in angle
             ):
                 turned = f"{angle} {more.format(term)}"
-                told = f"A term too many: your results are as if `{turned}` stood where `{angle}` belongs."
+                told = f"A term too many: your results are as if `{turned}` stood where `{angle}` belongs"
+                told = f"{told}{_explained(means, angle, turned)}."
                 yield told, text.with_(node, re.sub(here, f"({turned})", line), False), angle, turned
 
 
@@ -333,15 +338,30 @@ def _nodes(function):
 
 
 def _meanings(function, parameters):
-    """Short definitions of the names that the solution gives: the student may have others."""
-    found = {}
+    """Short definitions of the names that the solution gives: the student may have others.
+
+    A name that is filled entry by entry means more than the zeros with which it begins.
+    """
+    found, others = {}, {*parameters, *_changed_in_place(function)}
+    written = lambda node: ast.unparse(node)[1:-1] if isinstance(node, ast.Tuple) else ast.unparse(node)
     for node in ast.walk(function):
-        if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
-            name, value = node.targets[0].id, ast.unparse(node.value)
-            found[name] = (
-                None if name in found or name in parameters or len(value) > 45 or "np.array" in value else value
-            )
+        if isinstance(node, ast.Assign) and len(node.targets) == 1:
+            target, value = map(written, (node.targets[0], node.value))
+            names = re.findall(A_NAME, target)
+            short = re.fullmatch(r"[\w, ]+", target) and len(value) <= LONGEST_MEANING and others.isdisjoint(names)
+            for name in (n for n in names if n != "_"):
+                found[name] = f"{target} = {value}" if short and name not in found else None
     return {name: value for name, value in found.items() if value}
+
+
+def _explained(means, *texts):
+    """Return what the names in these texts stand for, and the names in that: " (with K = P @ H.T @ inv(Z), Z = R)"."""
+    found = list(texts)
+    for text in found:  # which grows
+        words = set(re.findall(A_NAME, text))
+        found += dict.fromkeys(f for name, f in means.items() if name in words and f not in found)
+    known = found[len(texts) :][:MOST_MEANINGS]
+    return f" (with {'; '.join(known)})" if known else ""
 
 
 def _assigned(function):
@@ -665,7 +685,7 @@ def _of_a_part(node, text):
         )
 
 
-def _of_statement(node, text):
+def _of_statement(node, text, means):
     """Slips of a line: left out, added the wrong way, results in another order."""
     if isinstance(node, ast.Assign | ast.AugAssign | ast.Expr):
         whole = text.of(node)
@@ -703,5 +723,5 @@ def _of_statement(node, text):
                           ("the root of", f"np.sqrt({value})"), ("the transpose of", f"({value}).T"),
                           ("half of", f"({value}) / 2"), ("the inverse of", f"np.linalg.inv({value})")):  # fmt: skip
             place, cut = text.of(node.targets[0]), value if len(value) <= LONGEST else value[:40] + " ..."
-            told = f"Your results are as if `{place}` were {what} `{cut}`."
+            told = f"Your results are as if `{place}` were {what} `{cut}`{_explained(means, cut)}."
             yield told, text.with_(node.value, new), value, new

@@ -48,7 +48,7 @@ wrapping = table(
     },
     checks="""
     small angles      | wrapped | small  | An angle that is already between -pi and pi stays as it is, in radians.
-    one turn too many | wrapped | one    | Between pi and 2 pi the direction is the same as one turn of 2 pi less.
+    one turn too many | wrapped | one    | From pi to 2 pi one turn of 2 pi is taken away, from -2 pi to -pi one is added: the direction stays the same.
     many turns        | wrapped | many   | A robot may have turned many times: remove all turns, not only one.
     an array          | wrapped | arrays | The function must take arrays of any shape, too: no `if` on the whole array.
     whole numbers     | wrapped | whole  | Whole numbers stay of type int in an array, and what is written into it loses its decimals: np.array(angle, dtype=float).
@@ -73,6 +73,8 @@ wrapping = table(
     mirrored | np.pi - (np.pi - angle) % (2 * np.pi) -> (np.pi - angle) % (2 * np.pi) - np.pi | The sign is the wrong way round: left has become right.
     one turn only: Your function removes one turn. After several turns one is not enough: use a loop, or %.
         np.pi - (np.pi - angle) % (2 * np.pi) -> angle - 2 * np.pi * (np.asarray(angle) > np.pi) + 2 * np.pi * (np.asarray(angle) <= -np.pi)
+    negative angles forgotten | np.pi - (np.pi - angle) % (2 * np.pi) -> angle - 2 * np.pi * (np.asarray(angle) > np.pi) | Angles below -pi stay as they are in yours: there a whole turn is added. And after several turns one is not enough.
+    positive angles forgotten | np.pi - (np.pi - angle) % (2 * np.pi) -> angle + 2 * np.pi * (np.asarray(angle) <= -np.pi) | Angles above pi stay as they are in yours: there a whole turn is taken away. And after several turns one is not enough.
     ceil for floor | np.pi - (np.pi - angle) % (2 * np.pi) -> np.pi - (np.pi - angle) % (2 * np.pi) - 2 * np.pi | Yours is one turn too small: it is np.floor((angle + np.pi) / (2 * np.pi)) that counts the turns; np.ceil counts one too many.
     brackets forgotten in the division | np.pi - (np.pi - angle) % (2 * np.pi) -> angle - 2 * np.pi * np.floor((angle + np.pi) / 2 * np.pi) | Python reads `/ 2*np.pi` as `(... / 2) * np.pi`. The whole turn needs brackets: / (2 * np.pi).
     half a turn for each turn | np.pi - (np.pi - angle) % (2 * np.pi) -> angle - np.pi * np.floor((angle + np.pi) / (2 * np.pi)) | Each turn that you count is 2 pi, and you take away pi for it.

@@ -86,7 +86,7 @@ surprise = table(
     expected minus measured | np.subtract(y, e, dtype=float) -> np.subtract(e, y, dtype=float) | The innovation is measurement minus expectation, z = y - e.
     the measurement itself | z = np.subtract(y, e, dtype=float) -> return np.array(y) | z is the surprise: measured minus expected.
     the sum | np.subtract -> np.add | z = y *minus* e.
-    one measurement only | z[..., 1] = wrap(z[..., 1]) -> z[1] = wrap(z[1]) | For one measurement it is right. For shape (m, 2), z[1] is the second *row*: write z[..., 1] for the bearings.
+    one measurement only | z[..., 1] = wrap(z[..., 1]) -> z[1] = wrap(z[1]) | For shape (m, 2), z[1] is the second *row*, and only one measurement alone has its bearing there: write z[..., 1] for the bearings.
     sine for the wrapped angle | wrap(z[..., 1]) -> np.sin(z[..., 1]) | The sine of a small angle is nearly the angle, but not the angle. Take whole turns away: wrap.
     shift not undone | wrap(z[..., 1]) -> (z[..., 1] + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
     """,

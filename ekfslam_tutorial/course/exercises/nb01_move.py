@@ -79,6 +79,8 @@ motion = table(
     degrees | x[0] + d * c, x[1] + d * s -> x[0] + d * np.cos(np.radians(x[2])), x[1] + d * np.sin(np.radians(x[2])) | The heading is in radians already: no conversion.
     turn in degrees | x[2] + u[1] * dt -> x[2] + np.radians(u[1] * dt) | The turn is in radians, like the heading: no conversion.
     driven backwards | x[0] + d * c, x[1] + d * s -> x[0] - d * c, x[1] - d * s | A positive v drives ahead: x *plus* v dt cos(theta).
+    Jacobians after the move | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, -d * np.sin(x2[2])], [0, 1, d * np.cos(x2[2])], [0, 0, 1]] | You used the heading *after* the step in F_x and F_u. Differentiate at the pose before it.
+        [[dt * c, 0], [dt * s, 0] -> [[dt * np.cos(x2[2]), 0], [dt * np.sin(x2[2]), 0]
     F_x after the move | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, -d * np.sin(x2[2])], [0, 1, d * np.cos(x2[2])], [0, 0, 1]] | You used the heading *after* the step in F_x. Differentiate at the pose before it.
     F_x transposed | return x2, F_x, F_u -> return x2, F_x.T, F_u | Rows are outputs, columns are inputs: yours is the transpose.
     F_x is the identity | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[1, 0, 0], [0, 1, 0], [0, 0, 1]] | A small error of the heading moves the robot sideways by v dt: F_x has a third column.

@@ -99,10 +99,10 @@ step = table(
     ids                            | ids, x      | new     | `ids` says which landmark sits where in x: in the order in which they came, each started with its own row of ys.
     nothing seen                   | x, P, ids   | nothing | Landmarks do not move, and no motion noise enters the map: without measurements nothing changes.
     size                           | ids         | 3       | A known landmark is corrected in its place: the map does not grow.
-    covariance of a known landmark | P[:2, :2]   | 7       | P = (I - K H) P: the information of the measurement is added.
-    covariance of another landmark | P[2:4, 2:4] | 3       | P = (I - K H) P: the information of the measurement is added.
-    mean of a known landmark       | x[:2]       | 7       | x = x + K z, with z = y - e and K = P H' inv(H P H' + R).
-    mean of another landmark       | x[2:4]      | 3       | x = x + K z, with z = y - e and K = P H' inv(H P H' + R).
+    covariance of the first landmark  | P[:2, :2]   | 7       | P = (I - K H) P: the information of the measurement is added, to the landmark that is seen.
+    covariance of the second landmark | P[2:4, 2:4] | 3       | P = (I - K H) P, with the H of the landmark that is seen: its place is ids.index(id).
+    mean of the first landmark        | x[:2]       | 7       | x = x + K z, with z = y - e and K = P H' inv(H P H' + R).
+    mean of the second landmark       | x[2:4]      | 3       | x = x + K z, with z = y - e and K = P H' inv(H P H' + R).
     the seam                       | x           | seam    | At +-pi the difference of two bearings is not small: wrap it.
     the range is no angle          | x           | far     | Only the bearing is wrapped: a range innovation may be larger than pi.
     the others                     | x, P        | 3       | A measurement of one landmark tells nothing about the others: with a known pose they stay.
@@ -116,8 +116,9 @@ step = table(
     known landmark added again | if id not in ids: -> if True: | A known landmark was put into the map a second time. Look it up in `ids`.
     plain mean | x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2] = (x[i : i + 2] + q(y, x_r)[0]) / 2 | Old and new are weighted equally, whatever P and R say. The gain K weighs them.
         P = P - K @ Z @ K.T -> pass
-    innovation reversed | [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])] | z is measurement minus expectation, y - e. Yours pushes the landmark away.
+    innovation reversed | Z = H @ P -> z = -z; Z = H @ P | z is measurement minus expectation, y - e. Yours pushes the landmark away.
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).
+    bearing not wrapped, nor expected so | wrap(y[1] - e[1]) -> y[1] - (np.arctan2(*(x.reshape(-1, 2)[ids.index(id)] - x_r[:2])[::-1]) - x_r[2]) | At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).
     brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
     bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
     range wrapped, too | [y[0] - e[0], wrap -> [wrap(y[0] - e[0]), wrap | Only the bearing is an angle: do not wrap the range.
@@ -135,6 +136,8 @@ step = table(
     ids not kept | ids.append(id) -> pass | The map has grown, but `ids` has not: append the id of each new landmark, and return the list.
     id put in front | ids.append(id) -> ids.insert(0, id) | add_landmark puts the new landmark at the end of x: append its id at the end of ids.
     id taken for the index | ids.index(id) -> id % len(ids) | The id of a landmark is its name. Its place in x is ids.index(id).
+    id - 1 taken for the index | ids.index(id) -> (id - 1) % len(ids) | The id of a landmark is its name. Its place in x is ids.index(id), not id - 1.
+    place in seen | ids.index(id) -> seen.index(id) | The place of a landmark in x is its place in `ids`, not in `seen`: ids.index(id).
     motion noise in the map | ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P)) | The landmarks do not move: the prediction adds nothing to P.
     Joseph without the noise | P = P - K @ Z @ K.T -> P = (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
     """,

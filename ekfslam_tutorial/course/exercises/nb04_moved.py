@@ -52,7 +52,7 @@ motion = table(
     block of the robot           | P[:3, :3] | any   | P_rr becomes X_x P_rr X_x' + X_u U X_u', whatever the landmarks are.
     block of the map             | P[3:, 3:] | sizes | Landmarks stand still, and no motion noise reaches them: P_mm stays as it is.
     blocks between robot and map | P[:3, 3:] | sizes | The robot's error turns and moves with it: P_rm becomes X_x P_rm.
-    symmetric                    | P[3:, :3] | sizes | P_mr is the transpose of P_rm: both must follow.
+    symmetric                    | P[3:, :3] | sizes | P_mr is the transpose of P_rm: it becomes P_mr X_x'.
     """,
     wrong="""
     P_rm not propagated: The landmarks stand still, but the robot does not: its covariance with them becomes X_x P_rm. Left as it was, P does not fit together any more, and the filter diverges.
@@ -62,6 +62,7 @@ motion = table(
     P_rm transposed Jacobian | P[:3] = X_x @ P[:3] -> P[:3, :3], P[:3, 3:] = X_x @ P[:3, :3], X_x.T @ P[:3, 3:] | The error of the robot goes through X_x, not through X_x': P_rm becomes X_x P_rm.
         P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3], P[3:, :3] = P[:3, :3] @ X_x.T, P[:3, 3:].T
     P_mr not changed | P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T | P_mr is the transpose of P_rm: change the columns of the robot, too.
+    X_x behind P_mr | P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3], P[3:, :3] = P[:3, :3] @ X_x.T, P[3:, :3] @ X_x | X_x' stands behind P_mr, the transpose: P_mr becomes P_mr X_x'.
     P_rm not changed | P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3] | P_rm is the transpose of P_mr: change the rows of the robot over the whole width.
     X_x' P X_x | P = P.copy() -> old, P = P, P.copy() | The Jacobian stands on the left and its transpose on the right: X_x P X_x'.
         P[:3, :3] += X_u -> P[:3, :3] = X_x.T @ old[:3, :3] @ X_x + X_u

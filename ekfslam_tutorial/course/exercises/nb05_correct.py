@@ -100,7 +100,7 @@ correction = table(
         wrap(y[1] - e[1]) -> (d := y[1] - e[1]) - 2 * np.pi * (d > np.pi) + 2 * np.pi * (d < -np.pi)
     wrapped to 0 ... 2 pi | wrap(y[1] - e[1]) -> (y[1] - e[1]) % (2 * np.pi) | A small negative difference must stay small and negative: wrap into (-pi, pi].
     brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
-    expected minus measured | [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])] | The innovation is measurement minus expectation, z = y - e, and x + K z moves towards it.
+    expected minus measured | PHt = P @ H.T -> z = -z; PHt = P @ H.T | The innovation is measurement minus expectation, z = y - e, and x + K z moves towards it.
     bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
     measurement instead of innovation | np.array([y[0] - e[0], wrap(y[1] - e[1])]) -> y | What moves the state is the surprise, z = y - e.
     Z without R | H @ PHt + R -> H @ PHt | The measurement has noise, too: Z = H P H' + R.
@@ -121,6 +121,7 @@ correction = table(
     K R K' subtracted | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
     K H P H' K' subtracted | K @ Z @ K.T -> K @ (Z - R) @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
     half of Joseph's form | P = P - K @ Z @ K.T -> A = np.eye(len(P)) - K @ H; P = A @ P @ A.T | Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.
+    I - K H | P = P - K @ Z @ K.T -> P = np.eye(len(P)) - K @ H | I - K H is only the factor: multiply it by P.
     P (I - K H) | P = P - K @ Z @ K.T -> P = P @ (np.eye(len(P)) - K @ H) | The order matters: (I - K H) P. Yours is not symmetric.
     only the seen block of P | P = P - K @ Z @ K.T -> P = P - np.outer(H.any(0), H.any(0)) * (K @ Z @ K.T) | All of P changes: the other landmarks and their covariances, too.
     only the robot's block of P | P = P - K @ Z @ K.T -> i = np.arange(len(x)) < 3; P = P - np.outer(i, i) * (K @ Z @ K.T) | All of P changes: landmarks and covariances, too.

@@ -112,7 +112,7 @@ prediction = table(
     dy forgotten in X_x | [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -s * u[0]], [0, 1, c * u[0]] | The last column of X_x is [-s dx - c dy, c dx - s dy, 1]: dy is in it, too.
     X_x not turned | [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -u[1]], [0, 1, u[0]] | The last column of X_x holds the step in the map, turned by 90 degrees: use sin and cos of theta.
     U not turned | X_u @ U @ X_u.T -> U | U says how uncertain the step is, ahead and to the left. In the map that is X_u U X_u'.
-    U turned the other way | X_u @ U @ X_u.T -> X_u.T @ U @ X_u | The noise goes through X_u from the left: X_u U X_u'.
+    U turned the other way | X_u @ U @ X_u.T -> X_u.T @ U @ X_u | Either the order is wrong, or X_u is the transpose: X_u U X_u' with X_u = [[c, -s, 0], [s, c, 0], [0, 0, 1]], from the robot to the map.
     U squared | X_u @ U @ X_u.T -> X_u @ U**2 @ X_u.T | U holds variances already: do not square it.
     only the diagonal of U | X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T | Use the whole U: the errors of the step may be correlated.
     no noise | P[:3, :3] += X_u @ U @ X_u.T -> pass | The odometry is not exact: add X_u U X_u' to the block of the robot.

@@ -70,6 +70,8 @@ floor = table(
     diagonal of P_0 only | J @ P_0 @ J.T -> J @ np.diag(np.diag(P_0)) @ J.T | P_0 has covariances, too: use the whole P_0.
     P_0 squared | J @ P_0 @ J.T -> J @ P_0 @ P_0 @ J.T | P_0 holds variances already: do not square it.
     turned round the origin | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, -l[1]], [0, 1, l[0]]] | A wrong first heading turns the map round the first *position*, not round the origin: use l - t_0.
+    turned round the origin, the other way | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1]], [0, 1, -l[0]]] | A wrong first heading turns the map round the first *position*, and a landmark ahead to the left: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
+    turned round the origin, one sign | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1]], [0, 1, l[0]]] | A wrong first heading turns the map round the first *position*, not round the origin, and the first entry has a minus: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
     sign of the rotation | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1] - x_0[1]], [0, 1, -(l[0] - x_0[0])]] | Turned to the left, a landmark ahead moves to the left: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
     moved along the line | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[0] - x_0[0]], [0, 1, l[1] - x_0[1]]] | A rotation moves the landmark *across* the line to it: swap the two entries, and mind the sign.
     one sign of the rotation | -(l[1] - x_0[1]) -> l[1] - x_0[1] | d(l)/d(theta) = [-(l_y - y_0), l_x - x_0]: the first entry has a minus.

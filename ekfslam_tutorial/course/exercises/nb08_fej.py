@@ -100,10 +100,12 @@ fej = table(
     correction added to x_first | return x + K @ z -> return x_first + K @ z | Add the correction to the present x: x + K z.
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | Near the seam y and e may differ by 2 pi: wrap the bearing of z.
     bearing not wrapped, nor expected so | wrap(y[1] - e[1]) -> y[1] - (np.arctan2(x[4 + 2 * i] - x[1], x[3 + 2 * i] - x[0]) - x[2]) | Near the seam y and e may differ by 2 pi: wrap the bearing of z.
+    all at the first estimate, not wrapped | e, _ = observe(x, i) -> e, _ = observe(x_first, i) | Two things. Near the seam y and e may differ by 2 pi: wrap the bearing of z. And the expectation e belongs to the present x: only the Jacobian is taken at x_first.
+        wrap(y[1] - e[1]) -> y[1] - (np.arctan2(x_first[4 + 2 * i] - x_first[1], x_first[3 + 2 * i] - x_first[0]) - x_first[2])
     brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
     bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
     range wrapped, too | [y[0] - e[0], -> [wrap(y[0] - e[0]), | The range is a distance, not an angle: wrap z[1] only.
-    innovation with the wrong sign | [y[0] - e[0], wrap(y[1] - e[1])] -> [e[0] - y[0], wrap(e[1] - y[1])] | The innovation is measured minus expected: z = y - e.
+    innovation with the wrong sign | Z = H @ P -> z = -z; Z = H @ P | The innovation is measured minus expected: z = y - e.
     R forgotten in Z | H @ P @ H.T + R -> H @ P @ H.T | Z = H P H' + R: the noise of the measurement is missing.
     R counted twice | H @ P @ H.T + R -> H @ P @ H.T + 2 * R | Z = H P H' + R: the noise of the measurement counts once.
     R squared | H @ P @ H.T + R -> H @ P @ H.T + R @ R | R holds variances already: do not square it.

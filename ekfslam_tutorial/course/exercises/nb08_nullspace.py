@@ -67,7 +67,7 @@ hidden = table(
         "blind": lambda rng: [([np.zeros((2, 3))] * 2, [np.eye(3)])],
     },
     checks="""
-    first measurements     | O[:1] | any        | H_0 sees the first state itself: these rows of O are H_0.
+    first measurements     | O[:1] | any        | O begins with H_0, which sees the first state itself; then come the rows of all the others, up to H_K.
     one motion             | O     | one motion | H_1 sees the state at time 1, F_0 dx_0: these rows of O are H_1 F_0.
     several motions        | O     | any        | The first motion acts first, so it stands on the right: H_2 F_1 F_0.
     one time only          | d     | one time   | Only H_0 and no motion: d is n minus the rank of H_0.
@@ -103,6 +103,8 @@ hidden = table(
         tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-10
     fixed threshold, 1e-12: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
         tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-12
+    H of the time before: The H before the motion is used: after F_k comes H_k+1, the next entry of the list. The rows of the last H are missing.
+        zip(H[1:], F, strict=True) -> zip(H[:-1], F, strict=True)
     only the first n rows: O has more than n rows, and the later ones may see what the first ones do not: the rank of the whole O.
         np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> np.linalg.matrix_rank(O[: O.shape[1]])
     the last H left out: The rows of the last H are missing: there is one H more than F, and zip stops at the shorter.

@@ -74,6 +74,8 @@ exercise = table(
     product the wrong way round | PS_pr @ PR_p -> PR_p @ PS_pr | PR_p @ PS_pr: the names do not chain (p, then ps). Turn it round: PS_pr @ PR_p.
     transposed factor | PS_pr @ PR_r -> PS_pr.T @ PR_r | A factor of the chain is transposed. Jacobians are used as they come: PS_pr @ PR_r.
         PS_pr @ PR_p -> PS_pr.T @ PR_p
+    frames swapped, not their names | Rf.to_frame(p) -> Sf.to_frame(p) | The point is in the world: it goes into the robot's frame first, then the sensor's.
+        Sf.to_frame(pr) -> Rf.to_frame(pr)
     Jacobians by frames swapped | PS_pr @ PR_r, PS_s, -> PS_s, PS_pr @ PR_r, | Return the derivative by the robot's frame first, then the sensor's.
     PS_s multiplied once more | PS_s, PS_pr @ PR_p -> PS_pr @ PS_s, PS_pr @ PR_p | PS_s is the derivative of ps already: nothing stands behind the sensor.
     both factors transposed | PS_pr @ PR_p -> PS_pr.T @ PR_p.T | Jacobians are used as they come: PS_pr @ PR_p, no transposes.

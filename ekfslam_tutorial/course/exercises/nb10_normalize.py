@@ -58,6 +58,7 @@ exercise = table(
     the whole state is divided | [x[:3], u] -> [x[:3] / n, u] | Only the quaternion has the norm one. The position is in metres.
         np.eye(7) -> np.eye(7) / n
     norm of the whole state | return np.concatenate([x[:3], u]) -> u, J = unit(x); return u | Take the norm of the quaternion, x[3:], alone.
+    norm of the whole state, position kept | np.linalg.norm(x[3:]) -> np.linalg.norm(x) | Take the norm of the quaternion, x[3:], alone.
     projector, not divided | (np.eye(4) - np.outer(u, u)) / n -> np.eye(4) - np.outer(u, u) | U_q = (I - u u') / |q|: yours lacks the division by |q|.
     q q' of the long q | np.outer(u, u) -> np.outer(x[3:], x[3:]) | The projector needs the unit vector: I - u u', with u = q / |q|, not q q'.
     plus | np.eye(4) - np.outer -> np.eye(4) + np.outer | U_q = (I - u u') / |q|, with a minus: the part of the noise along q is taken away.
