@@ -38,7 +38,7 @@ SLIPS = {
     "(0,)": "One of the arrays is empty: a slice that begins behind the end has no entries. Counting starts at 0, and "
     "a place is no id.",
     "not enough values to unpack": "There are fewer values than names on the left. Print what is taken apart: a slice "
-    "that begins before 0, or behind the end, is empty. Counting starts at 0.",
+    "that begins before 0, or behind the end, is empty. Counting starts at 0, and a place is no id.",
     "can be converted to Python scalar": "An array came where one number is wanted. The functions of `math` take "
     "single numbers; those of numpy (np.sin, np.arctan2 ...) take arrays, too.",
     "truth value of an array": "`if`, `while`, `and` and `or` decide about one number. For all entries of an array "

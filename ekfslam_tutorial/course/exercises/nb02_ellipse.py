@@ -143,7 +143,7 @@ rows of V | np.linalg.eigh -> np.linalg.eig | The eigenvectors are the *columns*
     k * V -> k * V.T
 axes swapped | np.sqrt(D) -> np.sqrt(D[::-1]) | eigh sorts: D[j] belongs to column j of V. Yours has the long axis where the short one should be.
 not turned | k * V @ np.diag(np.sqrt(D)) -> k * np.diag(np.sqrt(np.diag(P))) | The variances on the diagonal of P do not know the tilt. The half axes come from the eigenvectors of all of P.
-eigenvalues, but not turned | k * V @ -> k * | These are the right half axes, but they lie along x and y: turn them, by V.
+eigenvalues, but not turned | k * V @ -> k * | These are the right half axes, but they lie along x and y: turn them, by V, the eigenvectors.
 root of each entry | V @ np.diag(np.sqrt(D)) -> np.sqrt(np.abs(P)) | A root of a matrix is not the root of each entry. Take the eigenvalues, or np.linalg.cholesky(P).
 the inverse | np.sqrt(D) -> 1 / np.sqrt(D) | 1 / sqrt(D) is small where P is large. The ellipse is long where the variance is large.
 whole axis for half | k * V -> 2 * k * V | That is twice too large: k sigma is *half* an axis, from the centre to the curve.

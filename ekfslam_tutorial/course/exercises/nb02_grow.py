@@ -44,6 +44,7 @@ grown = table(
         "The noise of y reaches l through L_y: covariance L_y R L_y'. The zeros have shapes (2n, 2) and (2, 2n).",
     ),
     returns="x, P",
+    symbols="L = the derivative of the landmark by y; L_y = the second result of q, the derivative of the landmark by y",
     cases={"any": lambda rng: [some(rng, n) for n in (3, 1, 2)], "empty": lambda rng: [some(rng, 0)]},
     checks="""
     sizes                          | x[:0], P[:0]        | any   | Each landmark brings two numbers to x, two rows and two columns to P.

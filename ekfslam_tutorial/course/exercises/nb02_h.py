@@ -55,6 +55,7 @@ expected = table(
         "With r2 = dx^2 + dy^2 and r = sqrt(r2), the two columns are [[dx/r, dy/r], [-dy/r2, dx/r2]].",
     ),
     returns="e, H",
+    symbols="x_l, y_l = the two numbers of landmark i",
     angles={"e": 1},
     jacobians={"H": unwrapped},
     entries={"H": "range, bearing", "x": ", ".join(f"{c} of landmark {i}" for i in range(5) for c in "xy")},

@@ -48,7 +48,7 @@ blocks = table(
         "P_lx = L_r P[:3] and P_ll = L_r P_rr L_r' + L_y R L_y' with P_rr = P[:3, :3].",
     ),
     returns="P_lx, P_ll",
-    symbols="P_xl = the transpose of P_lx",
+    symbols="P_xl = the transpose of P_lx; P_rr = P[:3, :3]; dx_r, dl = the errors of the pose and of the landmark",
     rtol={"P_lx": 1e-3, "P_ll": 1e-3},
     cases={
         "any": lambda rng: [some(rng, n) for n in (7, 3, 5, 13)],

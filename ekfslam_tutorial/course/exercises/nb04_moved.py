@@ -41,6 +41,7 @@ motion = table(
         "Copy P. Multiply its first three rows by X_x from the left, then its first three columns by X_x' from the right, then add X_u U X_u' to P[:3, :3].",
     ),
     returns="P",
+    symbols="P_rr = P[:3, :3]; P_rm = P[:3, 3:]; P_mr = P[3:, :3]; P_mm = P[3:, 3:]",
     cases={
         "any": lambda rng: [*(some(rng, n) for n in (7, 3, 5, 13)), some(rng, 7, Unicycle())],
         "alone": lambda rng: [some(rng, 3), some(rng, 3, Unicycle()), some(rng, 3)],

@@ -51,7 +51,9 @@ augmentation = table(
         "x: np.concatenate([x, l]). P: np.block([[P, P_lx.T], [P_lx, P_ll]]).",
     ),
     returns="x, P",
-    symbols="P_xl = the transpose of P_lx",
+    symbols="P_xl = the transpose of P_lx; P_lx = the covariance of the new landmark with all the states before; "
+    "P_ll = the covariance of the new landmark; L_r, L_y = the derivatives of the new landmark by the pose and by y; "
+    "P_rr = P[:3, :3]; x_r = x[:3]",
     angles={"x": 2},
     rtol={"P": 1e-3},
     cases={

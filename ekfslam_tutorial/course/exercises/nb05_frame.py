@@ -111,7 +111,7 @@ frame = table(
     a known landmark | ids, x, P | known | Predict with u and U, then observe and correct with the landmark's own measurement and R. Its range in x follows from its place in ids.
     """,
     wrong="""
-    double counting: The measurement that starts a landmark is used up: yours corrects that landmark with it once more, and P_ll is too small. In a frame a landmark is either started or corrected.
+    double counting: The measurement that starts a landmark is used up: yours corrects that landmark with it once more, and its covariance is too small. In a frame a landmark is either started or corrected.
         x, P = augment(x, P, y, R) -> x, P = augment(x, P, y, R); x, P = correct(x, P, y, R, *observe(x, slice(len(x) - 2, len(x))))
     prediction forgotten | x, P = predict(x, P, u, U) -> pass | The robot has moved: begin with predict(x, P, u, U).
     mean moved, covariance not | x, P = predict( -> x, _ = predict( | predict returns both x and P: take both.

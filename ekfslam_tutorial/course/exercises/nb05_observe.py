@@ -48,7 +48,7 @@ observation = table(
         "With E_l the 2 x 2 block of the landmark: H[:, l] = E_l, H[:, :2] = -E_l, H[:, 2] = [0, -1], and zero elsewhere.",
     ),
     returns="e, H",
-    symbols="x[l] = [x_l, y_l]",
+    symbols="x[l] = [x_l, y_l]; E_l = the derivative of e by the landmark, H[:, l]",
     angles={"e": 1},
     jacobians={"H": unwrapped},
     entries={"H": "range, bearing", "x": "x, y, theta, " + ", ".join(f"x[{i}]" for i in range(3, 13))},

@@ -73,6 +73,8 @@ prediction = table(
         "The last column of X_x is [-s dx - c dy, c dx - s dy, 1]. Then P_rr = X_x P_rr X_x' + X_u U X_u', P_rm = X_x P_rm, P_mr = P_rm', and P_mm stays.",
     ),
     returns="x, P",
+    symbols="X_x, X_u = the derivatives of the new pose by the old one and by u; P_rr = P[:3, :3]; P_rm = P[:3, 3:]; "
+    "P_mr = P[3:, :3]; P_mm = P[3:, 3:]",
     angles={"x": 2},
     cases={
         "any": lambda rng: [case(rng, n) for n in (7, 3, 5, 11)],

@@ -48,9 +48,10 @@ floor = table(
     hints=(
         "l = t_0 + R(theta_0) m, where m is the place of the landmark seen from the first pose: m is exact. How does l move if x_0, y_0 or theta_0 changes a little?",
         "Shift the first pose: the landmark shifts with it. Turn the first pose by a small angle: the landmark moves on a circle round the first position, across the line to it.",
-        "J = [[1, 0, -(l_y - y_0)], [0, 1, l_x - x_0]], and the floor is J P_0 J'.",
+        "J = [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]], and the floor is J P_0 J'.",
     ),
     returns="floor",
+    symbols="t_0 = the first position, x_0[:2]; J = the derivative of l by the first pose",
     cases={
         "any": lambda rng: [some(rng), some(rng), some(rng, 1e-4)],
         "heading": lambda rng: [heading_exact(rng)],
@@ -70,17 +71,17 @@ floor = table(
     diagonal of P_0 only | J @ P_0 @ J.T -> J @ np.diag(np.diag(P_0)) @ J.T | P_0 has covariances, too: use the whole P_0.
     P_0 squared | J @ P_0 @ J.T -> J @ P_0 @ P_0 @ J.T | P_0 holds variances already: do not square it.
     turned round the origin | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, -l[1]], [0, 1, l[0]]] | A wrong first heading turns the map round the first *position*, not round the origin: use l - t_0.
-    turned round the origin, the other way | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1]], [0, 1, -l[0]]] | A wrong first heading turns the map round the first *position*, and a landmark ahead to the left: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
-    turned round the origin, one sign | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1]], [0, 1, l[0]]] | A wrong first heading turns the map round the first *position*, not round the origin, and the first entry has a minus: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
-    sign of the rotation | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1] - x_0[1]], [0, 1, -(l[0] - x_0[0])]] | Turned to the left, a landmark ahead moves to the left: d(l)/d(theta) is [-(l_y - y_0), l_x - x_0].
+    turned round the origin, the other way | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1]], [0, 1, -l[0]]] | A wrong first heading turns the map round the first *position*, and a landmark ahead to the left: d(l)/d(theta) is [-(l[1] - x_0[1]), l[0] - x_0[0]].
+    turned round the origin, one sign | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1]], [0, 1, l[0]]] | A wrong first heading turns the map round the first *position*, not round the origin, and the first entry has a minus: d(l)/d(theta) is [-(l[1] - x_0[1]), l[0] - x_0[0]].
+    sign of the rotation | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1] - x_0[1]], [0, 1, -(l[0] - x_0[0])]] | Turned to the left, a landmark ahead moves to the left: d(l)/d(theta) is [-(l[1] - x_0[1]), l[0] - x_0[0]].
     moved along the line | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[0] - x_0[0]], [0, 1, l[1] - x_0[1]]] | A rotation moves the landmark *across* the line to it: swap the two entries, and mind the sign.
-    one sign of the rotation | -(l[1] - x_0[1]) -> l[1] - x_0[1] | d(l)/d(theta) = [-(l_y - y_0), l_x - x_0]: the first entry has a minus.
+    one sign of the rotation | -(l[1] - x_0[1]) -> l[1] - x_0[1] | d(l)/d(theta) = [-(l[1] - x_0[1]), l[0] - x_0[0]]: the first entry has a minus.
     position forgotten | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[0, 0, -(l[1] - x_0[1])], [0, 0, l[0] - x_0[0]]] | The first position is uncertain, too: the map shifts with it.
     the position in the robot's frame | return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, :2] = [[c, -s], [s, c]]; return J | P_0 is in world coordinates already: shift the first pose by 1 m in x, and the landmark shifts by 1 m in x.
     turned with the heading | return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, 2] = np.array([[c, -s], [s, c]]) @ J[:, 2]; return J | The landmark is given in the world already: its distance in x and in y is l - t_0, not turned.
     sigma of the heading in degrees | return J -> J[:, 2] = np.degrees(J[:, 2]); return J | P_0 holds rad^2 already: no conversion.
     distance in degrees | return J -> J[:, 2] = np.radians(J[:, 2]); return J | P_0 is in rad^2 already, and an angle in rad times a distance is a length: no conversion.
-    distance instead of components | return J -> J[:, 2] = np.hypot(*(l - x_0[:2])); return J | The movement has a direction: -(l_y - y_0) in x and l_x - x_0 in y.
+    distance instead of components | return J -> J[:, 2] = np.hypot(*(l - x_0[:2])); return J | The movement has a direction: -(l[1] - x_0[1]) in x and l[0] - x_0[0] in y.
     no distance | return J -> J[:, 2] /= max(np.hypot(*(l - x_0[:2])), 1e-12); return J | A heading error of 1 degree moves a far landmark more than a near one: the distance is missing.
     """,
 )

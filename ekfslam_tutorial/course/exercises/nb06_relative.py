@@ -42,6 +42,7 @@ relative = table(
         "(dl_b - dl_a)(dl_b - dl_a)' = P[b, b] - P[b, a] - P[a, b] + P[a, a].",
     ),
     returns="D",
+    symbols="dl_a, dl_b = the errors of the two landmarks",
     cases={
         "any": some,
         "independent": lambda rng: [independent(rng)],

@@ -78,6 +78,7 @@ new = table(
         "z = [y[0] - e[0], wrap(y[1] - e[1])], D[i, j] = z' inv(E_j + R) z; new if all(D[i] > limit), with the limit chi2.ppf(confidence, 2). For an empty map every measurement is new: all([]) is True.",
     ),
     returns="new, D",
+    symbols="E = the covariance of an expectation, one of Es; y_i, e_j, E_j = one entry each of ys, es and Es",
     kinds={"new": "a list of indices"},
     cases={
         "any": lambda rng: [some(rng, 3, 4), some(rng, 2, 1)],

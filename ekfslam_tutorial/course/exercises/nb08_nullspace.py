@@ -55,6 +55,7 @@ hidden = table(
         "The number of such directions is n minus the rank of O (np.linalg.matrix_rank); n is the number of columns.",
     ),
     returns="O, d",
+    symbols="dx_0, dx_1 = the errors of the state at times 0 and 1",
     kinds={"d": "the number of invisible directions"},
     shown=sizes,
     cases={

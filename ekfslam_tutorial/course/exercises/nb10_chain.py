@@ -47,6 +47,8 @@ exercise = table(
         "ps, PS_s, PS_pr = Sf.to_frame(pr). In a product the inner names are equal: PS_pr @ PR_r. PS_p goes the same way.",
     ),
     returns="ps, PS_r, PS_s, PS_p",
+    symbols="PR_r, PR_p = the derivatives of pr, the point in the robot's frame, by Rf.x and by p; "
+    "PS_pr = the derivative of ps by pr",
     jacobians={"PS_p": "ps"},
     along={"PS_r": lambda Rf, Sf, p: sphere(Rf), "PS_s": lambda Rf, Sf, p: sphere(Sf)},
     cases={

@@ -40,7 +40,8 @@ exercise = table(
         "J = np.eye(7); J[3:, 3:] = (np.eye(4) - np.outer(u, u)) / n; return the new x and J @ P @ J.T.",
     ),
     returns="x, P",
-    symbols="P_tt, P_tq, P_qq = the blocks of P, with t = x[:3] and q = x[3:]",
+    symbols="P_tt, P_tq, P_qq = the blocks of P, with t = x[:3] and q = x[3:]; "
+    "J = the derivative of the new state by the old one",
     cases={"any": lambda rng: [case(rng, norm) for norm in (1.2, 0.7, 1.0, 3.0, 0.6)]},
     checks="""
     position                     | x[:3]     | any | u = q / |q|, and the position stays.

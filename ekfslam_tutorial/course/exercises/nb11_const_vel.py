@@ -43,6 +43,7 @@ exercise = table(
         "dq, DQ_a = v2q(w * dt); q2, Q_q, Q_dq = q_prod(q, dq); X_x[3:7, 10:] = Q_dq @ DQ_a * dt.",
     ),
     returns="x2, X_x, X_u",
+    symbols="Q_q = the derivative of the product by its first factor, from q_prod; DQ_a = the second result of v2q",
     jacobians={"X_x": "x2", "X_u": "x2"},
     entries={"x2": STATE, "x": STATE, "u": "dv_x, dv_y, dv_z, dw_x, dw_y, dw_z"},
     settled=as_wanted,

@@ -82,6 +82,9 @@ exercise = table(
         "X_x[:3, 3:] = np.einsum('ijk,j->ik', R_q, dx), X_x[3:, 3:] = Q_q, X_u[:3, :3] = R, X_u[3:, 3:] = Q_dq @ DQ_v.",
     ),
     returns="x2, X_x, X_u",
+    symbols="R_q = the derivative of R by q, from q2R; "
+    "Q_q, Q_dq = the derivatives of the product by its two factors, from q_prod; "
+    "DQ_v = the derivative of dq by dv, from v2q",
     jacobians={"X_x": "x2", "X_u": "x2"},
     entries={"x2": "t_x, t_y, t_z, a, b, c, d", "x": "t_x, t_y, t_z, a, b, c, d", "u": "dx, dy, dz, dv_x, dv_y, dv_z"},
     settled=as_wanted,

@@ -46,6 +46,7 @@ exercise = table(
         "x2, X_x, X_u = odo3(x, u); P2 = X_x @ P @ X_x.T + X_u @ U @ X_u.T.",
     ),
     returns="x, P",
+    symbols="X_x, X_u = the derivatives of the new frame by the old one and by u, from odo3",
     settled=_as_wanted,
     cases={
         "any": lambda rng: [case(rng) for _ in range(3)],

@@ -43,6 +43,7 @@ distorted = table(
         "f_r2 = d2 + 2 d4 r2 + 3 d6 r2^2 + ...; UD_up = f * np.eye(2) + 2 * f_r2 * np.outer(up, up).",
     ),
     returns="ud, UD_up, UD_d",
+    symbols="f_r2 = the derivative of f by r^2; f_up = the derivative of f by up",
     jacobians={"UD_up": "ud", "UD_d": "ud"},
     entries={"ud": "x, y", "up": "x, y", "d": "d2, d4, d6, d8, d10"},
     cases={

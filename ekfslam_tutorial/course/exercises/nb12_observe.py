@@ -43,6 +43,9 @@ projected = table(
         "U_lr = U_ls @ LS_lr; U_r = U_lr @ LR_r; U_s = U_ls @ LS_s; U_l = U_lr @ LR_l. U_k and U_d are ready.",
     ),
     returns="u, U_r, U_s, U_k, U_d, U_l",
+    symbols="LR_r, LR_l = the derivatives of lr, the point in the robot's frame, by Rf.x and by l; "
+    "LS_s, LS_lr = the derivatives of ls, the point in the camera's frame, by Sf.x and by lr; "
+    "U_ls = the derivative of u by ls",
     jacobians={"U_k": "u", "U_d": "u", "U_l": "u"},
     entries={"u": "u, v", "k": "u0, v0, au, av", "d": "d2, d4, d6", "l": "x, y, z"},
     along={"U_r": lambda Rf, Sf, k, d, l: sphere(Rf), "U_s": lambda Rf, Sf, k, d, l: sphere(Sf)},

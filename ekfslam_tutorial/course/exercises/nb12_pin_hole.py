@@ -47,6 +47,8 @@ camera = table(
         "The names chain: U_p = U_ud @ UD_up @ UP_p and U_d = U_ud @ UD_d.",
     ),
     returns="u, U_p, U_k, U_d",
+    symbols="UP_p = the derivative of up by p; UD_up, UD_d = the derivatives of ud by up and by d; "
+    "U_ud = the derivative of u by ud",
     jacobians={"U_p": "u", "U_k": "u", "U_d": "u"},
     entries={"u": "u, v", "p": "p_x, p_y, p_z", "k": "u0, v0, au, av", "d": "d2, d4, d6"},
     cases={

@@ -67,6 +67,8 @@ turned = table(
         "J is block diagonal: I (i), P_l, I (the rest). The new covariance of the whole map is J P J'.",
     ),
     returns="x, P",
+    symbols="J = the derivative of the new map by the old one; P_l = the derivative of the point by the landmark; "
+    "P_lm = P[i : i + 6, other states]; P_ll = P[i : i + 6, i : i + 6]",
     form="Return x, P: three numbers in the place of six, so x has n - 3 numbers, P has n - 3 rows and columns.",
     cases={
         "any": lambda rng: [case(rng, before, after) for before, after in ((7, 6), (3, 0), (0, 4), (2, 5))],

@@ -55,6 +55,7 @@ born = table(
         "P_lF = L_F P_F; P_ll = L_F P_F L_F' + L_y R L_y' + L_n N L_n'.",
     ),
     returns="l, P_ll, P_lF",
+    symbols="L_y, L_n = the derivatives of the new landmark by the pixel and by the prior",
     angles={"l": [3, 4]},
     cases={
         "any": lambda rng: [case(rng, camera) for camera in LENSES],

@@ -67,6 +67,7 @@ tangent = table(
         "C = E_x @ P @ np.swapaxes(E_x, -1, -2); np.linalg.solve(C, e[..., None])[..., 0] is C^-1 e for all N at once.",
     ),
     returns="nees",
+    symbols="C = the covariance of e",
     rtol={"nees": 3e-4},  # P has lost digits
     cases={
         "any": lambda rng: [poses(rng, angle, N) for angle, N in ((0.01, 4), (0.02, 7), (0.01, 1))],

@@ -56,7 +56,7 @@ both = table(
         "Z holds four products: E_a P_aa E_a', E_a P_ab E_b', its transpose, E_b P_bb E_b'. K has rows for all n numbers, also those of robots and landmarks that are not in z.",
     ),
     returns="x, P",
-    symbols="P_bb = P[b, b]",
+    symbols="P_bb = P[b, b]; P_ab = P[a, b]",
     cases={
         "any": lambda rng: [case(rng, *c) for c in ((9,), (9, 6, 0), (13, 3, 8), (6, 0, 3, 1), (18, 12, 3, 3))],
         "by hand": by_hand,

@@ -63,6 +63,7 @@ watch = table(
     ),
     seconds=1.8,
     returns="difference",
+    symbols="F_x, F_u = the derivatives of the new x by x and by u; P_rr = P[:3, :3]; P_rm = P[:3, 3:]",
     form="The function must end with `return` and a matrix of the shape of P.",
     cases={"any": lambda rng: [case(rng, n=n) for n in (7, 3)]},
     checks="",

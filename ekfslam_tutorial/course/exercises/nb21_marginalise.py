@@ -44,6 +44,8 @@ exercise = table(
         "A_kk - A_kg A_gg^-1 A_gk, and b_k - A_kg A_gg^-1 b_g. Blocks: A[np.ix_(keep, gone)].",
     ),
     returns="A, b",
+    symbols="A_kk, A_kg, A_gk, A_gg = the blocks of A, k for those that stay, g for those that go; "
+    "b_k, b_g = the same parts of b",
     cases={
         "any": lambda rng: [case(rng, 6, keep) for keep in ((0, 1, 2), (1, 4, 2), (5, 0), (3,), (3, 4, 5, 0, 1))],
         "all": lambda rng: [case(rng, 4, (0, 1, 2, 3)), case(rng, 3, (2, 0, 1))],

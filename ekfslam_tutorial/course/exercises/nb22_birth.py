@@ -54,6 +54,8 @@ born = table(
         "N_y = N_c @ C_m @ M_y; V_n = b1 E1_n + b2 E2_n; L_y = [N_y; V_n N_y]; L_b = [0; e1 e2].",
     ),
     returns="l, L_y, L_b",
+    symbols="N_y = the derivative of n by y; V_n = the derivative of v by n; "
+    "C_m, N_c = the derivatives of c = m1 x m2 by m, and of n by c",
     jacobians={"L_y": "l", "L_b": "l"},
     entries={"l": "n_x, n_y, n_z, v_x, v_y, v_z", "y": "u1, v1, u2, v2", "b": "b1, b2"},
     cases={"any": lambda rng: [case(rng, camera) for camera in CAMERAS]},

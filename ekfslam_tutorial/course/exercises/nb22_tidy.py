@@ -39,6 +39,7 @@ tidied = table(
         "D_n = -s I - n (v - 2 s n)' / n'n; J = [[I, 0], [D_n, D_v]].",
     ),
     returns="l, P",
+    symbols="D_n, D_v = the derivatives of d by n and by v; S_n = the derivative of s by n",
     cases={
         "any": lambda rng: [case(rng, off) for off in (0.3, -0.6, 1.2)],
         "kept": lambda rng: [case(rng, 0.0) for _ in range(2)],

@@ -53,7 +53,8 @@ exercise = table(
         "At the end P[:16] = X @ P[:16]; P[:, :16] = P[:, :16] @ X.T; P[:16, :16] += Q.",
     ),
     returns="x, P",
-    symbols="X = the product of all R_r; P_rm = P[:16, 16:]; P_mr = P[16:, :16]; Q = the noise so far",
+    symbols="X = the product of all R_r; P_rm = P[:16, 16:]; P_mr = P[16:, :16]; P_mm = P[16:, 16:]; "
+    "Q = the noise so far; R_1, R_2, R_3 = the R_r of three controls, in their order",
     shown=lambda x, P, move, us, U, dt: f"{len(us)} controls, {len(x) - 16} numbers of landmarks",
     cases={
         "any": lambda rng: [case(rng, 3), case(rng, 2, 3)],

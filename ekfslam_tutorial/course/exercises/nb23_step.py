@@ -64,6 +64,7 @@ exercise = table(
         "G_w, the derivative of g by w: R, R_m = q2R(m); np.einsum('ijk,j->ik', R_m, a) by m; M_half of q_prod; HALF_w of v2q; and dt / 2. Then X_b[7:10] = -dt [G_w, R], X_b[:3] = -dt^2/2 [G_w, R], X_b[3:7, :3] = -Q_dq DQ_w dt.",
     ),
     returns="x2, X_b",
+    symbols="DQ_w, HALF_w = the second results of v2q for the whole step and for half of it",
     settled=as_wanted,
     cases={
         "any": lambda rng: [case(rng) for _ in range(2)],

@@ -107,6 +107,7 @@ consensus = table(
         "E[:, :, i] has the shape (K, 2, 2): E[:, :, i] @ w are the moves of all matches at once, w = solve(E[i, :, i] + R, z[i]).",
     ),
     returns="good",
+    symbols="z_i, z_j = the innovations of matches i and j",
     cases={
         "any": lambda rng: [case(rng, 6, (4,)), case(rng, 5, (0,)), case(rng, 7, (1, 5))],
         "all right": lambda rng: [case(rng, 6), case(rng, 4)],

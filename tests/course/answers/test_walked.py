@@ -383,6 +383,59 @@ def fuse(l1, P1, l2, P2):
     P = np.linalg.inv(W1 + W2)
     return P @ (W1 @ l1 + W2 @ l2), P
 """,
+    "01.3": """
+def innovation(y, e):
+    z = np.array(y, float) - e
+    z[..., 1] = wrap(z[..., 1])
+    return z
+""",
+    "02.5": """
+def map_step(x, P, ids, seen, ys, x_r, R):
+    ids = list(ids)
+    for id, y in zip(seen, ys):
+        if id not in ids:
+            x, P = add_landmark(x, P, y, x_r, R)
+            ids.append(id)
+            continue
+        e, H = h(x, ids.index(id), x_r)
+        z = y - e
+        z[1] = wrap(z[1])
+        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+        x = x + K @ z
+        P = (np.eye(len(x)) - K @ H) @ P
+    return x, P, ids
+""",
+    "04.4": """
+def effect_on(P, H, R, b):
+    Z = H @ P @ H.T + R
+    K = P @ H.T @ np.linalg.inv(Z)
+    P_new = P - K @ Z @ K.T
+    return K[b], P_new[b, b]
+""",
+    "08.1": """
+def observability(H, F):
+    T, rows = np.eye(H[0].shape[1]), [H[0]]
+    for k, F_k in enumerate(F):
+        T = F_k @ T
+        rows.append(H[k + 1] @ T)
+    O = np.vstack(rows)
+    return O, O.shape[1] - np.linalg.matrix_rank(O)
+""",
+    "10.3": """
+def normalize(x, P):
+    n = np.linalg.norm(x[3:])
+    u = x[3:] / n
+    J = np.eye(7)
+    J[3:, 3:] = (np.eye(4) - np.outer(u, u)) / n
+    return np.hstack([x[:3], u]), J @ P @ J.T
+""",
+    "10.5": """
+def see(Rf, Sf, p):
+    pr, PR_r, PR_p = Rf.to_frame(p)
+    ps, PS_s, PS_pr = Sf.to_frame(pr)
+    PS_r = PS_pr @ PR_r
+    return ps, PS_r, PS_s, PS_pr @ PR_p
+""",
 }
 
 SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the places
@@ -560,6 +613,38 @@ SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the 
         ("v = t.mean(0) - Rm @ p.mean(0)", "v = mt - Rm @ mp"),
     ),
     ("18.4", "covariances added", r"What adds up is the information", ("P = np.linalg.inv(W1 + W2)", "P = P1 + P2")),
+    (
+        "00.1",
+        "negative angles",
+        r"Angles below -pi stay as they are",
+        (
+            "return angle - 2*np.pi*turns",
+            "return np.where(np.asarray(angle) > np.pi, np.asarray(angle) - 2*np.pi, angle)",
+        ),
+    ),
+    ("02.5", "id - 1", r"ids\.index\(id\), not id - 1", ("ids.index(id)", "(id - 1) % len(ids)")),
+    ("02.5", "an index too large", r"a place is no id", ("ids.index(id)", "id")),
+    ("02.5", "place in seen", r"not in `seen`", ("ids.index(id)", "seen.index(id)")),
+    (
+        "04.3",
+        "column times X_x",
+        r"P_mr becomes P_mr X_x'",
+        ("return F @ P @ F.T + G @ U @ G.T", "M = F @ P @ F.T + G @ U @ G.T; M[3:, :3] = P[3:, :3] @ X_x; return M"),
+    ),
+    (
+        "05.1",
+        "X_u transposed",
+        r"Either the order is wrong, or X_u is the transpose",
+        ("[[c, -s, 0], [s, c, 0]", "[[c, s, 0], [-s, c, 0]"),
+    ),
+    (
+        "07.1",
+        "index 0",
+        r"0 counts as False",
+        ("(inside[0] if len(inside) == 1 else None)", "inside[0] if inside == inside[:1] and any(inside) else None"),
+    ),
+    ("08.1", "H before", r"after F_k comes H_k\+1", ("H[k + 1] @ T", "H[k] @ T")),
+    ("10.3", "norm of all", r"norm of the quaternion, x\[3:\], alone", ("np.linalg.norm(x[3:])", "np.linalg.norm(x)")),
 ]
 
 TWO = [  # exercise, the names of both, the places
@@ -617,6 +702,33 @@ TWO = [  # exercise, the names of both, the places
         ("np.linalg.inv(W1 + W2)", "P1 + P2"),
         ("P @ (W1 @ l1 + W2 @ l2)", "(l1 + l2) / 2"),
     ),
+    (
+        "01.3",
+        "expected minus measured + one measurement only",
+        ("np.array(y, float) - e", "e - np.array(y, float)"),
+        ("z[..., 1] = wrap(z[..., 1])", "z[1] = wrap(z[1])"),
+    ),
+    ("02.5", "innovation reversed + bearing not wrapped", ("y - e", "e - y"), ("        z[1] = wrap(z[1])\n", "")),
+    ("04.4", "sign of the gain + covariance added", ("return K[b]", "return -K[b]"), ("P - K @", "P + K @")),
+    (
+        "05.3",
+        "bearing not wrapped + I - K H",
+        ("    z[1] = wrap(z[1])\n", ""),
+        ("P - K @ Z @ K.T", "np.eye(len(P)) - K @ H"),
+    ),
+    (
+        "08.2",
+        "bearing not wrapped + innovation with the wrong sign",
+        ("y - e", "e - y"),
+        ("    z[1] = wrap(z[1])\n", ""),
+    ),
+    (
+        "10.5",
+        "frames swapped, not their names + PR_r handed on",
+        ("Rf.to_frame(p)", "Sf.to_frame(p)"),
+        ("Sf.to_frame(pr)", "Rf.to_frame(pr)"),
+        ("PS_pr @ PR_r", "PR_r"),
+    ),
 ]
 
 
@@ -654,3 +766,35 @@ def test_an_answer_that_is_all_one_names_none():
     """With both slips nothing is ever seen: so it is with many others, and which they are is a guess."""
     verdict = registry.get("12.3").judge(answer("12.3", ("p[:, 2] > 0", "p[:, 2] < 0"), ("(r < fold)", "(r > fold)")))
     assert verdict.status == "failed" and verdict.misconception == "" and "must be seen" in verdict.hint
+
+
+def test_a_slip_in_numbers_of_its_own_is_a_second_mistake():
+    """Beside it no other one may be behind both."""
+    slips = ("= -v*dt*s,", "= v*dt*s,"), ("[0, 1]]", "[0, 1 / dt]]")
+    verdict = registry.get("01.2").judge(answer("01.2", *slips))
+    assert "Two things, in this order. First" in verdict.hint and "minus* the sine" in verdict.hint
+
+
+def test_both_jacobians_after_the_step_are_one_mistake():
+    after = ("    F = np.eye(3)\n", "    F = np.eye(3)\n    c, s = np.cos(x[2] + w*dt), np.sin(x[2] + w*dt)\n")
+    pose = ("v*c, v*s, w]), F", "v*np.cos(x[2]), v*np.sin(x[2]), w]), F")
+    verdict = registry.get("01.2").judge(answer("01.2", after, pose))
+    assert verdict.misconception == "Jacobians after the move" and "in F_x and F_u" in verdict.hint
+
+
+def test_what_is_filled_entry_by_entry_is_not_explained_by_its_zeros():
+    some = registry.get("07.4").slips()
+    assert any("(with limit = chi2" in slip.hint for slip in some) and not any("(with D" in slip.hint for slip in some)
+
+
+def test_names_of_the_solution_are_explained_and_the_names_in_that_too():
+    told = [slip.hint for slip in registry.get("05.3").slips()]
+    assert any("(with K = np.linalg.solve(Z, PHt.T).T; PHt = P @ H.T; Z = H @ PHt + R)." in hint for hint in told)
+
+
+def test_of_two_mistakes_that_hide_each_other_both_are_told():
+    """08.2: e at x_first, where an observe of the student's own leaves whole turns, and no wrap."""
+    bearing = "e[1] = np.arctan2(x_first[4 + 2*i] - x_first[1], x_first[3 + 2*i] - x_first[0]) - x_first[2]"
+    slips = ("e, _ = observe(x, i)", f"e = observe(x_first, i)[0]; {bearing}"), ("    z[1] = wrap(z[1])\n", "")
+    hint = registry.get("08.2").judge(answer("08.2", *slips)).hint
+    assert "wrap the bearing of z" in hint and "e belongs to the present x" in hint
