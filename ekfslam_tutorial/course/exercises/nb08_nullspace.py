@@ -68,7 +68,7 @@ hidden = table(
         "blind": lambda rng: [([np.zeros((2, 3))] * 2, [np.eye(3)])],
     },
     checks="""
-    first measurements     | O[:1] | any        | O begins with H_0, which sees the first state itself; then come the rows of all the others, up to H_K.
+    first measurements     | O[:1] | any        | H_0 sees the first state itself: O begins with the rows of H_0, and those of all the others follow, up to H_K.
     one motion             | O     | one motion | H_1 sees the state at time 1, F_0 dx_0: these rows of O are H_1 F_0.
     several motions        | O     | any        | The first motion acts first, so it stands on the right: H_2 F_1 F_0.
     one time only          | d     | one time   | Only H_0 and no motion: d is n minus the rank of H_0.
