@@ -63,9 +63,9 @@ def uses(cell):
 
 
 def shorter_logs(monkeypatch):
-    """Runs over a twin end sooner: robots that must meet after a third. The twin stays whole: other tests keep it."""
+    """Runs over a twin end sooner: robots that must meet after a quarter. The twin stays whole: other tests keep it."""
     nb18.recording(nb18.TWIN)
-    monkeypatch.setitem(nb18.SECONDS, nb18.TWIN, nb18.SECONDS[nb18.TWIN] / 3)
+    monkeypatch.setitem(nb18.SECONDS, nb18.TWIN, nb18.SECONDS[nb18.TWIN] / 4)
     frames, least = nb18.frames, nb18.SECONDS[nb18.TWIN]  # a cell that says how many seconds gets no more either
     monkeypatch.setattr(
         nb18, "frames", lambda which=nb18.TWIN, seconds=least: frames(which, min(seconds or least, least))

@@ -75,7 +75,7 @@ def scenario(robots=1, side=False, depth=False, landmark="idp_pnt", calibrate=Fa
 
 def end_of(data):
     """The last snapshot of a run."""
-    return deque(universal_slam(data, engine="plain"), maxlen=1)[0]
+    return deque(universal_slam(data), maxlen=1)[0]
 
 
 def overview(now):
