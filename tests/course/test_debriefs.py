@@ -10,12 +10,15 @@ import pytest
 
 from ekfslam_tutorial.course import build, figures, widgets
 
+from .running import without_dots
+
 
 @pytest.fixture
 def run(monkeypatch):
     """Run the code cells of a notebook, with reference solutions, but for those that hold one of some texts."""
     for module in (figures, widgets):
         monkeypatch.setattr(module, "display", lambda *objects, **options: None)
+    without_dots(monkeypatch)
 
     def run(number, *without):
         (path,) = build.notebooks_folder().glob(f"{number}_*.ipynb")

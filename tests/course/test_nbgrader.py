@@ -148,7 +148,7 @@ def command(course, *arguments):
     """Run one of nbgrader's commands in the folder of the course."""
     programs = Path(sys.executable).parent
     path = f"{programs}{os.pathsep}{os.environ['PATH']}"  # nbgrader starts alembic by its name
-    environment = os.environ | {"PATH": path, "JUPYTER_CONFIG_DIR": str(course / "config")}
+    environment = os.environ | {"PATH": path, "JUPYTER_CONFIG_DIR": str(course / "config"), "EKFSLAM_DPI": "48"}
     environment.pop("MPLBACKEND", None)
     run = subprocess.run(
         [programs / "nbgrader", *arguments], cwd=course, env=environment, capture_output=True, text=True
