@@ -56,7 +56,7 @@ exercise = table(
         "any": lambda rng: [case(rng) for _ in range(4)],
         "not turned": lambda rng: [not_turned(*case(rng)) for _ in range(3)],
         "at the origin": lambda rng: [
-            (np.zeros(3), QUARTER, np.array([0.0, 2.0, 0.0])),
+            (np.zeros(3), QUARTER, np.array([0.0, 2.0, 1.0])),
             *(at_origin(*case(rng)) for _ in range(3)),
         ],
         "p = t": lambda rng: [at_the_point(*case(rng)) for _ in range(3)],

@@ -27,7 +27,7 @@ exercise = table(
     cases={
         "any": lambda rng: [tuple(float(v) for v in rng.uniform(0.05, 2.5, 3)) for _ in range(4)],
         "one second": lambda rng: [(0.3, 0.1, 1.0), (2.0, 0.7, 1.0)],
-        "n steps": lambda rng: [(0.3, 0.1, 1 / n) for n in (2, 10, 50)],
+        "n steps": lambda rng: [(0.3, 0.1, 1 / n) for n in (5, 10, 50)],
         "noise of one": lambda rng: [(0.0, 0.4, 0.2), (0.4, 0.0, 0.2)],
     },
     checks="""
