@@ -58,12 +58,12 @@ distorted = table(
     the point               | ud    | any    | ud = (1 + d2 r^2 + d4 r^4 + ...) up, with r = |up|.
     far from the axis       | ud    | far    | ud = (1 + d2 r^2 + d4 r^4 + ...) up, with r = |up|.
     UD_up                   | d UD_up / up | any | ud = f up: both f and up change when up changes.
-    UD_d                    | d UD_d / d | bent | ud depends on d linearly: the column of d_2i is up r^(2 i).
+    UD_d                    | d UD_d / d | bent | ud depends on d linearly: its columns are up r^2, up r^4 and so on.
     in the middle of the image | UD_up, UD_d | middle | At up = 0 the lens does nothing: UD_up = I, UD_d = 0.
     """,
     wrong="""
     odd powers of r | ud = f * up -> ud = (1 + np.sqrt(r2) ** k @ d) * up | The powers are even: r^2, r^4, r^6. With r2 = up @ up: r2, r2^2, r2^3.
-    every power squared | ud = f * up -> ud = (1 + powers**2 @ d) * up | The powers go up by two: r^2, r^4, r^6. So r2^k, not r2^(2 k).
+    every power squared | ud = f * up -> ud = (1 + powers**2 @ d) * up | The powers go up by two: r^2, r^4, r^6. Not r^4, r^8, r^12.
     the same power for all | ud = f * up -> ud = (1 + r2 * np.sum(d)) * up | d4 stands with r^4, d6 with r^6: the powers go up.
     powers doubled at each step | ud = f * up -> ud = (1 + r2 ** (2.0 ** (k - 1)) @ d) * up | The powers go up by two, r^2, r^4, r^6, r^8: they are not squared each time.
     only the first of d | ud = f * up -> ud = (1 + r2 * np.sum(d[:1])) * up | d may have more than one number. All of them count.
@@ -72,14 +72,14 @@ distorted = table(
     1 forgotten | ud = f * up -> ud = (powers @ d) * up | f = 1 + ...: with d = 0 the point must stay where it is.
     adds f instead of multiplying | ud = f * up -> ud = up + powers @ d | The lens moves a point along its radius: f times up, not f plus up.
     each axis with its own power | ud = f * up -> ud = (1 + up[:, None] ** (2 * k) @ d) * up | r is the length of the vector up. It is the same for both axes.
-    f taken as a constant | + 2 * f_r2 * np.outer(up, up) -> + 0 | f depends on up, too. The product rule gives a second term, 2 f_r2 up up'.
-    factor 2 of r^2 | + 2 * f_r2 -> + f_r2 | d(r2)/d(up) = 2 up': the factor 2 is missing.
+    f taken as a constant | + 2 * f_r2 * np.outer(up, up) -> + 0 | f depends on up, too. The product rule gives a second term: up times the derivative of f by up.
+    factor 2 of r^2 | + 2 * f_r2 -> + f_r2 | r^2 = up' up has the derivative 2 up' by up: the factor 2 is missing.
     only the diagonal | np.outer(up, up) -> np.diag(up * up) | x changes r, and r changes y: UD_up has entries off its diagonal, up up' is an outer product.
     inner product for outer | np.outer(up, up) -> r2 * np.eye(2) | up up' is a matrix, np.outer(up, up). `up @ up` is a number.
-    f I forgotten | f * np.eye(2) + 2 -> 2 | Product rule: f I + up f_up. The first term is missing.
-    factors of the powers forgotten | (k * r2 -> (r2 | d(r2^k)/d(r2) = k r2^(k - 1): the factor k is missing.
+    f I forgotten | f * np.eye(2) + 2 -> 2 | Product rule: f I, and up times the derivative of f. The first term is missing.
+    factors of the powers forgotten | (k * r2 -> (r2 | By r^2 the powers r^2, r^4, r^6 have the derivatives 1, 2 r^2, 3 r^4: these factors are missing.
     sign of the second term | + 2 * f_r2 -> - 2 * f_r2 | Both terms of the product rule have a plus.
-    power not lowered | (k - 1)) @ d -> k) @ d | d(r2^k)/d(r2) = k r2^(k - 1): the power goes down by one.
+    power not lowered | (k - 1)) @ d -> k) @ d | By r^2 the powers r^2, r^4, r^6 have the derivatives 1, 2 r^2, 3 r^4: each power goes down by one.
     UD_d: odd powers | np.outer(up, powers) -> np.outer(up, np.sqrt(r2) ** k) | The column of d2 is up r^2, with r^2 = up @ up: no root.
     UD_d: multiplied by d | np.outer(up, powers) -> np.outer(up, powers * d) | ud is linear in d: its derivative does not contain d.
     UD_d: distorted point | np.outer(up, powers) -> np.outer(ud, powers) | The columns are up r^(2 i), with the ideal point up, not ud.

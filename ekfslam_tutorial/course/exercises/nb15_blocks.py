@@ -69,7 +69,7 @@ exercise = table(
     },
     checks="""
     no surprise         | x | z = 0    | z = 0: the measurement was what was expected. x stays, P shrinks.
-    uncorrelated states | x | diagonal | Each E_r goes into the columns of its own slice. Then Z = H P H' + R, the whole of it, and K = P H' inv(Z).
+    uncorrelated states | x | diagonal | H, the derivative by the whole map, has each E_r in the columns of its own slice. Then Z = H P H' + R, the whole of it, and K = P H' inv(Z).
     a correlated map    | x, P | any      | Z = H P H' + R has the cross terms, and K = P H' inv(Z) has a row for each state. P - K Z K', or Joseph's form with + K R K'.
     known states        | x, P | known    | r = None: this state is not in the map. It has no columns in H: skip it.
     """,

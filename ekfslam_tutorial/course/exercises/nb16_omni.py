@@ -57,7 +57,7 @@ omni = table(
     arctan | np.arctan2(y, x) -> np.arctan(y / x) | arctan(y / x) cannot tell ahead from behind: arctan2(y, x).
     x and y swapped | np.arctan2(y, x) -> np.arctan2(x, y) | arctan2 takes the second coordinate first: arctan2(y, x).
     elevation first | [np.arctan2(y, x), np.arctan2(z, s)] -> [np.arctan2(z, s), np.arctan2(y, x)] | The order is [azimuth; elevation].
-    angle from the vertical | np.arctan2(z, s) -> np.arctan2(s, z) | Elevation is counted from the x-y plane: arctan2(z, s), not arctan2(s, z).
+    angle from the vertical | np.arctan2(z, s) -> np.arctan2(s, z) | Elevation is counted from the x-y plane: arctan2(z, sqrt(x^2 + y^2)), and not the other way round.
     elevation against x | np.arctan2(z, s) -> np.arctan2(z, x) | Elevation is the angle above the *plane*: arctan2(z, sqrt(x^2 + y^2)).
     image coordinates | [np.arctan2(y, x), np.arctan2(z, s)] -> [y / x, z / s] | A camera that looks all round has no image plane: the angles themselves, not y / x and z / s.
     degrees | return angles -> return np.degrees(angles) | All angles are in radians.
@@ -69,7 +69,7 @@ omni = table(
     azimuth: divided by r^2 | [-y / s2, x / s2, 0 * x] -> [-y / r2, x / r2, 0 * x] | The azimuth is an angle in the plane: divide by x^2 + y^2, without z.
     elevation: s taken as constant | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [0 * x, 0 * x, s / r2] | s depends on x and y: the elevation of a point falls as it moves away.
     elevation: sign | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [x * z / (s * r2), y * z / (s * r2), s / r2] | A point that moves away at constant height sinks: by x and y there is a minus.
-    elevation: inner derivative forgotten | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / r2, -y * z / r2, s / r2] | ds/dx = x / s: the s in the denominator is missing.
+    elevation: inner derivative forgotten | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / r2, -y * z / r2, s / r2] | sqrt(x^2 + y^2) has the derivative x / sqrt(x^2 + y^2) by x: that root in the denominator is missing.
     elevation: divided by s^2 | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / (s * s2), -y * z / (s * s2), s / s2] | The elevation is an angle in space: divide by x^2 + y^2 + z^2, the square of the whole distance.
     one point only | x, y, z = p[..., 0], p[..., 1], p[..., 2] -> x, y, z = p if p.ndim == 1 else p[0].reshape(-1, 3)[0] | p[0] is the first *point* of a list. Write p[..., 0].
     """,

@@ -76,8 +76,8 @@ both = table(
     only the one who looks | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a); return x + K @ z, P - K @ H @ P | K has rows for all numbers: b, and all that is correlated with either of them, must move.
     only the one who is seen | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, b); return x + K @ z, P - K @ H @ P | K has rows for all numbers: a moves, too.
     only the two robots | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a, b); return x + K @ z, P - K @ H @ P | Landmarks and other robots are correlated with the two. Leave the rows of K in: whoever drops them, breaks P.
-    cross-covariance left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R | The two robots share landmarks, so they are correlated: Z holds E_a P_ab E_b' and its transpose, too. H P H' does it all.
-    cross-covariance counted once | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R + E_a @ P[a, b] @ E_b.T | E_a P_ab E_b' comes twice in Z, once transposed. H P H' does it all.
+    cross-covariance left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R | The two robots share landmarks, so they are correlated: Z holds E_a P[a, b] E_b' and its transpose, too. H P H' does it all.
+    cross-covariance counted once | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R + E_a @ P[a, b] @ E_b.T | E_a P[a, b] E_b' comes twice in Z, once transposed. H P H' does it all.
     b left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + R | The place of b is uncertain, too: Z = H P H' + R with both blocks in H.
     no R | H.T + R -> H.T | The camera is noisy: Z = H P H' + R.
     R counted twice | H.T + R -> H.T + 2 * R | One sighting has one R, although it is about two robots.

@@ -53,7 +53,7 @@ exercise = table(
         "At the end P[:16] = X @ P[:16]; P[:, :16] = P[:, :16] @ X.T; P[:16, :16] += Q.",
     ),
     returns="x, P",
-    symbols="X = the product of all R_r; P_rm = P[:16, 16:]; P_mr = P[16:, :16]; P_mm = P[16:, 16:]; "
+    symbols="X = the product of all R_r; P_rm = P[:16, 16:]; P_mr = P[16:, :16]; P_rr = P[:16, :16]; "
     "Q = the noise so far; R_1, R_2, R_3 = the R_r of three controls, in their order",
     shown=lambda x, P, move, us, U, dt: f"{len(us)} controls, {len(x) - 16} numbers of landmarks",
     cases={
@@ -101,7 +101,7 @@ exercise = table(
         for u in us: -> for u in [us.mean(0)]:
         move(x[:16], u, dt) -> move(x[:16], u, dt * len(us))
     dt of the frame | move(x[:16], u, dt) -> move(x[:16], u, dt * len(us)) | dt is the time of one control, not of the frame.
-    landmarks moved, too | P[:16, :16] += Q -> P[:16, :16] += Q; P[16:, 16:] += np.trace(U) * np.eye(len(x) - 16) | The landmarks stand still: nothing is added to P_mm.
+    landmarks moved, too | P[:16, :16] += Q -> P[:16, :16] += Q; P[16:, 16:] += np.trace(U) * np.eye(len(x) - 16) | The landmarks stand still: nothing is added to their block of P.
     transposed: It is R_r P R_r', not R_r' P R_r: the transposed one stands behind.
         X = R_r @ X -> X = R_r.T @ X
         Q = R_r @ Q @ R_r.T -> Q = R_r.T @ Q @ R_r
