@@ -223,7 +223,7 @@ TWO = [  # exercise, a pattern of the names of both, the places
 ]
 
 
-@pytest.mark.parametrize("id", set(TEXTS) - set(BEFORE))
+@pytest.mark.parametrize("id", sorted(set(TEXTS) - set(BEFORE)))
 def test_the_text_is_a_right_answer(id):
     assert registry.get(id).judge(answer(id, texts=TEXTS)).passed
 
