@@ -136,11 +136,11 @@ def parts(solution) -> tuple[str, str]:
 def function(solution, source: str, name: str):
     """Return the function that the source defines, with the names that the solution sees; its loops can be counted."""
     space = solution.__globals__ | {"_one_more": turns.one_more}
-    exec(compile(LOOP.sub(r"\1\2\n\3_one_more()\n\3", source), f"<{name}>", "exec"), space)
+    exec(compile(LOOP.sub(r"\1\n\2_one_more()\n", source), f"<{name}>", "exec"), space)
     return space.pop(solution.__name__)  # or each would be in a circle with its names: thousands wait to be collected
 
 
-LOOP = re.compile(r"^( *)((?:for|while)\b.*:(?: *#.*)?)\n( +)", re.MULTILINE)  # its line, and the indent of the next
+LOOP = re.compile(r"^( *(?:for|while)\b.*:(?: *#.*)?)\n(?=( +))", re.MULTILINE)  # its line, and the indent of the next
 
 
 class Endless(BaseException):

@@ -4,6 +4,7 @@ Pairs are drawn from the listed edits of each exercise. A pair counts if the sol
 solution and unlike each of the two alone.
 """
 
+import ast
 import itertools
 
 import numpy as np
@@ -242,3 +243,13 @@ def test_a_change_that_makes_a_loop_endless_is_left(edit):
     assert search._in_time(lambda: changed([-3, -2, -1])) is None
     right = edits.function(growing, head + body, "right")
     assert search._in_time(lambda: right([-3, 2, -1])) == [2, -1] and edits.turns.left == np.inf
+
+
+def test_each_loop_of_a_solution_counts_its_turns():
+    """Those of the listed mistakes, too: a loop that is not seen in the text could be endless."""
+    for exercise in WITH_EDITS:
+        head, body = edits.parts(exercise.solution)
+        texts = [body, *(edits.applied(body, m.edits, m.name) for m in exercise.misconceptions if m.edits)]
+        for text in texts:
+            loops = sum(isinstance(node, ast.For | ast.While) for node in ast.walk(ast.parse(head + text)))
+            assert len(edits.LOOP.findall(text)) == loops, f"{exercise.id}: {text}"
