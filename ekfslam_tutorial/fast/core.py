@@ -11,7 +11,7 @@ from ..slam.meetings import correct_met_robots, correct_without_lmks
 from ..slam.objects import Event, Lmk, short
 from ..slam.projection import by_type
 from ..slam.steps import check_control, check_raw, correct_known_lmks, init_new_lmks, travel
-from ..slam.upkeep import EUCLIDEAN, delete_bad, free_slot, well_inside
+from ..slam.upkeep import ALIKE, EUCLIDEAN, delete_bad, free_slot, well_inside
 from .symbols import Symbol, Tape
 
 
@@ -24,6 +24,7 @@ def as_written(sensor):
 
 
 __all__ = [
+    "ALIKE",
     "EUCLIDEAN",
     "Event",
     "Jcbb",

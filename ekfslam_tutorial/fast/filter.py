@@ -190,7 +190,8 @@ def correct(map, PHt, inn):
 
         K = P H' Z^-1,    x = x + K z,    P = P - K H P
 
-    With Z = L L' and W = P H' L^-T the last line is P - W W': half the work, and symmetric by construction.
+    With Z = L L' and W = P H' L^-T the last line is P - W W': half the work, and symmetric by construction, but for the
+    last digit on some processors, whose BLAS rounds [i, j] and [j, i] differently.
 
     Parameters
     ----------

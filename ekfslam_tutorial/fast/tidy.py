@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .core import EUCLIDEAN
+from .core import ALIKE, EUCLIDEAN
 from .filter import transform
 
 
@@ -10,7 +10,8 @@ def most_uncertain(table, ks, n_max):
     """Return these rows of a table by decreasing uncertainty of the expectation, det(E), at most n_max of them."""
     if not ks:
         return []
-    order = np.argsort(-np.linalg.det(table.E[ks]), kind="stable")[:n_max]
+    size = np.linalg.slogdet(table.E[ks])[1].round(ALIKE)
+    order = np.argsort(-size, kind="stable")[:n_max]
     return [ks[i] for i in order.tolist()]
 
 

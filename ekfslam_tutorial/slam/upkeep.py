@@ -11,14 +11,17 @@ from .projection import by_type, frame_range
 
 EUCLIDEAN = {2: EucPnt(2), 3: EucPnt(3)}
 """Euclidean points by the dimension of their world: the types of reparametrised landmarks."""
+ALIKE = 6
+"""Decimals of log det(E) that count: what differs by less is equal, and rounding, which is not the same on every
+computer, does not decide who is corrected first."""
 
 
 def most_uncertain(obs, n_max):
-    """Observations by decreasing uncertainty of the expectation, det(E), at most n_max of them."""
-    if not obs:
-        return []
-    order = np.argsort(-np.linalg.det(np.array([o.E for o in obs])), kind="stable")[:n_max]
-    return [obs[i] for i in order]
+    """Observations by decreasing uncertainty of the expectation, det(E), at most n_max of them.
+
+    Landmarks that a robot sees again from where they were born are all as uncertain as R: their order is that of `obs`.
+    """
+    return sorted(obs, key=lambda o: -np.round(np.linalg.slogdet(o.E)[1], ALIKE))[:n_max]
 
 
 def tidy(map, lmk, camera, opt):

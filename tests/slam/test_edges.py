@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.ekf import Map
+from ekfslam_tutorial.fast import tidy
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.motion import Odometry2
 from ekfslam_tutorial.models.sensors import PinHoleDepth, RangeBearing
@@ -59,6 +60,13 @@ def test_equally_uncertain_ones_stay_in_their_order():
     ids = lambda *args: [o.id for o in most_uncertain(uncertain(*args[:-1]), args[-1])]
     assert ids(1.0, 3.0, 1.0, 3.0, 2.0, None) == [1, 3, 4, 0, 2]
     assert ids(1.0, 3.0, 1.0, 3.0, 2.0, 2) == [1, 3] and ids(1.0, 2.0, 0) == [] and most_uncertain([], 3) == []
+
+
+def test_rounding_does_not_decide_who_is_more_uncertain():
+    dets = [1.0, 3.0, 1.0 + 1e-9, 3.0 - 1e-9, 1.0 + 1e-5]
+    assert [o.id for o in most_uncertain(uncertain(*dets), None)] == [1, 3, 4, 0, 2]
+    table = SimpleNamespace(E=np.array([o.E for o in uncertain(*dets)]))
+    assert tidy.most_uncertain(table, list(range(5)), None) == [1, 3, 4, 0, 2]
 
 
 def test_the_first_free_slot():

@@ -37,7 +37,8 @@ def test_a_whole_run_is_good_and_knows_it(name):
     for snapshot in universal_slam(UserData.from_toml(SIMULATED[name], few)):
         history.add(snapshot)
     figures, P = history.summary(), snapshot.map.P[np.ix_(snapshot.map.used, snapshot.map.used)]
-    assert np.abs(P - P.T).max() == 0 and np.linalg.eigvalsh(P)[0] > -1e-12
+    # Some processors round [i, j] and [j, i] of a BLAS product differently: 500 corrections, 2e-16 each, are 1e-13.
+    assert np.abs(P - P.T).max() <= 1e-13 * np.abs(P).max() and np.linalg.eigvalsh(P)[0] > -1e-12
     assert figures["ate_rmse_m"] < (0.5 if name == "constant_velocity" else 0.25)
     assert figures["ate_rmse_m"] <= figures["dead_reckoning_ate_m"]
     # one run and frames that hang together: a wide band, which still tells honest filters from broken ones (> 20)
