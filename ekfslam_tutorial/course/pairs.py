@@ -32,6 +32,7 @@ COMPILED = 400  # steps that it takes to make a change
 CELLS = 250  # numbers of the table, of those that are wrong, and of those that are right
 SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
+FEW_VALUES = 3  # fewer wrong numbers are twice the right ones by chance
 LISTED = 0.1  # by so much nearer counts a pair for each of the two that is listed
 LIKELY = 600  # pairs that are tried at most: of 143 that answers had, the last one found was the 447th
 BESIDE = 3  # listed mistakes, in the text of which slips are looked for
@@ -203,11 +204,14 @@ class Outer:
             return tuple(how(np.asarray(r, float)) if k == self.part else r for k, r in enumerate(result))
 
 
-OUTER = (
-    ("`{}` is transposed in yours.", lambda a: a.T, lambda a: a.T),
+FACTORS = (
     ("`{}` has the wrong sign in yours.", np.negative, np.negative),
     ("Yours is twice as much: `{}`.", lambda a: 2 * a, lambda a: a / 2),
     ("Yours is half as much: `{}`.", lambda a: a / 2, lambda a: 2 * a),
+)
+OUTER = (
+    ("`{}` is transposed in yours.", lambda a: a.T, lambda a: a.T),
+    *FACTORS,
     ("`{}` is in degrees in yours: keep to radians.", np.degrees, np.radians),
     ("`{}` is converted from degrees in yours, and it is in radians already.", np.radians, np.degrees),
     ("Yours is the root: `{}`.", np.sqrt, np.square),
@@ -237,15 +241,15 @@ class Beside:
         return bool(self.mistake.quoted) and " ".join(self.mistake.quoted[0].split()) in body
 
 
-def outers(exercise, right):
-    """Return the slips of whole results that change a result of numbers."""
+def outers(exercise, right, kinds=OUTER):
+    """Return the slips of whole results, of these kinds, that change a result of numbers."""
     names, several = exercise.returns, isinstance(right, tuple)
     found = []
     for k, part in enumerate(right if several else (right,)):
         numbers = guard.numbers(part)
         if numbers is not None and numbers.dtype.kind == "f":
             name = names[k] if k < len(names) else "the result"
-            found += [Outer(exercise, k if several else None, hint.format(name), *ways) for hint, *ways in OUTER]
+            found += [Outer(exercise, k if several else None, hint.format(name), *ways) for hint, *ways in kinds]
     return found
 
 
@@ -546,6 +550,14 @@ def in_another_form(exercise, calls, own):
             if change.answer and _in_time(fits) and not own_words.doubtful(change.mistake, own):
                 return [in_form(form, change.mistake)]
     return []
+
+
+def by_a_factor(table, calls):
+    """Return, as a list, the factor of a whole result that answers every call as the student did: no two mistakes."""
+    if len(set(table.s[table.wrong])) < FEW_VALUES:
+        return []
+    factors = outers(table.exercise, table.right[0], FACTORS)
+    return [factor for factor in factors if answers(table.exercise, factor.answer, calls)][:1]
 
 
 def in_form(form, mistake):

@@ -80,6 +80,8 @@ def recognise_more(exercise, calls, part, known, own=None):
         return alone
     if not known and (alone := table.alone()):
         return [alone[0].mistake]
+    if not known and (alone := pairs.by_a_factor(table, calls)):
+        return alone
     both = pairs.find(table, calls, exercise.patience)
     for form in pairs.forms_of(exercise, own)[:1] if table.tells and not both and not known else ():
         both = pairs.find(pairs.Table(form, calls, exercise.patience, own=own), calls, exercise.patience)

@@ -460,3 +460,43 @@ def test_a_wrong_size_gets_no_help_of_a_case_of_another_size():
     verdict = registry.get("14.2").judge(starts_all)
     assert "empty map" not in verdict.hint
     assert "A case that you can do on paper: ids = [4, 7, 9], known = [7, 9, 4, 2], n_inits = 5." in verdict.hint
+
+
+SCORE = """
+def corner_score(windows):
+    gv, gu = np.gradient(windows, axis=(1, 2))
+    a, b, c = (gu * gu).sum((1, 2)), (gu * gv).sum((1, 2)), (gv * gv).sum((1, 2))
+    return (a + c - np.sqrt((a - c) ** 2 + 4 * b**2)) / 2
+"""
+
+
+def test_a_factor_of_the_whole_result_is_one_mistake():
+    once = judged("24.4", SCORE, (") / 2", ")")).hint
+    assert "Yours is twice as much" in once and "Two things" not in once
+    twice = judged("24.4", SCORE, (") / 2", ")"), ("4 * b**2", "b**2")).hint
+    assert "yours lacks the 4" in twice and "Yours is twice as much" in twice
+
+
+def test_what_a_wrong_result_is_fed_back_with_tells_no_second_mistake():
+    text = """
+    def correct_blocks(x, P, blocks, z, R):
+        H = np.zeros((len(z), len(x)))
+        for r, E in blocks:
+            if r is not None:
+                H[:, r] += E
+        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+        return x + K @ z, P - K @ H @ P
+    """
+    told = judged("15.1", text, ("P - K @ H @ P", "P - K @ H")).hint
+    assert "K H has no unit" in told and "transpose" not in told
+
+
+def test_a_mistake_in_a_value_and_its_derivative_is_one():
+    text = """
+    def q(y, x_r):
+        a = x_r[2] - y[1]
+        c, s = np.cos(a), np.sin(a)
+        return x_r[:2] + y[0] * np.array([c, s]), np.array([[c, y[0] * s], [s, -y[0] * c]])
+    """
+    told = judged("02.3", text).hint
+    assert "*plus* beta" in told and "Two things" not in told

@@ -57,6 +57,7 @@ wrapping = table(
     nothing done | np.pi - (np.pi - angle) % (2 * np.pi) -> angle | Your function gives back its input. What is 2 pi more than 0.5?
     0 to 2 pi | np.pi - (np.pi - angle) % (2 * np.pi) -> angle % (2 * np.pi) | Yours lies between 0 and 2 pi. A small turn to the right must be a small negative number: -0.5, not 5.78.
     brackets forgotten | np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    half a turn | np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % np.pi - np.pi | A whole turn is 2 pi, not pi: `% (2 * np.pi)`.
     in degrees | np.pi - (np.pi - angle) % (2 * np.pi) -> 180 - (180 - angle) % 360 | The angle is in radians: a whole turn is 2 pi, not 360.
     converted to degrees | np.pi - (np.pi - angle) % (2 * np.pi) -> np.degrees(np.pi - (np.pi - angle) % (2 * np.pi)) | The result must be in radians, like the input.
     converted from degrees | np.pi - angle) -> np.pi - np.radians(angle)) | The input is in radians already: no conversion.

@@ -65,7 +65,10 @@ born = table(
     bearing forgotten | l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(x_r[2]), np.sin(x_r[2])]) | The landmark is not straight ahead: its direction in the map is theta + beta.
     robot position forgotten | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s] | That is the landmark as seen from the robot. Add the robot's own position.
     robot position subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c - x_r[0], r * s - x_r[1]] | Walk from the map's origin to the robot, then to the landmark: the two vectors add up.
-    behind the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark lies in the direction theta + beta *from the robot*: x_r plus, not minus.
+    heading less bearing, in both: A landmark seen to the left (beta > 0) lies in the direction theta *plus* beta: in l, and so in L_y.
+        y[1] + x_r[2] -> x_r[2] - y[1]
+        [[c, -r * s], [s, r * c]] -> [[c, r * s], [s, -r * c]]
+    behind the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark lies ahead, in the direction theta + beta: r [cos a, sin a] is added to the robot's position, not subtracted.
     sine and cosine swapped | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * s, x_r[1] + r * c] | x goes with the cosine, y with the sine.
     y mirrored | x_r[1] + r * s] -> x_r[1] - r * s] | The sign of the sine is wrong: bearings count to the left.
     degrees converted | y[1] + x_r[2] -> np.radians(y[1] + x_r[2]) | All angles are in radians already: no conversion.

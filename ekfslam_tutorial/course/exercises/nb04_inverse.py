@@ -57,6 +57,7 @@ inverse = table(
     bearing subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2] - y[1]), x_r[1] + r * np.sin(x_r[2] - y[1])] | Angles count counter-clockwise: a bearing to the left is added to the heading.
     bearing forgotten | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(x_r[2]), x_r[1] + r * np.sin(x_r[2])] | The landmark is not straight ahead: the beam points in the direction theta + beta.
     sine and cosine swapped | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * s, x_r[1] + r * c] | cos belongs to x and sin to y.
+    arm from the origin | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -l[1]], [0, 1, l[0]]] | The robot turns about itself, not about the origin: the arm is l less the position of the robot, r c and r s.
     seen from the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s] | That is the landmark in a frame at the robot: add the robot's position.
     range subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark is in front of the sensor: add r in the direction of the beam.
     angles taken as degrees | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(np.radians(a)), x_r[1] + r * np.sin(np.radians(a))] | Angles are in radians already: no np.radians here.

@@ -63,6 +63,10 @@ exercise = table(
     v in the axes of the body | t + v * dt -> t + q2R(q)[0] @ v * dt | Here v is in the axes of the world: it is not turned.
     impulse used at once | t + v * dt -> t + (v + u[:3]) * dt | The impulse comes at the end of the step: the position moves with the old v.
     impulse of the turn used at once | v2q(w * dt) -> v2q((w + u[3:]) * dt) | The impulse comes at the end of the step: turn with the old w.
+    impulse first: The impulse comes at the end of the step: t and q move with the old v and w.
+        x[7:10], x[10:] -> x[7:10] + u[:3], x[10:] + u[3:]
+        v + u[:3], w + u[3:] -> v, w
+        X_u[7:] = np.eye(6) -> X_u[:] = X_x[:, 7:]
     turn in the axes of the world | q2, Q_q, Q_dq = q_prod(q, dq) -> q2, Q_dq, Q_q = q_prod(dq, q) | w is in the axes of the body: its quaternion stands on the right.
     dt forgotten in the turn | v2q(w * dt) -> v2q(w) | w is in radians per second: v2q(w dt).
     Euler's step | dt, q2, v + -> dt, q + 0.5 * dt * q_prod(q, np.r_[0, w])[0], v + | q + 1/2 q w dt leaves the unit sphere. The exact turn is q v2q(w dt).

@@ -90,6 +90,7 @@ camera = table(
     U_p: lens left out | U_ud @ UD_up @ UP_p -> U_ud @ UP_p | The chain has three factors: U_ud UD_up UP_p. UD_up is missing.
     U_p: focal lengths left out | U_ud @ UD_up @ UP_p -> UD_up @ UP_p | The chain has three factors: U_ud UD_up UP_p. U_ud = diag(au, av) is missing.
     U_p: order of the factors | U_ud @ UD_up @ UP_p -> UD_up @ U_ud @ UP_p | The names must chain: U_ud UD_up UP_p. UD_up U_ud is another matrix where au and av differ.
+    U_ud: one focal length | U_ud = np.diag(k[2:]) -> U_ud = k[2] * np.eye(2) | The second row of U_ud is that of v: U_ud = diag(au, av), not diag(au, au).
     U_k: ideal point | np.diag(ud) -> np.diag(up) | au multiplies ud, the distorted point: the last two columns are diag(ud).
     U_k: only the centre | np.diag(ud) -> np.zeros((2, 2)) | au and av change the pixel, too: the last two columns are diag(ud).
     U_k: order of the columns | [np.eye(2), np.diag(ud)] -> [np.diag(ud), np.eye(2)] | The columns go as k does: u0, v0, au, av.

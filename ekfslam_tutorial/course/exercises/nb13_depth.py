@@ -73,6 +73,7 @@ corrected = table(
     root of the variance | + var) -> + np.sqrt(var)) | `var` is a variance: Z = H P H + var, without a root.
     noise forgotten | + var) -> ) | Z is the variance of y - e: that of the expectation *plus* that of the measurement.
     P not updated | (1 - K * H) * P -> P | A correction makes P smaller: (1 - K H) P.
+    K H taken off | (1 - K * H) * P -> P - K * H | K H is a share, and no variance: P - K H P.
     P grows | (1 - K * H) * P -> (1 + K * H) * P | Information is gained: (1 - K H) P, with a minus.
     innovation turned round | y - e -> e - y | The innovation is measured minus expected, y - e.
     Joseph without the noise | (1 - K * H) * P -> (1 - K * H) ** 2 * P | Joseph's form has a second term: (1 - K H)^2 P + K^2 var.

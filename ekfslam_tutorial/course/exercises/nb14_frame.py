@@ -72,6 +72,7 @@ sorted_out = table(
     first n_inits measurements | start[:n_inits] -> [i for i in start if i < n_inits] | n_inits counts the landmarks that are started, not the measurements that are looked at.
     known ones counted, too | start[:n_inits] -> [i for i in start if np.sum(np.asarray(ids)[:i] >= 0) < n_inits] | n_inits counts the landmarks that are started: a measurement of a known one does not count.
     no limit for zero | start[:n_inits] -> start[: n_inits or None] | n_inits = 0 is a limit, too: then no landmark is started.
+    stops at the limit | correct, start = np.array(correct, dtype=int), -> correct, start = np.array([i for i in correct if [*start, *[len(ids)] * (n_inits + 1)][n_inits] > i], dtype=int), | n_inits limits what is started, not what corrects: behind the last start known landmarks are corrected all the same.
     the last ones | start[:n_inits] -> start[len(start) - n_inits :] if n_inits < len(start) else start | Those that come first are started: start[:n_inits].
     """,
 )

@@ -93,7 +93,7 @@ def _(f, rng):
         expect.true(-1e-6 <= w <= 1 + 1e-6, f"w is {w:.3g}: it must be between 0 and 1")
 
 
-@exercise.link("the best w", "Of all w between 0 and 1 take the one with the smallest trace of P.")
+@exercise.link("the best w", "Of all w between 0 and 1, in small steps, take the one with the smallest trace of P.")
 def _(f, rng):
     for n, ratio in ((2, 4.0), (3, 3.0), (2, 8.0), (1, 1.0)):
         xa, Pa, xb, Pb = case(rng, n, ratio)

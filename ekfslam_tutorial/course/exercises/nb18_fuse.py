@@ -86,6 +86,7 @@ fusion = table(
     covariance of the plain mean | P1 - K @ P1 -> (P1 + P2) / 4 | (P1 + P2) / 4 belongs to the plain mean, not to the weighted one.
     information not turned back | P1 - K @ P1 -> np.linalg.inv(P1) + np.linalg.inv(P2) | P1^-1 + P2^-1 is the information: invert the sum.
     P1 as it was | P1 - K @ P1 -> P1 | Map 2 has brought information: P = P1 - K P1.
+    P2 for P1 | P1 - K @ P1 -> P1 - K @ P2 | The covariance of map 1 falls by K P1, not by K P2.
     told twice | K = np -> P2 = P2 / 2; K = np | Map 2 counts once. Fused again with what is already in it, it makes the covariance too small.
     P grows | P1 - K @ P1 -> P1 + K @ P1 | Map 2 has brought information: P = P1 - K P1, with a minus.
     """,

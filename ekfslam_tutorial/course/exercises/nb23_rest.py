@@ -82,6 +82,7 @@ exercise = table(
     q not made a unit quaternion | q / np.linalg.norm(q) -> q | An orientation is a quaternion of length 1.
     no turn | q / np.linalg.norm(q) -> np.array([1.0, 0, 0, 0]) | It does not lie level: roll and pitch follow from the mean of a. A turn about z changes neither.
     median | w.mean(0) -> np.median(w, 0) | The mean is asked for: of white noise it is the best there is.
+    one mean for all axes | w.mean(0) -> w.mean() * np.ones(3) | Each axis has a bias of its own: w.mean(0), not one mean of all numbers.
     no bias | w.mean(0) -> 0 * w.mean(0) | What a gyrometer at rest measures is its bias.
     sign of the bias | w.mean(0) -> -w.mean(0) | measured = true + bias, and the true rate is zero: the bias is what is measured.
     spread for bias | w.mean(0) -> w.std(0) | That is the noise. The bias is the mean.

@@ -73,6 +73,7 @@ score = table(
     determinant | np.linalg.eigvalsh(A)[:, 0] -> np.linalg.det(A) | The determinant is the product of both eigenvalues: the task asks for the smaller one.
     mean of both | np.linalg.eigvalsh(A)[:, 0] -> np.linalg.eigvalsh(A).mean(1) | Not their mean: the smaller of the two.
     off-diagonal forgotten | np.linalg.eigvalsh(A)[:, 0] -> np.minimum(A[:, 0, 0], A[:, 1, 1]) | An edge at an angle has slopes along u and along v, and is no corner: sum g_u g_v tells. Eigenvalues of the whole A.
+    four forgotten | np.linalg.eigvalsh(A)[:, 0] -> (A[:, 0, 0] + A[:, 1, 1] - np.hypot(A[:, 0, 0] - A[:, 1, 1], A[:, 0, 1])) / 2 | With a, b, c for sum g_u g_u, sum g_u g_v, sum g_v g_v it is half of a + c - sqrt((a - c)^2 + 4 b^2): yours lacks the 4.
     mean for sum | return np.linalg.eigvalsh(A)[:, 0] -> return np.linalg.eigvalsh(A)[:, 0] / windows[0].size | A holds *sums* over the window, not means.
     root | return np.linalg.eigvalsh(A)[:, 0] -> return np.sqrt(np.abs(np.linalg.eigvalsh(A)[:, 0])) | The eigenvalue itself, no root.
     summed over all windows | A = np.einsum("niab,njab->nij", g, g) -> A = np.einsum("niab,njab->ij", g, g) + np.zeros((len(g), 1, 1)) | Each window has its own A: sum over its rows and columns only.
