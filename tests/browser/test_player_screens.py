@@ -12,7 +12,24 @@ from .conftest import visit
 from .pages import at, picture
 
 pytestmark = pytest.mark.browser
-FRAMES_PER_SECOND = 20  # at least, with 70 landmarks
+FRAMES_PER_SECOND = 20  # at least, with 70 landmarks, where PAINTING takes at most PAINTING_MS
+PAINTING_MS = 45  # two cores of 2 GHz, no graphics card; a slower computer may draw slower by as much
+PAINTING = """() => {
+    const canvas = Object.assign(document.createElement("canvas"), { width: 960, height: 640 }), times = []
+    const context = canvas.getContext("2d", { willReadFrequently: true })
+    for (let turn = 0; turn < 12; turn++) {
+        const start = performance.now()
+        for (let i = 0; i < 2000; i++) {
+            context.fillStyle = `hsla(${i % 360}, 60%, 50%, 0.3)`
+            context.beginPath()
+            context.ellipse((i * 37) % 960, (i * 91) % 640, 30, 20, i, 0, 7)
+            context.fill()
+        }
+        context.getImageData(0, 0, 1, 1)
+        times.push(performance.now() - start)
+    }
+    return Math.min(...times)
+}"""
 
 
 @pytest.mark.parametrize("ratio", [1, 2, 1.5])
@@ -161,7 +178,11 @@ def test_twenty_frames_a_second_with_seventy_landmarks(open_log, capsys):
             return 1000 * (player.drawn - before) / (performance.now() - start)
         }"""
     )
-    ms = float(np.quantile(times, 0.1))
+    ms, painting = float(np.quantile(times, 0.1)), page.evaluate(PAINTING)
     with capsys.disabled():
-        print(f" 70 landmarks: {ms:.1f} ms to draw a frame, {played:.0f} frames a second played (of 40)", end=" ")
-    assert ms <= 1000 / FRAMES_PER_SECOND
+        print(
+            f" 70 landmarks: {ms:.1f} ms to draw a frame, {played:.0f} frames a second played (of 40),"
+            f" {painting:.1f} ms to paint 2,000 ellipses",
+            end=" ",
+        )
+    assert ms <= 1000 / FRAMES_PER_SECOND * max(1, painting / PAINTING_MS)

@@ -2,7 +2,7 @@
 import { cross, minus } from './log.js'
 import { LINES, SHAPES } from './shaders.js'
 
-const QUAD = { size: 2, data: new Float32Array([0, -1, 1, -1, 1, 1, 0, -1, 1, 1, 0, 1]) }
+const STRIP = [[0, -1], [1, -1], [1, 1], [0, -1], [1, 1], [0, 1]] // of the two triangles of a line
 
 export class Stage {
   constructor() {
@@ -67,22 +67,24 @@ export class Stage {
     }
   }
 
-  // Lines [{from, to, color, width, dash, before, alpha}].
+  // Lines [{from, to, color, width, dash, before, alpha}]. Each is written out, corner by corner: a computer without a
+  // graphics card takes longer for each instance than for these few numbers.
   lines(rows, order) {
-    const field = (size, of) => ({ size, data: rows.map(of) })
-    this.add('line', { position: QUAD }, order, rows.length, {
+    const field = (size, of) => ({ size, data: rows.flatMap(row => Array(STRIP.length).fill(of(row))) })
+    this.add('line', {}, order, rows.length, {
+      position: { size: 2, data: rows.map(() => STRIP).flat() },
       start: field(3, row => row.from),
       end: field(3, row => row.to),
       color: field(4, row => [...rgb(row.color), row.alpha ?? 1]),
       look: field(3, row => [row.width * (window.devicePixelRatio || 1), row.dash ?? 0, row.before ?? 0]),
-    })
+    }, {})
   }
 
-  add(program, form, renderOrder, n, fields) {
+  add(program, form, renderOrder, n, fields, how = { instanced: 1 }) {
     if (!this.gl || !n) return
     const attributes = Object.fromEntries(Object.entries(form).map(([name, { size, data }]) => [name, { size, data }]))
     for (const [name, { size, data }] of Object.entries(fields)) {
-      attributes[name] = { size, data: new Float32Array(data.flat()), instanced: 1 }
+      attributes[name] = { size, data: new Float32Array(data.flat()), ...how }
     }
     const mesh = new OGL.Mesh(this.gl, { geometry: new OGL.Geometry(this.gl, attributes), program: this.programs[program], frustumCulled: false, renderOrder })
     mesh.setParent(this.root)
