@@ -460,6 +460,14 @@ class Table:
         """Return True if a slip of the two shows in no number alone: both are in all that is wrong."""
         return self.tells and not self.evident(i, j) and self.in_place(i, j) and self.in_place(j, i)
 
+    def constant(self, cells) -> bool:
+        """Return True if the student's results in which these numbers are have no decimals and are all the same.
+
+        They say that the student is wrong, and not how: always True, or always zero, comes of many mistakes.
+        """
+        about = np.isin(self.parts, self.parts[cells])
+        return not self.has_decimals[about].any() and len(set(self.s[about])) < 2
+
     def bits(self) -> float:
         """What the wrong results say: each call as much as few rows of the table have that answer to it."""
         total, n, about = 0.0, max(len(self.rows), 1), np.isin(self.parts, self.parts[self.wrong])
@@ -655,6 +663,8 @@ def _no_guess(table, calls, one, other):
     for change, beside in (one, other), (other, one):
         if change in of and beside in of:
             needed = table.wrong & table.changed[of[change]] & ~table.fits[of[beside]]
+            if not change.listed and needed.any() and table.constant(needed):
+                continue
             rivals = [row[0] for row in rows if row[0].listed and row[0].mistake.hint != change.mistake.hint]
             if not table.has_decimals[needed].any() and any(
                 answers(exercise, answer, [*table.calls, *calls])
@@ -669,7 +679,7 @@ def _no_guess(table, calls, one, other):
 def _sure(table, found, tried):
     """The only pair that fits, if the answers say more than chance does: few values fit many pairs, one fits any."""
     alone = len({tuple(sorted(change.mistake.hint for change in pair)) for pair in found}) == 1
-    return found if alone and len(set(table.s)) > 1 and table.bits() >= SURE_BITS + np.log2(tried) else []
+    return found if alone and not table.constant(table.wrong) and table.bits() >= SURE_BITS + np.log2(tried) else []
 
 
 def _tried(table, which):
