@@ -256,7 +256,7 @@ class Exercise:
             return Verdict("not attempted")
         except deadline.TookTooLong:
             message = f"your function took more than {limit:g} s and was stopped{deadline.HOW}"
-            return Verdict("failed", at[0].name, message, "Look for a loop that does not end.")
+            return Verdict("failed", at[0].name, message, "Look for a loop that does not end, or has very many turns.")
         seconds = time.perf_counter() - started
         if outcome is None:
             return Verdict("passed", printed=printed, seconds=seconds)

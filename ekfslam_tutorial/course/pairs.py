@@ -311,7 +311,7 @@ class Table:
 
     def _columns(self):
         """What is right, what the student gave, and by call and result whether it is compared number by number."""
-        t, s, kinds, parts, calls = [], [], [], [], []
+        t, s, kinds, parts, calls, wholes = [], [], [], [], [], []
         for k, (call, right) in enumerate(zip(self.calls, self.right, strict=True)):
             (rights, given), kind = (self._parts(r) for r in (right, call.result)), []
             if len(rights) != len(given):
@@ -323,8 +323,9 @@ class Table:
                 s.append([float(not _same(b, a))] if one else np.ravel(b))
                 parts += [p] * len(t[-1])
                 calls += [k] * len(t[-1])
+                wholes += [one] * len(t[-1])
             kinds.append(kind)
-        self.parts, self.of_call = np.array(parts), np.array(calls)
+        self.parts, self.of_call, self.as_whole = np.array(parts), np.array(calls), np.array(wholes)
         return np.concatenate(t), np.concatenate(s), kinds
 
     def _parts(self, result):
@@ -463,10 +464,11 @@ class Table:
     def constant(self, cells) -> bool:
         """Return True if the student's results in which these numbers are have no decimals and are all the same.
 
-        They say that the student is wrong, and not how: always True, or always zero, comes of many mistakes.
+        They say that the student is wrong, and not how: always True, or always zero, comes of many mistakes. What is
+        compared as a whole is something else than such a number.
         """
         about = np.isin(self.parts, self.parts[cells])
-        return not self.has_decimals[about].any() and len(set(self.s[about])) < 2
+        return not (self.has_decimals | self.as_whole)[about].any() and len(set(self.s[about])) < 2
 
     def bits(self) -> float:
         """What the wrong results say: each call as much as few rows of the table have that answer to it."""
