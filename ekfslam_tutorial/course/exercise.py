@@ -256,7 +256,7 @@ class Exercise:
             return Verdict("not attempted")
         except deadline.TookTooLong:
             message = f"your function took more than {limit:g} s and was stopped{deadline.HOW}"
-            return Verdict("failed", at[0].name, message, "Look for a loop that does not end.")
+            return Verdict("failed", at[0].name, message, "Look for a loop that does not end, or has very many turns.")
         seconds = time.perf_counter() - started
         if outcome is None:
             return Verdict("passed", printed=printed, seconds=seconds)
@@ -298,7 +298,7 @@ class Exercise:
         names = lambda text: set(re.findall(r"[^\W\d]\w*", text))
         new = names(hint) - names(self.solution.__doc__ or "")
         told = lambda name, means: names(name) | (names(means) if means.startswith("[") else set())  # q = [u, v, 1]
-        used = [text for text in self.symbols if told(*text.split(" = ", 1)) & new]
+        used = [text for text in self.symbols if told(*text.split(" = ", 1)) & new and text not in hint]
         return f"{hint} Here {', '.join(used)}." if used else hint
 
     def _cut_off(self, calls) -> bool:

@@ -311,7 +311,7 @@ class Table:
 
     def _columns(self):
         """What is right, what the student gave, and by call and result whether it is compared number by number."""
-        t, s, kinds, parts, calls = [], [], [], [], []
+        t, s, kinds, parts, calls, wholes = [], [], [], [], [], []
         for k, (call, right) in enumerate(zip(self.calls, self.right, strict=True)):
             (rights, given), kind = (self._parts(r) for r in (right, call.result)), []
             if len(rights) != len(given):
@@ -323,8 +323,9 @@ class Table:
                 s.append([float(not _same(b, a))] if one else np.ravel(b))
                 parts += [p] * len(t[-1])
                 calls += [k] * len(t[-1])
+                wholes += [one] * len(t[-1])
             kinds.append(kind)
-        self.parts, self.of_call = np.array(parts), np.array(calls)
+        self.parts, self.of_call, self.as_whole = np.array(parts), np.array(calls), np.array(wholes)
         return np.concatenate(t), np.concatenate(s), kinds
 
     def _parts(self, result):
@@ -459,6 +460,15 @@ class Table:
     def hidden(self, i, j) -> bool:
         """Return True if a slip of the two shows in no number alone: both are in all that is wrong."""
         return self.tells and not self.evident(i, j) and self.in_place(i, j) and self.in_place(j, i)
+
+    def constant(self, cells) -> bool:
+        """Return True if the student's results in which these numbers are have no decimals and are all the same.
+
+        They say that the student is wrong, and not how: always True, or always zero, comes of many mistakes. What is
+        compared as a whole is something else than such a number.
+        """
+        about = np.isin(self.parts, self.parts[cells])
+        return not (self.has_decimals | self.as_whole)[about].any() and len(set(self.s[about])) < 2
 
     def bits(self) -> float:
         """What the wrong results say: each call as much as few rows of the table have that answer to it."""
@@ -655,6 +665,8 @@ def _no_guess(table, calls, one, other):
     for change, beside in (one, other), (other, one):
         if change in of and beside in of:
             needed = table.wrong & table.changed[of[change]] & ~table.fits[of[beside]]
+            if not change.listed and needed.any() and table.constant(needed):
+                continue
             rivals = [row[0] for row in rows if row[0].listed and row[0].mistake.hint != change.mistake.hint]
             if not table.has_decimals[needed].any() and any(
                 answers(exercise, answer, [*table.calls, *calls])
@@ -669,7 +681,7 @@ def _no_guess(table, calls, one, other):
 def _sure(table, found, tried):
     """The only pair that fits, if the answers say more than chance does: few values fit many pairs, one fits any."""
     alone = len({tuple(sorted(change.mistake.hint for change in pair)) for pair in found}) == 1
-    return found if alone and len(set(table.s)) > 1 and table.bits() >= SURE_BITS + np.log2(tried) else []
+    return found if alone and not table.constant(table.wrong) and table.bits() >= SURE_BITS + np.log2(tried) else []
 
 
 def _tried(table, which):

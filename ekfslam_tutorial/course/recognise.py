@@ -73,7 +73,7 @@ def recognise_more(exercise, calls, part, known, own=None):
         return known
     few = table.few = few or not _has_decimals(table.t[table.wrong])  # what is wrong is what tells
     alone = [change.mistake for change in table.single() if _answers(exercise, change.mistake.answer, calls)]
-    if alone and (not few or len(set(table.s)) > 1 and table.bits() >= SURE_BITS + np.log2(len(table.rows))):
+    if alone and (not few or not table.constant(table.wrong) and table.bits() >= SURE_BITS + np.log2(len(table.rows))):
         as_if = own_words.of_a_step(alone[0]) and not (own and own_words.written(alone[0], own))
         return as_if and table.tells and pairs.two_listed(table, calls) or alone[:1]
     if table.tells and (alone := pairs.in_another_form(exercise, calls, own)):

@@ -137,7 +137,10 @@ def table(
         there = solution(*cases[case](np.random.default_rng(0))[0])
         same = np.shape(there[i] if len(names) > 1 else there) == np.shape(right)
         of_here = same or case == (row or ("any",))[0]
-        return help if of_here else form or f"A case that you can do on paper: {said(*args)}."
+        if of_here or form:
+            return help if of_here else form
+        shown = said(*args)
+        return "" if "an array (" in shown else f"A case that you can do on paper: {shown}."
 
     def parts(args, result, row=()):
         """The results of one call in the types and shapes of the solution's, else `Failed`.
@@ -362,5 +365,7 @@ def _shown(value) -> str:
         return np.array2string(value, precision=3, suppress_small=True, separator=", ").replace("\n", "")
     if isinstance(value, (float, np.floating)):
         return f"{value:.4g}" if abs(value - 1) > 5e-4 or value == 1 else f"{value:.10g}"  # not 1 for 0.999999
+    if isinstance(getattr(value, "x", None), np.ndarray):  # a frame
+        return f"{type(value).__name__}({_shown(value.x)})"
     text = " ".join(repr(value).split())
     return text if len(text) <= 60 else text[:57] + "..."

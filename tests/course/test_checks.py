@@ -233,6 +233,7 @@ def test_the_home_folder_is_the_default(monkeypatch, tmp_path):
 def patience(monkeypatch):
     """The limit for students, and how long each wait for a thread was asked to be (s)."""
     monkeypatch.delenv("EKFSLAM_CHECK_SECONDS")
+    monkeypatch.setattr(deadline, "_kept_waiting", lambda *_: False)  # as on a quiet computer
     asked, join = [], threading.Thread.join
     monkeypatch.setattr(threading.Thread, "join", lambda self, s=None: (asked.append(s), join(self, s))[1])
     return asked
@@ -264,6 +265,30 @@ def test_an_endless_loop_is_stopped(answer, capsys, patience, all_end):
     assert patience[0] == 1.5 and sum(patience) < 2.0  # 0.3 s to stop it
     out = capsys.readouterr().out
     assert "took more than 1.5 s" in out and "loop that does not end" in out and len(out) < 1000
+
+
+def test_on_a_busy_computer_seconds_of_the_processor_count(monkeypatch):
+    """A third of the processor: three times as long. A thread that sleeps is not waited for, and none for ever."""
+
+    def for_how_long(share, seconds=2.0):
+        monkeypatch.setattr(deadline, "_at_work", lambda thread: share * passed)
+        passed = seconds
+        while deadline._kept_waiting(None, seconds, passed):
+            passed += seconds / 5
+        return passed / seconds
+
+    assert for_how_long(1.0) == 1 and for_how_long(1 / 3) == pytest.approx(3) and for_how_long(0.02) == 1
+    assert for_how_long(0.15) == pytest.approx(deadline.BUSY)
+
+
+def test_a_thread_that_sleeps_is_not_at_work():
+    awake = threading.Event()
+    thread = threading.Thread(target=awake.wait)
+    thread.start()
+    assert 0 <= deadline._at_work(thread) < 0.1
+    awake.set()
+    thread.join()
+    assert deadline._at_work(thread) >= 0
 
 
 STUBBORN = """

@@ -500,3 +500,28 @@ def test_a_mistake_in_a_value_and_its_derivative_is_one():
     """
     told = judged("02.3", text).hint
     assert "*plus* beta" in told and "Two things" not in told
+
+
+JOINT = """
+def jointly_compatible(zs, Hs, P, R, confidence):
+    m = len(zs)
+    z, H = zs.reshape(-1), Hs.reshape(2 * m, -1)
+    Z = H @ P @ H.T + np.kron(np.eye(m), R)
+    d2 = z @ np.linalg.inv(Z) @ z
+    return d2 <= chi2.ppf(confidence, 2 * m), d2, Z
+"""
+SWAPPED = "np.kron(np.eye(m), R)", "np.kron(R, np.eye(m))"
+
+
+@pytest.mark.parametrize("beside", [(), (SWAPPED,)], ids=["alone", "beside another"])
+def test_a_result_that_is_always_the_same_names_no_slip(beside):
+    """It says that ok is wrong, and not why."""
+    told = judged("07.3", JOINT, ("chi2.ppf(confidence, 2 * m)", "chi2.ppf(confidence, 2 * m) / 1000"), *beside).hint
+    assert "as if" not in told and ("repeats R along the diagonal" in told) == bool(beside)
+
+
+def test_the_other_tail_is_told_beside_another_mistake():
+    tail = "ppf(confidence", "ppf(1 - confidence"
+    assert "to be *inside*" in judged("07.3", JOINT, tail).hint
+    both = judged("07.3", JOINT, tail, SWAPPED).hint
+    assert "repeats R along the diagonal" in both and "to be *inside*" in both and "as if" not in both

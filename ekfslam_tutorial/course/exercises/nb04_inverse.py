@@ -78,6 +78,8 @@ inverse = table(
     L_y transposed | L_r, L_y -> L_r, L_y.T | Rows are outputs (x_l, y_l), columns are inputs (range, bearing): L_y is transposed.
     range forgotten in L_y | [[c, -r * s], [s, r * c]] -> [[c, -s], [s, c]] | A landmark twice as far away moves twice as much when the bearing changes: the last column of L_y has a factor r.
     heading forgotten in L_y | L_y = np -> c, s = np.cos(y[1]), np.sin(y[1]); L_y = np | In L_y, too, sin and cos are taken of the whole direction theta + beta.
+    heading forgotten in the column of the bearing | [[c, -r * s], [s, r * c]] -> [[c, -r * np.sin(y[1])], [s, r * np.cos(y[1])]] | In the last column of L_y, too, sin and cos are taken of the whole direction theta + beta.
+    heading forgotten in the column of the range | [[c, -r * s], [s, r * c]] -> [[np.cos(y[1]), -r * s], [np.sin(y[1]), r * c]] | In the first column of L_y, too, sin and cos are taken of the whole direction theta + beta.
     sign in L_y | [[c, -r * s] -> [[c, r * s] | d cos(a) = -sin(a) da: the upper right entry of L_y has a minus sign.
     columns of L_y swapped | [[c, -r * s], [s, r * c]] -> [[-r * s, c], [r * c, s]] | The order is range, then bearing, in y and in the columns of L_y.
     rotation transposed | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(y[1] - x_r[2]), x_r[1] + r * np.sin(y[1] - x_r[2])] | From the robot into the map it is R(theta) = [[cos, -sin], [sin, cos]], not its transpose: theta is added to the bearing.

@@ -44,6 +44,7 @@ exercise = table(
         "Ia, Ib = inv(Pa), inv(Pb); the best w and its P; x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb).",
     ),
     returns="x, P",
+    seconds=4,  # a loop over thousands of w, on a slow computer
     cases={"any": lambda rng: [case(rng, n) for n in (2, 3, 1)]},
     checks="",
     wrong="""

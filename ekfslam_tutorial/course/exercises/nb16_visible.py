@@ -98,5 +98,6 @@ seen = table(
     the other way round | return (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> return (y[..., 0] > max_range) | (np.abs(bearing) > fov / 2) | That is True where the sensor is blind.
     a point at max_range | y[..., 0] <= max_range -> y[..., 0] < max_range | "Not further away than max_range": a point just there is seen, <=.
     a point on the edge of the view | <= fov / 2 -> < fov / 2 | "Not more than fov / 2": a point just there is seen, <=.
+    last axis of the ranges kept | y[..., 0] <= max_range -> y <= max_range | y has a last axis of length one: y[..., 0] is one range for each point.
     """,
 )

@@ -63,6 +63,7 @@ grown = table(
     ends taken in order | np.array([min(t[0], *seen), max(t[1], *seen)]) -> np.array([min(t[0], seen[0]), max(t[1], seen[1])]) | The ends come in any order: the second may be the smaller one. Compare with both.
     distance from the camera | (c - p0))[0] -> (c - p0))[1] | That is s, how far along the ray. t, along the line, is the first unknown.
     direction not of length one | v / np.linalg.norm(v) -> v | t is in metres: d has the length one, v has not.
+    direction not of length one, in the formula | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (v @ (w := c - p0) - (k := v @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k * k) | t is in metres: d has the length one, v has not.
     p0 on the other side | np.cross(v, n) / -> np.cross(n, v) / | The point nearest to the origin is v x n / v'v, in this order.
     p0 too far | np.cross(v, n) / (v @ v) -> np.cross(v, n) / np.linalg.norm(v) | p0 = v x n / v'v: divide by the square of the length.
     from the camera to the line | (c - p0))[0] -> (p0 - c))[0] | p0 + t d = c + s m says t d - s m = c - p0. With p0 - c both t and s have the wrong sign.

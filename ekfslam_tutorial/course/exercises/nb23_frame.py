@@ -93,6 +93,8 @@ exercise = table(
     derivatives at the start: R_r and R_u belong to the state before *this* control: yours are all taken at the start of the frame.
         x[:16], R_r, R_u = move(x[:16], u, dt) -> x[:16], (R_r, R_u) = move(x[:16], u, dt)[0], move(x_0, u, dt)[1:]
         x, P = x.copy(), P.copy() -> x_0, x, P = x[:16].copy(), x.copy(), P.copy()
+    derivatives at the end: R_r and R_u belong to the state *before* the control: yours are taken where it has ended. Take all three results from one call of move.
+        move(x[:16], u, dt) -> move(x[:16], u, dt); _, R_r, R_u = move(x[:16], u, dt)
     U shared by the controls | R_u @ U @ R_u.T -> R_u @ U @ R_u.T / len(us) | Each control has the whole covariance U: do not divide it by their number.
     first control only | for u in us: -> for u in us[:1]: | A frame has n controls.
     last control forgotten | for u in us: -> for u in us[:-1]: | A frame has n controls, the last one, too.

@@ -54,6 +54,7 @@ exercise = table(
         "Without Euler angles: up = mean of a, divided by its length; the shortest turn from up to z is [1 + up_z, up_y, -up_x, 0], divided by its length; upside down, where that is zero, [0, 1, 0, 0]. tilt_std = acc_bias_std / 9.81.",
     ),
     returns="q, b_w, tilt_std",
+    rtol={"tilt_std": 1e-3},  # arctan(b / 9.81) is another 3e-4, at most, and as good
     settled=any_yaw,
     canonical=any_yaw,
     cases={
@@ -103,5 +104,5 @@ def _(f, rng):
     q, b_w, tilt = expect.results(f(*args), "q", "b_w", "tilt_std")
     want = from_rest(*args)
     got = any_yaw([expect.array(q, 4, "q"), expect.array(b_w, 3, "b_w"), expect.array(tilt, (), "tilt_std")], want)
-    for name, a, b in zip(("q", "b_w", "tilt_std"), got, want, strict=True):
-        expect.close(a, b, name, at="one row")
+    for name, a, b, rtol in zip(("q", "b_w", "tilt_std"), got, want, (1e-5, 1e-5, 1e-3), strict=True):
+        expect.close(a, b, name, rtol, at="one row")
