@@ -100,7 +100,7 @@ def judged(data, log):
     sums = [SecondSums(data.frame, along_robot=along) for along in (False, True)]
     for s in universal_slam(data, log):
         history.add(s)
-        for _, *poses in s.corrected:
+        for _, _, *poses in s.corrected:
             for each in sums:
                 each.add(s.t, *poses)
     ratios = [correction_ratio([each.arrays]) for each in sums]

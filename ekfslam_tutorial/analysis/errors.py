@@ -79,7 +79,7 @@ class History:
         for o in s.obs.values():
             if o.updated:
                 self._nis[carrier[o.sen]].append((s.t, o.md2, len(o.z)))
-        for id, *poses in s.corrected:
+        for id, _, *poses in s.corrected:
             self._sums[id].add(s.t, *poses)
         for e in s.events:
             if e.kind in ("initialisation", "correction"):

@@ -7,7 +7,9 @@ In this order, because each makes the next one easier:
 3. the yaw of each sensor, as a state of the filter (`frame_in_map`);
 4. by how much ranges are too long, by likelihood;
 5. one factor on R and U: by the likelihood where the innovations are white, else by the sums of corrections
-   (`analysis.corrections`), along the axes of the map or of the robot, whichever are too large by more.
+   (`analysis.corrections`), along the axes of the map or of the robot, whichever are too large by more. Of several
+   robots in one map those that each robot's own looks make of its pose: what one robot sees moves all that are
+   correlated with it, and so each look counts once.
 
 What was found is kept only if it is three standard deviations from nothing; these are widened by the root of the
 correction ratio, for errors that last make a log look longer than it is.
@@ -190,9 +192,10 @@ class _Search:
         sums = {axes: {r.id: SecondSums(r.frame, along_robot=axes == "robot") for r in data.robots} for axes in AXES}
         innovations, s = Innovations(), None
         for s in run:
-            for id, *poses in s.corrected:
-                for each in sums.values():
-                    each[id].add(s.t, *poses)
+            for id, by, *poses in s.corrected:
+                if by == id:  # in a map of several robots each look counts once
+                    for each in sums.values():
+                        each[id].add(s.t, *poses)
             innovations.add(s)
             after_frame()
         ratios = {axes: correction_ratio([one.arrays for one in each.values()]) for axes, each in sums.items()}

@@ -225,7 +225,7 @@ class Loop:
             for sen in (sen_of[id] for id in rob.sensors if id not in now.idle):
                 raw = described(now.raw[sen.id], lmks)
                 eyes.look(rob, sen, lmks, raw)
-                with watch, rings.carried(map, rob, opt):
+                with watch.by(rob), rings.carried(map, rob, opt):
                     if hasattr(sen.model, "without_lmks"):
                         done, new = engine.correct_without_lmks(map, rob, sen, obs, raw, opt, lmks), []
                     else:
@@ -236,14 +236,14 @@ class Loop:
                 if self._starts[sen.id]:
                     done += engine.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
                 elif rings.starts(sen.model):
-                    with watch:
+                    with watch.by(rob):
                         done += rings.see(map, rob, sen, lmks, raw, opt, n_max)
                 events += done + let_go(map, rob, sen, lmks, done, opt)
                 events += eyes.remember(map, rob, sen, lmks, raw)
                 remember(sen, lmks, obs, raw)
         for rob in robs:  # all have moved now, so one can be seen by the other
             for sen in (sen_of[id] for id in rob.sensors if id in now.met):
-                with watch, rings.carried(map, rob, opt):
+                with watch.by(rob), rings.carried(map, rob, opt):
                     events += engine.correct_met_robots(map, rob, sen, robs, now.met[sen.id], opt, lmks)
         self.refused = {*self.refused, *(e.lmk for e in events if e.kind == "refused")}.difference(lmks)
         return events, watch.seen

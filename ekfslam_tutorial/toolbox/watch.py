@@ -2,7 +2,7 @@
 
 
 class Watch:
-    """Context manager around a correction: it notes the poses of all robots before and after.
+    """Context manager around a correction, `with watch.by(rob):`, it notes the poses of all robots before and after.
 
     One correction moves every robot that is correlated with the one that looks.
 
@@ -18,14 +18,19 @@ class Watch:
     Attributes
     ----------
     seen : list of tuple
-        One entry (rob.id, x0, P0, x1, P1, turned) for each robot and correction: mean and covariance of its pose, as
-        the state vector has them, before and after; and whether P1 has been turned.
+        One entry (rob.id, by, x0, P0, x1, P1, turned) for each robot and correction: id of the robot that looked, mean
+        and covariance of the pose, as the state vector has them, before and after; and whether P1 has been turned.
     """
 
     def __init__(self, map, robs, opt):
-        self._map, self.seen = map, []
+        self._map, self.seen, self._by = map, [], None
         self._turned = getattr(opt, "error", "additive") == "invariant"
         self._ranges = {rob.id: pose_range(rob) for rob in robs if rob.r is not None}
+
+    def by(self, rob):
+        """Return itself, for a correction by what this robot has measured."""
+        self._by = rob.id
+        return self
 
     def __enter__(self):
         self._before = self._poses()
@@ -34,7 +39,7 @@ class Watch:
     def __exit__(self, *_):
         for (id, x0, P0), (_, x1, P1) in zip(self._before, self._poses(), strict=True):
             if (x1 != x0).any():
-                self.seen.append((id, x0, P0, x1, P1, self._turned))
+                self.seen.append((id, self._by, x0, P0, x1, P1, self._turned))
 
     def _poses(self):
         map = self._map

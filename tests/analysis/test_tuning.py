@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.analysis.tuning import Stopped, _Search, tune
+from ekfslam_tutorial.analysis.corrections import SecondSums, correction_ratio
+from ekfslam_tutorial.analysis.tuning import AXES, Stopped, _Search, tune
 from ekfslam_tutorial.datasets import mrclam, prepare
 from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
 from ekfslam_tutorial.toolbox.adjusted import places, sightings_from_one_place
+from ekfslam_tutorial.toolbox.scenario.reading import read_toml
 
 SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
 
@@ -146,6 +148,29 @@ def test_stopped_on_the_way(log, at):
 
     found = tune(scenario(), log, progress)
     assert not found.complete and np.isfinite(found.factor) is np.bool_(at > len(log))
+
+
+def test_in_one_map_each_look_counts_once():
+    """What one robot sees moves the other one, too: that is the same error once more."""
+    table = read_toml(SCENARIOS / "range_bearing_2d.toml")
+    (robot,), (sensor,) = table["robot"], table["sensor"]
+    table["robot"] = [robot | {"id": id, "orientation_deg": turned} for id, turned in ((1, 0.0), (2, 180.0))]
+    table["sensor"] = [sensor | {"id": id, "robot": id} for id in (1, 2)]
+    data = UserData.from_dict(table)
+    robot_of = {s.id: s.robot for s in data.sensors}
+    sums = {axes: {r.id: SecondSums(r.frame, along_robot=axes == "robot") for r in data.robots} for axes in AXES}
+    n_moved = 0
+    for s in universal_slam(data):
+        looked = {robot_of[o.sen] for o in s.obs.values() if o.updated}
+        for id, by, *poses in s.corrected:
+            assert by in looked
+            n_moved += id != by
+            for each in sums.values():
+                if id == by:
+                    each[id].add(s.t, *poses)
+    trial = _Search(data, None, lambda name, n_frames: lambda: None).run("as it is")
+    own = {axes: correction_ratio([one.arrays for one in each.values()]) for axes, each in sums.items()}
+    assert n_moved and trial.ratio == own[trial.axes] and own[trial.axes].value == max(r.value for r in own.values())
 
 
 def test_a_log_too_short_has_no_factor():
