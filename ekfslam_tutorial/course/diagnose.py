@@ -142,8 +142,9 @@ def _one_entry(got, want, rtol) -> str:
         return ""
     places = [tuple(int(i) for i in place) for place in np.argwhere(wrong)]
     named = ", ".join(_bracket(p) for p in places[:4]) + (" ..." if len(places) > 4 else "")
-    chosen = same(want[wrong], np.round(want[wrong]), rtol)  # by hand: of 1 and -1 the sign tells little
-    if _alike(got[wrong], -want[wrong], rtol) and (len(places) > 2 or not chosen):
+    size, turned = np.abs(want[wrong]), _alike(got[wrong], -want[wrong], rtol)
+    chosen = same(size, np.round(size), rtol) and _alike(size, size[:1], rtol)  # of 1 and -1 the sign tells little
+    if turned and (len(places) > 2 or not chosen):
         return f"Wrong sign at {named}."
     if _alike(got[wrong], want[wrong] * DEGREES, rtol):
         return f"In degrees at {named}: keep to radians."
@@ -151,8 +152,8 @@ def _one_entry(got, want, rtol) -> str:
         return f"Converted from degrees at {named}: all angles are in radians already."
     if _is_nothing(got[wrong], want):
         return f"Missing (zero) at {named}."
-    for turned, and_sign in ((want[wrong], ""), (-want[wrong], ", and their sign is wrong")):
-        if 1 < len(places) <= 4 and _alike(np.sort(got[wrong]), np.sort(turned), rtol):
+    for entries, and_sign in ((want[wrong], ""), (-want[wrong], ", and their sign is wrong")):
+        if 1 < len(places) <= 4 and not (and_sign and turned) and _alike(np.sort(got[wrong]), np.sort(entries), rtol):
             return f"The entries at {named} are exchanged{and_sign}."
     if _is_covariance(want) and not _alike(want, np.diag(np.diag(want))) and not same(got, got.T, 1e-4, 1e-4 * scale):
         return "Yours is not symmetric: what stands at [i, j] must stand at [j, i], too."

@@ -34,7 +34,10 @@ SURE_BITS = 4.0  # a fit with less evidence than this is chance: one in 16
 PAIRED = 1000  # rows of the table, so many of which are paired
 FEW_VALUES = 3  # fewer wrong numbers are twice the right ones by chance
 LISTED = 0.1  # by so much nearer counts a pair for each of the two that is listed
-LIKELY = 600  # pairs that are tried at most: of 143 that answers had, the last one found was the 447th
+LIKELY = (
+    600  # pairs that are tried: of 143 that answers had, the last one found was the 447th. After these as many more
+)
+# of two listed mistakes: in a formula such as a root the effects of two neither add up nor multiply
 BESIDE = 3  # listed mistakes, in the text of which slips are looked for
 FIRST = 40  # pairs of rows of which more than one pair of changes is tried
 TURNS = 100_000  # of loops in a few calls: where there are more, a change has made one endless
@@ -498,6 +501,9 @@ class Table:
         few = np.argpartition(key, min(LIKELY, len(key) - 1))[:LIKELY]
         few = few[np.isfinite(key[few])]
         few = few[np.argsort(key[few], kind="stable")]
+        both = np.flatnonzero((listed[:, None] & listed).ravel() & np.isfinite(key))  # what is made often, last of all
+        both = both[np.argsort(key[both], kind="stable")]
+        few = np.concatenate([few, both[~np.isin(both, few)][:LIKELY]])
         return list(zip(rows[few // len(rows)], rows[few % len(rows)], strict=True))
 
     def _far(self, rows, cells, n):

@@ -214,9 +214,14 @@ def _one(solution, part):
 
 
 def _in_order(given, right, returns):
-    """Raise `Failed` if the results have the right shapes, but in another order only."""
+    """Raise `Failed` if the results have the right shapes, but in another order only.
+
+    Of lists nothing is said: where the right ones have three places and none, another mistake may give none and three.
+    """
     wanted, shapes = (list(map(_shape_of, values)) for values in (right, given))
-    if shapes != wanted and None not in wanted and sorted(shapes, key=str) == sorted(wanted, key=str):
+    moved = [want for shape, want in zip(shapes, wanted, strict=True) if shape != want]
+    lists = all(want is not None and len(want) == 1 for want in moved)
+    if not lists and None not in wanted and sorted(shapes, key=str) == sorted(wanted, key=str):
         said = ", ".join(map(str, shapes))
         raise expect.Failed(
             f"your results have the shapes {said}, so they are in another order than `return {returns}`",

@@ -525,3 +525,62 @@ def test_the_other_tail_is_told_beside_another_mistake():
     assert "to be *inside*" in judged("07.3", JOINT, tail).hint
     both = judged("07.3", JOINT, tail, SWAPPED).hint
     assert "repeats R along the diagonal" in both and "to be *inside*" in both and "as if" not in both
+
+
+SCORE_OF_SUMS = """
+def corner_score(windows):
+    gv, gu = np.gradient(windows, axis=(1, 2))
+    mean = lambda q: q.mean(axis=(1, 2))
+    a, c, b = mean(gu * gu), mean(gv * gv), mean(gu) * mean(gv)
+    return (a + c - np.sqrt((a - c) ** 2 + 4 * b**2)) / 2
+"""
+
+
+def test_two_listed_mistakes_that_seem_far_from_the_result_are_found():
+    """Neither adds up to it, nor multiplies: all pairs of listed mistakes are tried, the likely ones first."""
+    told = judged("24.4", SCORE_OF_SUMS).hint
+    assert "Multiply first, then add" in told and "*sums* over the window" in told
+
+
+SORTED = """
+def known_then_new(ids, known, n_inits):
+    if len(known) == 0:
+        hit = np.zeros(len(ids), bool)
+    else:
+        hit = known[np.clip(np.searchsorted(known, ids), 0, len(known) - 1)] == ids
+    new = ~hit & (ids >= 0)
+    return np.flatnonzero(hit), np.flatnonzero(new)[:n_inits]
+"""
+
+
+def test_lists_of_exchanged_lengths_need_not_be_in_another_order():
+    """Of three known ids none is found, so all are new: three places and none become none and three."""
+    told = judged("14.2", SORTED)
+    assert "order" not in told.message and "first list, second list" not in told.hint
+
+
+def test_a_heading_may_be_wrapped_and_the_prior_of_an_iteration_must_be_then():
+    exercise = registry.get("19.1")
+
+    def wrapped(x, u, dt, car):
+        x2, X_x, X_u = exercise.solution(x, u, dt, car)
+        x2[2] = np.pi - (np.pi - x2[2]) % (2 * np.pi)
+        return x2, X_x, X_u
+
+    assert exercise.judge(wrapped).status == "passed"
+    told = judged(
+        "21.1",
+        """
+        def iterated_correct(x, P, y, R, observe, iterations):
+            at = x.copy()
+            for _ in range(iterations):
+                e, H = observe(at)
+                z = y - e
+                z[1] = wrap(z[1])
+                K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+                at = x + K @ (z - H @ (x - at))
+                at[2] = wrap(at[2])
+            return at, P - K @ H @ P
+        """,
+    ).hint
+    assert "x - at is a difference of angles" in told

@@ -192,6 +192,18 @@ def test_entries_that_are_exchanged(got, told):
     assert diagnose(got, [[1, 0, 2], [0, 1, 3]]) == told
 
 
+@pytest.mark.parametrize(
+    ("want", "told"),
+    [
+        ([2.0, 1.0, 6.28, 0.5], "Wrong sign at [0], [1]."),  # the same numbers exchanged, but nothing says so
+        ([1.0, -1.0, 6.28, 0.5], "The entries at [0], [1] are exchanged."),
+        ([1.0, 1.0, 6.28, 0.5], "Wrong at [0], [1] only."),  # as like as not they were chosen so
+    ],
+)
+def test_a_sign_is_no_exchange(want, told):
+    assert diagnose(np.array(want) * [-1, -1, 1, 1], want) == told
+
+
 def test_an_inverse_is_told():
     A = np.array([[2.0, 0.5], [0.5, 3.0]])
     assert diagnose(np.linalg.inv(A), A) == "Yours is the inverse."

@@ -66,6 +66,7 @@ corrected = table(
     differentiated by the depth | b / (1 + (b * rho) ** 2) -> -b / (1 / (rho + 1e-300) ** 2 + b**2) | -b / (d^2 + b^2) is the derivative by the depth d. The state is rho: differentiate arctan(b rho) by rho.
     inner derivative only | b / (1 + (b * rho) ** 2) -> b + 0 * rho | d arctan(s) / ds = 1 / (1 + s^2) is missing: H = b / (1 + (b rho)^2).
     outer derivative only | b / (1 + -> 1 / (1 + | The inner derivative is missing: d(b rho) / d rho = b.
+    H at the measured angle | b / (1 + (b * rho) ** 2) -> b / (1 + np.tan(y) ** 2) | H belongs to the estimate: take the derivative at rho, b / (1 + (b rho)^2). Yours is taken at tan(y) / b, the inverse depth that was measured.
     tangent for angle | np.arctan(b * rho) -> b * rho | y is an angle: the expectation is arctan(b rho), not b rho.
     by way of the depth | np.arctan(b * rho) -> np.arctan2(b, 1 / np.where(rho == 0, 1e-300, rho)) | With d = 1 / rho and arctan2(b, d) a point with a negative rho lies behind the camera. Use arctan(b rho): it is smooth through zero.
     in degrees | np.arctan(b * rho) -> np.degrees(np.arctan(b * rho)) | y is in radians: np.arctan gives radians, no conversion.

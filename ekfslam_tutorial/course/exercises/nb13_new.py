@@ -88,5 +88,7 @@ born = table(
     P_Fl | P_lF = L_F @ P_F -> P_lF = P_F @ L_F.T | P_lF has the landmark in its rows: L_F P_F, shape (6, 7).
     only the variances of R | L_y @ R @ -> L_y @ np.diag(np.diag(R)) @ | The two numbers of a pixel may be correlated: use the whole R.
     R as a standard deviation | L_y @ R @ -> L_y @ R @ R @ | R is a covariance already: do not square it.
+    R squared entry by entry | L_y @ R @ -> L_y @ R**2 @ | R is a covariance already: do not square it.
+    pixel noise in the frame of the camera | L_lc @ LC_v @ V_y -> LC_v @ V_y | That is how the pixel moves the landmark in the frame of the camera. From there into the world it is one factor more: L_y = L_lc LC_v V_y.
     """,
 )

@@ -87,6 +87,8 @@ both = table(
     P left as it was | P - K @ Z @ K.T -> P | The sighting makes all that is correlated with it more certain: P - K Z K'.
     P grows | P - K @ Z -> P + K @ Z | A correction takes uncertainty away: minus.
     corrected twice | x + K @ z, P - K @ Z @ K.T -> x + 2 * K @ z, P - 2 * K @ Z @ K.T | One sighting is one correction, although it is about two robots. Used for a and then again for b, it counts twice.
+    one correction for a, one for b | return x + K @ z, P - K @ Z @ K.T -> return _in_turn(x, P, z, R, (a, E_a), (b, E_b)) | One sighting is one correction. Two in a row, one for each robot, use the same z twice, and P[a, b] is missing in Z: put E_a and E_b into one H.
+    one correction for b, one for a | return x + K @ z, P - K @ Z @ K.T -> return _in_turn(x, P, z, R, (b, E_b), (a, E_a)) | One sighting is one correction. Two in a row, one for each robot, use the same z twice, and P[a, b] is missing in Z: put E_a and E_b into one H.
     the first two robots always | H[:, a], H[:, b] = E_a, E_b -> H[:, 0:3], H[:, 3:6] = E_a, E_b | a and b are slices: H[:, a] = E_a and H[:, b] = E_b, not 0:3 and 3:6.
     P corrected once | P - K @ Z @ K.T -> P - K @ H | K goes on both sides: P - K Z K', or P - K H P.
     sign of E_b | = E_a, E_b -> = E_a, -E_b | E_b is a derivative already, with its sign: H[:, b] = E_b.
@@ -104,3 +106,14 @@ def _rows(K, *kept):
     for rows in kept:
         out[rows] = K[rows]
     return out
+
+
+def _in_turn(x, P, z, R, *robots):
+    """A correction for each robot, as if the other one were known, all with the same innovation."""
+    for rows, E in robots:
+        H = np.zeros((len(z), len(x)))
+        H[:, rows] = E
+        Z = H @ P @ H.T + R
+        K = np.linalg.solve(Z, H @ P).T
+        x, P = x + K @ z, P - K @ Z @ K.T
+    return x, P

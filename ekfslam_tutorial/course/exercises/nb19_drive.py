@@ -55,6 +55,7 @@ truck = table(
         "X_x is the identity but for its last column: dt v_c [-s + t/L (-a c + b s), c + t/L (-a s - b c)]. X_u = dt [k way, v (1 + t^2) (k^2 H/L way + k around/L)], with way = velocity / v_c and around = velocity / w of the turn alone.",
     ),
     returns="x, X_x, X_u",
+    angles={"x": 2},
     jacobians={"X_x": "x", "X_u": "x"},
     entries={"x": STATE, "u": "v, alpha"},
     cases={
@@ -94,6 +95,8 @@ truck = table(
     arm in the frame of the car | [-a * s - b * c, a * c - b * s, 1] -> [-b, a, 1] | The arm turns with the car: [a c - b s, a s + b c] in the map.
     sine and cosine exchanged | c, s, t = np.cos(x[2]), np.sin(x[2]) -> c, s, t = np.sin(x[2]), np.cos(x[2]) | theta = 0 points along x: velocity v_c [cos(theta), sin(theta)].
     at v_c, turn at v | x + dt * k * v * way -> x + dt * v * (k * along + around * t / L) | w is that of the middle: v_c tan(alpha) / L, not v tan(alpha) / L.
+    heading after the turn | c, s, t = np.cos(x[2]), np.sin(x[2]) -> x = x + [0, 0, dt * v / (1 - H * np.tan(alpha) / L) * np.tan(alpha) / L]; c, s, t = np.cos(x[2]), np.sin(x[2]) | The velocity is that at the start of the step: cos and sin of theta, not of theta + w dt.
+        x2 = x + -> x2 = x - [0, 0, dt * k * v * t / L] +
     not multiplied by dt | x + dt * k * v * way -> x + k * v * way | Step = velocity times dt.
     X_x after the move | return x2, X_x -> return x2, _right(x2, u, dt, car)[1] | Linearise at the pose before the step: theta, not theta + w dt.
     X_x of the axle | [-way[1], way[0]] -> [-s, c] | The arm turns with theta, too: the last column is dt times the whole velocity of the laser, turned by 90 degrees.

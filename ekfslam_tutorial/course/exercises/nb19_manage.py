@@ -75,6 +75,7 @@ upkeep = table(
     searched only when found | searched + visible -> searched + matched | A tree that should be in view and is not found was looked for.
     in view taken as found | found + matched -> found + visible | In view is not found: a tree is found if it got a detection.
     counts left as they were | searched + visible, found + matched -> searched.copy(), found.copy() | Add this scan to the counts first.
+    deleted trees left out of the counts | return searched, found, np.flatnonzero(bad).tolist() -> return searched[~bad], found[~bad], np.flatnonzero(bad).tolist() | Return the counts of all n trees, those that must go, too: the third result says who goes.
     no trial | visible & (searched >= min_search) & -> visible & | A tree that is new and was missed once is out at once. Wait for min_search searches.
     counted in matches | searched >= min_search -> found >= min_search | min_search is about how often it was looked for, not how often it was found.
     more than min_search | searched >= min_search -> searched > min_search | *At least* min_search: >=, and of the new count, this scan included.

@@ -92,7 +92,7 @@ _link(
 )
 _link(
     "empty",
-    "A map without trees: all are new. A scan without detections: no numbers.",
+    "A map without trees: all are new. A scan without detections: no numbers. (np.all of no numbers is True, np.any of no numbers is False.)",
     scans(np.zeros((3, 0)), np.zeros((0, 5))),
 )
 _link(

@@ -36,6 +36,16 @@ def unicycle(x, P, u, U):
     return museum.join(pose, x), museum.propagate(P, X_x, X_u @ U @ X_u.T)
 
 
+def with_speeds(x, P, u, U):
+    """A right prediction of a robot with its speeds in the state, [x, y, theta, v, w]: u = [dv, dw]."""
+    c, s, n = np.cos(x[2]), np.sin(x[2]), len(x)
+    F, G, new = np.eye(n), np.zeros((n, 2)), x.copy()
+    F[:2, 2], F[:2, 3], F[2, 4] = [-x[3] * s, x[3] * c], [c, s], 1
+    G[3, 0] = G[4, 1] = 1
+    new[:5] += [x[3] * c, x[3] * s, x[4], *u]
+    return new, F @ P @ F.T + G @ U @ G.T
+
+
 def wrapped(x, P, u, U):
     """A right prediction that keeps the heading in (-pi, pi]."""
     x, P = museum.predict(x, P, u, U)
@@ -77,6 +87,9 @@ watch = table(
     Jacobians after the step | moved(x, u), x) -> moved(x, u), x_new) | F_x and F_u are taken at x, before the step, not at the new state.
         lambda u: moved(x, u) -> lambda u: moved(x_new, u)
     F_x after the step | moved(x, u), x) -> moved(x, u), x_new) | F_x is taken at x, before the step, not at the new state.
+    F_u at no control | lambda u: moved(x, u), u) -> lambda u: moved(x, u), 0 * u) | F_u is taken at u, the control that was given, not at zero.
+    F_x of three numbers | F_x @ P @ F_x.T -> (F_x := np.eye(len(x)) + np.pad(F_x[:3, :3] - np.eye(3), (0, len(x) - 3))) @ P @ F_x.T | A motion model may have more than three numbers of its own, such as speeds: F_x is the derivative of the whole new x by the whole x.
+    F_u of three numbers | F_u @ U @ F_u.T -> (F_u := np.pad(F_u[:3], ((0, len(x) - 3), (0, 0)))) @ U @ F_u.T | A motion model may have more than three numbers of its own, such as speeds: F_u has a row for each number of x.
     U left out | F_u @ U @ F_u.T -> F_u @ F_u.T | U belongs between the two: F_u U F_u'.
     other sign | return D -> return -D | The order is: what P is, minus what it should be.
     magnitude | return D -> return np.abs(D) | Give the difference with its sign, without abs: the sign tells whether P is too large or too small.
@@ -125,8 +138,9 @@ _link(
 )
 _link(
     "another motion model",
-    "The guard must not know the model: take F_x and F_u from `predict` alone.",
+    "The guard must not know the model, nor how many numbers of the state are the robot: take F_x and F_u from `predict` alone, all rows and columns.",
     ("a right unicycle, u = [v, w]", {"predict": unicycle, "n": 5, "k": 2}),
+    ("a right prediction with the speeds in the state, [x, y, theta, v, w]", {"predict": with_speeds, "k": 2}),
 )
 _link(
     "seam of the heading",

@@ -98,6 +98,7 @@ exercise = table(
         return at, P_new -> return at, P_new - K @ H @ P_new
     H (x - at) forgotten | z - H @ (x - at) -> z | e and H belong to the point `at`. Seen from there the prior x expects e + H (x - at): the innovation is z - H (x - at).
     H (x - at) with the other sign | z - H @ (x - at) -> z + H @ (x - at) | The prior expects e + H (x - at): subtract it from the measurement.
+    heading wrapped in the result only | at, P_new = x + K @ (z - H @ (x - at)), P - K @ H @ P -> at, P_new = x + K @ (z - H @ (x - at)), P - K @ H @ P; at[2] = wrap(at[2]) | You wrap the heading of `at`, and that of the prior may have a whole turn more. x - at is a difference of angles, too: wrap its entry 2, or wrap no heading before the end.
     always the first H | z = np -> H = observe(x)[1]; z = np | Take H anew at each point: e, H = observe(at).
     Z left out | P - K @ H @ P -> P - K @ K.T | P falls by K Z K', which is K H P: Z stands between the two gains.
     covariance of the first iteration | P - K @ H @ P -> P - K @ H @ P if P_new is P else P_new | The P of the result comes from the last K and H, not from the first.

@@ -66,7 +66,7 @@ grown = table(
     direction not of length one, in the formula | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (v @ (w := c - p0) - (k := v @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k * k) | t is in metres: d has the length one, v has not.
     p0 on the other side | np.cross(v, n) / -> np.cross(n, v) / | The point nearest to the origin is v x n / v'v, in this order.
     p0 too far | np.cross(v, n) / (v @ v) -> np.cross(v, n) / np.linalg.norm(v) | p0 = v x n / v'v: divide by the square of the length.
-    from the camera to the line | (c - p0))[0] -> (p0 - c))[0] | p0 + t d = c + s m says t d - s m = c - p0. With p0 - c both t and s have the wrong sign.
+    from the camera to the line | (c - p0))[0] -> (p0 - c))[0] | t has the wrong sign. p0 + t d = c + s m says t d - s m = c - p0, not p0 - c; and d = v / |v|, not -v / |v|.
     camera at the origin | (c - p0))[0] -> -p0)[0] | The rays begin at the camera, c, not at the origin.
     counted from the camera | (c - p0))[0] -> c)[0] | t is counted from p0: p0 + t d = c + s m.
     nearest to the camera | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> d @ (c - A[:, 1] - p0) | That is the foot of the ray's end. The ray has any length: take the point of the line nearest to the whole ray.

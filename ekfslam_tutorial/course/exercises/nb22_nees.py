@@ -59,6 +59,8 @@ free = table(
     wrong="""
     six numbers: Two of the six have no meaning, and P says nothing of them. A pseudo-inverse hides that; the four directions B show what is left.
         e @ np.linalg.solve(B @ P @ B.T, e) -> (l - truth) @ np.linalg.pinv(P, rcond=1e-9) @ (l - truth)
+    six numbers, both of length one: First take away what has no meaning: e = B l and C = B P B', four numbers each way. A pseudo-inverse of P lets the scale in; and P belongs to l as it stands, not to l / |l|.
+        e @ np.linalg.solve(B @ P @ B.T, e) -> (d := l / np.linalg.norm(l) - truth / np.linalg.norm(truth)) @ np.linalg.pinv(P) @ d
     condition forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> truth[None])[2][1:] | n'v = 0 takes away one direction more: across [v; n]. Five directions are one too many.
     sign in the condition | np.concatenate([v, n])])) -> np.concatenate([v, -n])])) | (n + dn)' (v + dv) = 0 forbids v'dn + n'dv: the second row is [v; n], with a plus.
     n and v kept apart | np.concatenate([v, n])])) -> np.concatenate([n, -v])])) | The second row is [v; n]: n'v = 0 forbids a part along it. Yours is [n; -v].

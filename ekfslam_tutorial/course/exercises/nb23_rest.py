@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...geometry import q2R, unit
+from ...geometry import e2q, q2R, unit, v2q
 from .. import expect
 from ..table import table
 
@@ -66,7 +66,7 @@ exercise = table(
     checks="""
     level       | q        | level       | It lies level: R(q) must leave the z axis where it is.
     on its tail | q        | on its tail | R(q) must bring the measured a to the z axis of the world.
-    upside down | q        | upside down | Half a turn about x, or any other axis across z. [1 + up_z, up_y, -up_x, 0] is zero there and has no direction.
+    upside down | q        | upside down | a points along -z: half a turn about x, or any other axis across z. Where a formula divides by zero there, or gives no turn at all, this case wants its own line.
     orientation | q        | any         | The mean of a points up: R(q) brings it to z. q has the length 1.
     gyrometer   | b_w      | any         | Nothing turns: what the gyrometer measures, in the mean, is its bias.
     tilt        | tilt_std | any         | A bias b across gravity looks like gravity that is tilted by b / 9.81 rad. It is the same in all n rows.
@@ -80,6 +80,9 @@ exercise = table(
     a not made a unit vector | / np.linalg.norm(a.mean(0)) -> / 9.81 | The length of the measured a is not exactly 9.81, as it has a bias: divide by its own length.
     a in m/s^2 | up = a.mean(0) / np.linalg.norm(a.mean(0)) -> up = a.mean(0) | A direction is wanted: divide by the length.
     twice the turn | np.array([1 + up[2], up[1], -up[0], 0.0]) -> np.array([up[2], up[1], -up[0], 0.0]) | That quaternion turns by the whole angle on either side, twice too much: halve the angle.
+    arcsine | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = _by_arcsine(up) | An arcsine ends at 90 degrees: a tilt of 120 degrees looks like one of 60. The angle is arctan2(hypot(up_x, up_y), up_z).
+    pitch from two of three | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = _by_euler(np.arctan2(up[1], up[2]), np.arctan2(-up[0], up[2])) | The roll is arctan2(a_y, a_z). The pitch is what is left: arctan2(-a_x, hypot(a_y, a_z)), with both a_y and a_z.
+    roll by a quotient | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = _by_euler(np.arctan(np.divide(*up[1:])), np.arctan2(-up[0], np.hypot(*up[1:]))) | arctan(a_y / a_z) does not tell up from down, and has no value on the side. np.arctan2(a_y, a_z) does.
     q not made a unit quaternion | q / np.linalg.norm(q) -> q | An orientation is a quaternion of length 1.
     no turn | q / np.linalg.norm(q) -> np.array([1.0, 0, 0, 0]) | It does not lie level: roll and pitch follow from the mean of a. A turn about z changes neither.
     median | w.mean(0) -> np.median(w, 0) | The mean is asked for: of white noise it is the best there is.
@@ -106,3 +109,15 @@ def _(f, rng):
     got = any_yaw([expect.array(q, 4, "q"), expect.array(b_w, 3, "b_w"), expect.array(tilt, (), "tilt_std")], want)
     for name, a, b, rtol in zip(("q", "b_w", "tilt_std"), got, want, (1e-5, 1e-5, 1e-3), strict=True):
         expect.close(a, b, name, rtol, at="one row")
+
+
+def _by_arcsine(up):
+    """The turn from up to z about the axis across both, with the arcsine of its length for the angle."""
+    axis = np.array([up[1], -up[0], 0.0])
+    s = np.linalg.norm(axis)
+    return v2q(np.arcsin(min(s, 1.0)) * (axis / s if s else axis))[0]
+
+
+def _by_euler(roll, pitch):
+    """The orientation with these two angles, and no yaw."""
+    return e2q(np.array([roll, pitch, 0.0]))[0]

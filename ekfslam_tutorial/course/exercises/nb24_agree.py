@@ -152,6 +152,7 @@ consensus = table(
         agree.sum() > best.sum() -> sets.append(agree)
         return best -> return sets[np.argmax(np.sum(sets, axis=0))] if sets else best
     moved the wrong way | z - move -> z + move | The expectation moves *towards* what match i has measured: what is left of j is z_j - move.
+    the move for what is left | np.linalg.norm(z - move, axis=1) -> np.linalg.norm(move, axis=1) | Compare what is *left* of match j, z_j - move, with the limit, not the move itself.
     the worst set | agree.sum() > best.sum() -> i == 0 or agree.sum() < best.sum() | The *largest* set counts.
     the last set | agree.sum() > best.sum() -> True | The largest set counts, not the last.
     the last of the largest | agree.sum() > best.sum() -> agree.sum() >= best.sum() | Of two sets of the same size the first one counts.

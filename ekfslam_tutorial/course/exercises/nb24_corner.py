@@ -14,8 +14,9 @@ def corner_score(windows):
     Return the smaller eigenvalue of each A, shape (n,).
     """
     g_v, g_u = np.gradient(windows, axis=(1, 2))
-    g = np.stack([g_u, g_v], axis=1)
-    A = np.einsum("niab,njab->nij", g, g)
+    add = lambda products: products.sum(axis=(1, 2))
+    a, b, c = add(g_u * g_u), add(g_u * g_v), add(g_v * g_v)
+    A = np.stack([a, b, b, c], axis=1).reshape(-1, 2, 2)
     return np.linalg.eigvalsh(A)[:, 0]
 
 
@@ -74,10 +75,11 @@ score = table(
     mean of both | np.linalg.eigvalsh(A)[:, 0] -> np.linalg.eigvalsh(A).mean(1) | Not their mean: the smaller of the two.
     off-diagonal forgotten | np.linalg.eigvalsh(A)[:, 0] -> np.minimum(A[:, 0, 0], A[:, 1, 1]) | An edge at an angle has slopes along u and along v, and is no corner: sum g_u g_v tells. Eigenvalues of the whole A.
     four forgotten | np.linalg.eigvalsh(A)[:, 0] -> (A[:, 0, 0] + A[:, 1, 1] - np.hypot(A[:, 0, 0] - A[:, 1, 1], A[:, 0, 1])) / 2 | With a, b, c for sum g_u g_u, sum g_u g_v, sum g_v g_v it is half of a + c - sqrt((a - c)^2 + 4 b^2): yours lacks the 4.
-    mean for sum | return np.linalg.eigvalsh(A)[:, 0] -> return np.linalg.eigvalsh(A)[:, 0] / windows[0].size | A holds *sums* over the window, not means.
+    mean for sum | products.sum(axis=(1, 2)) -> products.mean(axis=(1, 2)) | A holds *sums* over the window, not means.
+    product of the sums | add(g_u * g_v) -> add(g_u) * add(g_v) | Multiply first, then add: sum g_u g_v, not (sum g_u) (sum g_v).
     root | return np.linalg.eigvalsh(A)[:, 0] -> return np.sqrt(np.abs(np.linalg.eigvalsh(A)[:, 0])) | The eigenvalue itself, no root.
-    summed over all windows | A = np.einsum("niab,njab->nij", g, g) -> A = np.einsum("niab,njab->ij", g, g) + np.zeros((len(g), 1, 1)) | Each window has its own A: sum over its rows and columns only.
-    grey values for slopes | g = np.stack([g_u, g_v], axis=1) -> g = np.stack([windows, windows], axis=1) | The products of the *slopes*, not of the grey values.
-    slopes without sign | g = np.stack([g_u, g_v], axis=1) -> g = np.abs(np.stack([g_u, g_v], axis=1)) | Slopes have signs: without them a slope to the left and one to the right add up in sum g_u g_v.
+    summed over all windows | products.sum(axis=(1, 2)) -> products.sum() + np.zeros(len(products)) | Each window has its own A: sum over its rows and columns only.
+    grey values for slopes | np.gradient(windows, axis=(1, 2)) -> windows, windows | In yours A has the rank 1, whatever the window is: its smaller eigenvalue is always 0. Take the products of the *slopes*, not of the grey values; and multiply first, then add: sum g_u g_v, not (sum g_u) (sum g_v).
+    slopes without sign | np.gradient(windows, axis=(1, 2)) -> np.abs(np.gradient(windows, axis=(1, 2))) | Slopes have signs: without them a slope to the left and one to the right add up in sum g_u g_v.
     """,
 )
