@@ -354,11 +354,20 @@ def the_step_taken_by_n(l, P):
     return np.concatenate([n - (n @ v) / (n @ n) * v, v]), tidy_line(l, P)[1]
 
 
-@answer_to("22.6", hint="With p0 - c")
+@answer_to("22.6", hint="not p0 - c")
 def from_the_camera_to_the_line(t, l, c, m):
     n, v = l[:3], l[3:]
     p0, d = np.cross(v, n) / (v @ v), v / np.linalg.norm(v)
     seen = [np.linalg.lstsq(np.column_stack([d, -ray]), p0 - c, rcond=None)[0][0] for ray in m]
+    return np.array([min(t[0], *seen), max(t[1], *seen)])
+
+
+@answer_to("22.6", hint="not -v / [|]v[|]")
+def along_minus_v(t, l, c, m):
+    n, v = l[:3], l[3:]
+    d = -v / np.linalg.norm(v)
+    p0 = np.cross(v, n) / (v @ v)
+    seen = [np.linalg.lstsq(np.column_stack([d, -ray]), c - p0, rcond=None)[0][0] for ray in m]
     return np.array([min(t[0], *seen), max(t[1], *seen)])
 
 
