@@ -207,6 +207,14 @@ class Outer:
             return tuple(how(np.asarray(r, float)) if k == self.part else r for k, r in enumerate(result))
 
 
+def _inverted(a):
+    """The inverse; not of a matrix such as [[1, 0, a], [0, 1, b], [0, 0, 1]], of which a wrong sign is the same."""
+    inverse = np.linalg.inv(a)
+    if guard.equal(np.abs(inverse), np.abs(a), 1e-9):
+        raise np.linalg.LinAlgError("a change of signs")
+    return inverse
+
+
 FACTORS = (
     ("`{}` has the wrong sign in yours.", np.negative, np.negative),
     ("Yours is twice as much: `{}`.", lambda a: 2 * a, lambda a: a / 2),
@@ -219,7 +227,7 @@ OUTER = (
     ("`{}` is converted from degrees in yours, and it is in radians already.", np.radians, np.degrees),
     ("Yours is the root: `{}`.", np.sqrt, np.square),
     ("Yours is the square: `{}`.", np.square, np.sqrt),
-    ("Yours is the inverse: `{}`.", lambda a: np.linalg.inv(a), lambda a: np.linalg.inv(a)),
+    ("Yours is the inverse: `{}`.", _inverted, _inverted),
     ("The entries of `{}` are in the wrong order.", lambda a: a[..., ::-1], lambda a: a[..., ::-1]),
     ("`{}` is 1 minus what it should be.", lambda a: 1 - a, lambda a: 1 - a),
 )

@@ -91,6 +91,7 @@ correction = table(
     covariance added | P - K @ Z -> P + K @ Z | The measurement brings information: P *minus* K H P.
     R missing in K Z K' | K @ Z @ K.T -> K @ (Z - R) @ K.T | That is P - K (H P H') K': R is missing. P - K Z K' has the whole Z = H P H' + R, and P - K H P has one K only.
     K z added twice | x + K @ z -> x + 2 * K @ z | Add K z once.
+    gain of the new P | x + K @ z -> x + (P - K @ Z @ K.T) @ H.T @ np.linalg.inv(Z) @ z | K = P H' inv(Z) has the P before the correction, for x as for P. Yours takes the new P for x.
     K R K' subtracted | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
     K Z subtracted | K @ Z @ K.T -> K @ K.T | P - K Z K': Z stands between two gains, else the sizes fit by chance only.
     half of Joseph's form | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T | Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.

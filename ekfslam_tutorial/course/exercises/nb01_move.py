@@ -88,6 +88,7 @@ motion = table(
     derivative of the sine with a minus | [0, 1, d * c] -> [0, 1, -d * c] | The derivative of the sine is the cosine, with a plus.
     sine and cosine not differentiated | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, d * s] | The third column of F_x is the derivative by theta: cos becomes -sin, sin becomes cos.
     diagonal of F_x forgotten | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[0, 0, -d * s], [0, 0, d * c], [0, 0, 0]] | x2 = x + ...: the derivative of x2 by x is 1. The diagonal of F_x is 1, 1, 1.
+    ones of the position forgotten | [[1, 0, -d * s], [0, 1, d * c], [0, 0, 1]] -> [[0, 0, -d * s], [0, 0, d * c], [0, 0, 1]] | x2 = x + ...: the derivative of x2 by x is 1. The diagonal of F_x is 1, 1, 1.
     dt forgotten in F_x | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, -u[0] * s], [0, 1, u[0] * c] | The third column of F_x is the derivative by theta: v dt, not v, times -sin and cos.
     F_u after the move | [[dt * c, 0], [dt * s, 0] -> [[dt * np.cos(x2[2]), 0], [dt * np.sin(x2[2]), 0] | You used the heading *after* the step in F_u. Differentiate at the pose before it.
     dt forgotten in F_u | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[c, 0], [s, 0], [0, 1]] | x2 holds v dt and w dt: their derivatives by v and w have the factor dt.
@@ -97,5 +98,6 @@ motion = table(
     F_u transposed | return x2, F_x, F_u -> return x2, F_x, F_u.T | Rows are outputs, columns are inputs: F_u has shape (3, 2).
     column instead of vector | return x2, F_x, F_u -> return x2[:, None], F_x, F_u | Vectors have one axis here: x2 has shape (3,), no columns.
     entries of the heading column exchanged | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, -d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: the two entries of the third column are exchanged.
+    cosine for sine in the heading column | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, -d * c], [0, 1, d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: in the third column yours has the cosine where the sine belongs, and the other way round.
     """,
 )

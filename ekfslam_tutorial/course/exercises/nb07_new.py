@@ -129,6 +129,7 @@ new = table(
     other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | chi2.ppf(confidence, 2), not of 1 - confidence.
     range wrapped instead of the bearing | [y[0] - e[0], -> [wrap(y[0] - e[0]), | The range is a length: wrap the bearing, z[1].
         wrap(y[1] - e[1]) -> y[1] - e[1]
+    row of a stack wrapped | z = np.array([y[0] - e[0], wrap(y[1] - e[1])]) -> z = wrap(y - e) if i == 1 else y - e | In a stack of innovations z[1] is the second *row*. The bearings are the second column: z[:, 1].
     R counted twice | E + R -> E + 2 * R | The noise of a measurement counts once: Z = E + R.
     R squared | E + R -> R @ R + E | R is a covariance already: do not square it.
     E of the first landmark | E + R -> Es[0] + R | Each landmark has an expectation and a covariance of its own: es[j] and Es[j].

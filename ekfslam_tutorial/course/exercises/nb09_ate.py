@@ -88,6 +88,9 @@ trajectory = table(
     first points only | a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path[0], truth - truth[0] | Two points hold the noise of two points. Use all of them: least squares.
         np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b) -> a[1, 0] * b[1, 1] - a[1, 1] * b[1, 0], a[1] @ b[1]
         R.T + truth.mean(axis=0) -> R.T + truth[0]
+    first and last point only | a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path[0], truth - truth[0] | Two points hold the noise of two points. Use all of them: least squares.
+        np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b) -> a[-1, 0] * b[-1, 1] - a[-1, 1] * b[-1, 0], a[-1] @ b[-1]
+        R.T + truth.mean(axis=0) -> R.T + truth[0]
     all from the first point: All points count alike: subtract the means, not the first points, for the angle and for the place.
         a, b = path - path.mean(axis=0), truth - truth.mean(axis=0) -> a, b = path - path[0], truth - truth[0]
         R.T + truth.mean(axis=0) -> R.T + truth[0]

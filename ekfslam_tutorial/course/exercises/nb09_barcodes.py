@@ -72,6 +72,7 @@ barcodes = table(
     columns swapped | {barcode: subject for -> {subject: barcode for | Column 1 of the table holds the barcodes, column 0 the subjects.
     row number for the subject | {barcode: subject for subject, barcode in table} -> {barcode: row + 1 for row, (_, barcode) in enumerate(table)} | The table may be in any order: take the subject from column 0, not the row.
     nearest barcode | subject_of.get(barcode, -1) -> table[np.argmin(abs(table[:, 1] - barcode)), 0] | A barcode that is not in the table was misread. The nearest number is not a better guess.
+    searched in a table that is not sorted | subjects = np.array([subject_of.get(barcode, -1) for barcode in rows[:, 1]], int) -> k = np.minimum(np.searchsorted(table[:, 1], rows[:, 1]), len(table) - 1); subjects = np.where(table[k, 1] == rows[:, 1], table[k, 0], -1).astype(int) | np.searchsorted finds something in a sorted array only, and the table may be in any order: sort it by the barcodes first, or take a dictionary.
     misread rows kept | (subjects != -1) & ~np -> ~np | A misread sighting has no subject: drop the row. A wrong landmark would bend the map.
     robots kept | & ~np.isin(subjects, robots) -> & True | Robots move; a landmark must stand still. Drop the rows that show a robot.
     only the robots | (subjects != -1) & ~np -> np | The other way round: keep the landmarks, drop the robots.

@@ -81,6 +81,7 @@ times = table(
     equal stamps lose their order | np.argsort(rows[:, 0], kind="stable") -> np.lexsort((*rows.T[:0:-1], rows[:, 0])) | Rows with the same stamp must keep their order: use a stable sort and the stamp alone.
     a sort that is not stable | , kind="stable")] -> )] | np.argsort alone may put rows with the same stamp into another order: kind="stable".
     equal stamps turned round | rows = rows[np.argsort(rows[:, 0], kind="stable")] -> rows = rows[::-1][np.argsort(rows[::-1, 0], kind="stable")] | Rows with the same stamp must keep their order: yours comes out the other way round.
+    rows of equal stamps dropped | np.argsort(rows[:, 0], kind="stable") -> np.unique(rows[:, 0], return_index=True)[1] | np.unique keeps one row of each stamp. Two sightings in one picture have the same stamp: all rows stay.
     counted after sorting | int(np.sum(np.diff(rows[:, 0]) < 0)) -> 0 | After sorting no row is late. Count the steps back in the rows as they come.
     rows that moved | np.sum(np.diff(rows[:, 0]) < 0) -> np.sum(np.argsort(rows[:, 0], kind="stable") != np.arange(len(rows))) | One late row pushes many others. Count rows whose stamp is earlier than that of the row before.
     behind the latest so far | np.diff(rows[:, 0]) < 0 -> rows[:, 0] < np.maximum.accumulate(rows[:, 0]) | Compare each row with the row just before it in the file, not with the latest stamp so far.
