@@ -51,6 +51,7 @@ def run(job, seconds):
     box: dict[str, Any] = {}
 
     def work(job=job):
+        box["clock"] = _clock()
         try:
             with np.errstate(all="ignore"):
                 box["value"] = job()
@@ -70,7 +71,7 @@ def run(job, seconds):
             work(lambda: _with_a_look_at_the_clock(job, seconds))
         else:
             thread.join(seconds)
-            while thread.is_alive() and _kept_waiting(thread, seconds, time.monotonic() - began):
+            while thread.is_alive() and _kept_waiting(box.get("clock"), seconds, time.monotonic() - began):
                 thread.join(seconds / 5)
             if thread.is_alive():
                 _stop(thread, box)
@@ -85,16 +86,24 @@ def run(job, seconds):
 BUSY = 4  # so many times as long a job may take where others have the processor, and more than 1 / 10 of it is its own
 
 
-def _kept_waiting(thread, seconds, passed) -> bool:
+def _kept_waiting(clock, seconds, passed) -> bool:
     """Return True if a thread is at work, but has not had the processor for `seconds` of those that passed."""
-    return passed < BUSY * seconds and passed / 10 < _at_work(thread) < seconds
+    return passed < BUSY * seconds and passed / 10 < _at_work(clock) < seconds
 
 
-def _at_work(thread) -> float:
+def _clock():
+    """The clock that counts how long the processor works for this thread; None where there is none, as on Windows."""
+    try:
+        return time.pthread_getcpuclockid(threading.get_ident())
+    except AttributeError:
+        return None
+
+
+def _at_work(clock) -> float:
     """Return for how long the processor has worked for a thread (s); of the whole of Python where it is not told."""
     try:
-        return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
-    except (AttributeError, OSError):  # Windows; a thread that has just ended
+        return time.process_time() if clock is None else time.clock_gettime(clock)
+    except OSError:  # the thread has just ended
         return time.process_time()
 
 

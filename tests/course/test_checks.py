@@ -271,7 +271,7 @@ def test_on_a_busy_computer_seconds_of_the_processor_count(monkeypatch):
     """A third of the processor: three times as long. A thread that sleeps is not waited for, and none for ever."""
 
     def for_how_long(share, seconds=2.0):
-        monkeypatch.setattr(deadline, "_at_work", lambda thread: share * passed)
+        monkeypatch.setattr(deadline, "_at_work", lambda clock: share * passed)
         passed = seconds
         while deadline._kept_waiting(None, seconds, passed):
             passed += seconds / 5
@@ -282,13 +282,14 @@ def test_on_a_busy_computer_seconds_of_the_processor_count(monkeypatch):
 
 
 def test_a_thread_that_sleeps_is_not_at_work():
-    awake = threading.Event()
-    thread = threading.Thread(target=awake.wait)
+    begun, awake, clock = threading.Event(), threading.Event(), []
+    thread = threading.Thread(target=lambda: (clock.append(deadline._clock()), begun.set(), awake.wait()))
     thread.start()
-    assert 0 <= deadline._at_work(thread) < 0.1
+    begun.wait()
+    assert 0 <= deadline._at_work(clock[0]) < 0.1
     awake.set()
     thread.join()
-    assert deadline._at_work(thread) >= 0
+    assert deadline._at_work(clock[0]) >= 0  # a thread that has ended, too
 
 
 STUBBORN = """
