@@ -305,7 +305,7 @@ class Exercise:
         """Return True if a result of the last call is the right one, but in an array of type int, without decimals."""
         if not calls or isinstance(calls[-1].result, guard.Raised):
             return False
-        got, right = calls[-1].result, self.result(self.solution, calls[-1].args)
+        got, right = calls[-1].result, self.answered(self.solution, calls[-1])
         if isinstance(right, tuple) and isinstance(got, tuple):
             return any(map(_is_cut_off, got, right))
         return _is_cut_off(got, right)
@@ -320,14 +320,13 @@ class Exercise:
         more = guard.Guarded(f.function, self.may_change, self.parameters())
         self._call_more(lambda: self._cases(more), limit)
         explained = known[0].answer if known else self.solution
-        left = sum(not self.alike(c.result, self.result(explained, c.args)) for c in more.calls)
+        left = sum(not self.alike(c.result, self.answered(explained, c)) for c in more.calls)
         if not few and left < (1 if known else FEW):
             self._call_more(lambda: self._go_on(more, failed), min(limit, LATER_S * deadline.SLOWER))
         right = right_results(self, more.calls)
         of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
-        own = own_words.formulas(f.function)
         calls = [*more.calls, *f.calls] if few and part is None else more.calls if of_cases else f.calls
-        return recognise_more(self, calls, failed.part, known, own)
+        return recognise_more(self, calls, failed.part, known, lambda: own_words.formulas(f.function))
 
     @staticmethod
     def _call_more(calls, limit):
@@ -380,6 +379,12 @@ class Exercise:
                 return f(*args)
         except (Failed, guard.NotAttempted):
             return f.calls[-1].result if f.calls else guard.Raised("NotImplementedError")
+
+    def answered(self, function, call):
+        """Return what a function answers to a call of the student's: asked once, for many ask."""
+        if function not in call.answers:
+            call.answers[function] = self.result(function, call.args)
+        return call.answers[function]
 
     def alike(self, a, b, part=None) -> bool:
         """Return True if two results are the same to rounding, as a whole or in one part."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import inspect
 import linecache
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -75,10 +75,11 @@ class Raised:
 
 @dataclass(frozen=True)
 class Call:
-    """One call of the student's function: what went in, what came out."""
+    """One call of the student's function: what went in, what came out; and what other functions answer to it."""
 
     args: tuple
     result: Any
+    answers: dict = field(default_factory=dict, compare=False, repr=False)
 
 
 class Guarded:

@@ -148,8 +148,16 @@ def _solution(solution):
     return (_meanings(tree), _counted(tree)) if isinstance(tree, ast.FunctionDef) else None
 
 
+class _Meanings(dict):
+    """What names stand for, and the normal forms of the nodes of one tree so far."""
+
+    def __init__(self, means):
+        super().__init__(means)
+        self.forms: dict = {}
+
+
 def _counted(function) -> Counter:
-    means, found = _meanings(function), Counter()
+    means, found = _Meanings(_meanings(function)), Counter()
     for node in ast.walk(function):
         if isinstance(node, ast.expr | ast.stmt):
             found[_normal(node, means)] += 1
@@ -193,6 +201,15 @@ def _pairs(target, value):
 
 def _normal(node, means, depth=0) -> str:
     """A formula as text: names written out, terms and factors sorted."""
+    if not isinstance(means, _Meanings):
+        return _written_out(node, means, depth)
+    key = id(node), depth
+    if key not in means.forms:
+        means.forms[key] = _written_out(node, means, depth)
+    return means.forms[key]
+
+
+def _written_out(node, means, depth) -> str:
     if isinstance(node, ast.Expr):
         return _normal(node.value, means, depth)
     if isinstance(node, ast.Name):

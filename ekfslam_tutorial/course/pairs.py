@@ -287,9 +287,9 @@ class Table:
         affordable = int((STEPS / max(len(all_changes), 1) - COMPILED) / self.steps)
         most = max(FEWEST, min(most, affordable))
         all_changes = all_changes[: int(STEPS / (COMPILED + most * self.steps))]
-        right = [exercise.result(exercise.solution, call.args) for call in calls]
+        right = [exercise.answered(exercise.solution, call) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)
-        self.right = [exercise.result(exercise.solution, call.args) for call in self.calls]
+        self.right = [exercise.answered(exercise.solution, call) for call in self.calls]
         if _only_raise(exercise, calls, right):  # many slips raise as the student's mistake does: it is none of them
             all_changes = [change for change in all_changes if change.listed]
         self.few = few

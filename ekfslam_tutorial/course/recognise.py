@@ -46,7 +46,7 @@ def recognise(exercise, calls, part=None):
     return whole or (_fitting(exercise, calls, truth, part) if part is not None else [])
 
 
-def recognise_more(exercise, calls, part, known, own=None):
+def recognise_more(exercise, calls, part, known, formulas=lambda: None):
     """Return what explains more than the listed mistake that is known, if one is: a pair of mistakes, or a slip.
 
     Parameters
@@ -58,8 +58,8 @@ def recognise_more(exercise, calls, part, known, own=None):
         The result that failed.
     known : list of Misconception
         What `recognise` has found: none, or one.
-    own : Counter, optional
-        The formulas that the student has written: what contradicts them is not told.
+    formulas : callable, optional
+        Returns the formulas that the student has written, a Counter: what contradicts them is not told.
     """
     left = [call for call in calls if known and not _answers(exercise, known[0].answer, [call])]
     if not calls or known and not left:
@@ -68,6 +68,7 @@ def recognise_more(exercise, calls, part, known, own=None):
     few = few_values(exercise, calls)
     if not few and not any(_has_numbers(call.result) for call in calls):  # no slip of a formula gives that
         return known
+    own = formulas()
     table = pairs.Table(exercise, calls, exercise.patience, few, own)
     if not (table.wrong & np.isfinite(table.s)).any():  # NaN comes of many mistakes: it tells none from the others
         return known
@@ -101,7 +102,7 @@ def _has_numbers(result) -> bool:
 
 def right_results(exercise, calls):
     """Return what the solution answers to each call."""
-    return [exercise.result(exercise.solution, call.args) for call in calls]
+    return [exercise.answered(exercise.solution, call) for call in calls]
 
 
 def wrong_part(exercise, calls, truth, part):
@@ -119,7 +120,7 @@ def _fitting(exercise, calls, truth, part):
 def _contradicts(exercise, mistake, calls) -> bool:
     """Return True if the mistake spoils a result that the student has right: then it is another one."""
     for call in calls:
-        right, wrong = (exercise.result(f, call.args) for f in (exercise.solution, mistake.answer))
+        right, wrong = (exercise.answered(f, call) for f in (exercise.solution, mistake.answer))
         parts = range(len(right)) if isinstance(right, tuple) else ()
         if any(exercise.alike(call.result, right, p) and not exercise.alike(wrong, right, p) for p in parts):
             return True
@@ -148,7 +149,7 @@ def _sample(exercise, calls, truth, part):
 
 def _answers(exercise, answer, calls, part=None) -> bool:
     """Return True if the answer gives what the student's function gave, in every call."""
-    return bool(calls) and all(exercise.alike(c.result, exercise.result(answer, c.args), part) for c in calls)
+    return bool(calls) and all(exercise.alike(c.result, exercise.answered(answer, c), part) for c in calls)
 
 
 # ---- how much a call says ----------------------------------------------------------------------------------
@@ -156,7 +157,7 @@ def _answers(exercise, answer, calls, part=None) -> bool:
 
 def few_values(exercise, calls, part=None) -> bool:
     """Return True if no right result, or no such part of it, has decimals: then mistakes coincide by chance."""
-    right = [exercise.result(exercise.solution, call.args) for call in calls[:MOST]]
+    right = right_results(exercise, calls[:MOST])
     return not any(_has_decimals(value if part is None else value[part]) for value in right)
 
 
@@ -176,7 +177,7 @@ def _bits(exercise, calls, truth, part) -> float:
     """Evidence in the calls: each says as much as the answers to it differ, the solution's and the listed mistakes'."""
     total = 0.0
     for call, right in zip(calls, truth, strict=True):
-        answers = [right, *(exercise.result(m.answer, call.args) for m in exercise.misconceptions)]
+        answers = [right, *(exercise.answered(m.answer, call) for m in exercise.misconceptions)]
         same = sum(exercise.alike(call.result, answer, part) for answer in answers)
         total += np.log2(len(answers) / max(same, 1))
     return total
