@@ -96,6 +96,7 @@ correction = table(
     K Z subtracted | K @ Z @ K.T -> K @ K.T | P - K Z K': Z stands between two gains, else the sizes fit by chance only.
     half of Joseph's form | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T | Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.
     P (I - K H) | P - K @ Z @ K.T -> P @ (np.eye(len(P)) - K @ H) | The order matters: (I - K H) P. Yours is not symmetric.
+    K H transposed | P - K @ Z @ K.T -> P - (K @ H).T @ P | K H P, in this order and not transposed: yours is P - (K H)' P.
     P - K H | P - K @ Z @ K.T -> P - K @ H | The last P is missing: P - K H P.
     I - K H | P - K @ Z @ K.T -> np.eye(len(P)) - K @ H | I - K H is only the factor: multiply it by P.
     only the diagonal of the new P | P - K @ Z @ K.T -> np.diag(np.diag(P - K @ Z @ K.T)) | Keep the whole new P: after a measurement, position and heading are correlated.

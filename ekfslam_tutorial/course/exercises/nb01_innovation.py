@@ -88,6 +88,7 @@ surprise = table(
     the sum | np.subtract -> np.add | z = y *minus* e.
     one measurement only | z[..., 1] = wrap(z[..., 1]) -> z[1] = wrap(z[1]) | For shape (m, 2), z[1] is the second *row*, and only one measurement alone has its bearing there: write z[..., 1] for the bearings.
     sine for the wrapped angle | wrap(z[..., 1]) -> np.sin(z[..., 1]) | The sine of a small angle is nearly the angle, but not the angle. Take whole turns away: wrap.
+    arcsine of the sine | wrap(z[..., 1]) -> np.arcsin(np.sin(z[..., 1])) | An arcsine ends at 90 degrees: a difference of 100 degrees becomes one of 80. arctan2(sine, cosine) knows all directions.
     shift not undone | wrap(z[..., 1]) -> (z[..., 1] + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
     """,
 )

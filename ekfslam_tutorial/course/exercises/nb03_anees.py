@@ -93,5 +93,6 @@ averaged = table(
     normal instead of chi-square | chi2.ppf([tail, 1 - tail], N * n) / N -> n + norm.ppf([tail, 1 - tail]) * np.sqrt(2 * n / N) | n +- z sqrt(2 n / N) is good for many runs only. With few, use chi2.ppf.
     always 95 % | (1 - confidence) / 2 -> 0.025 | The third argument is the confidence: 0.95 is only an example.
     N - 1 | np.mean(nees) -> np.divide(np.sum(nees), N - 1) | All N runs count, and no mean was estimated from them: divide the sum by N, not by N - 1.
+    N - 1 in the band | chi2.ppf([tail, 1 - tail], N * n) -> chi2.ppf([tail, 1 - tail], (N - 1) * n) | All N runs count, and no mean was estimated from them: N n degrees of freedom, not (N - 1) n.
     """,
 )

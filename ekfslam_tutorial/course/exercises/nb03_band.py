@@ -62,6 +62,7 @@ banded = table(
     truth minus estimate | x - truth -> truth - x | The error is the estimate minus the truth, as a plot of it should say where the filter is.
     heading not wrapped | wrap(e[:, 2]) -> e[:, 2] | A heading of 179 deg and one of -179 deg are 2 deg apart: wrap the third column of e.
     all of it wrapped | e[:, 2] = wrap(e[:, 2]) -> e = wrap(e) | Only the heading is an angle. Metres are not wrapped.
+    heading between 0 and 2 pi | wrap(e[:, 2]) -> e[:, 2] % (2 * np.pi) | A heading that is 1 degree too small has an error of -1 degree, not of 359: wrap into -pi ... pi.
     size of the error only | x - truth -> np.abs(x - truth) | Keep the sign: a filter that is always wrong on the same side shows it in the plot.
     variance for sigma | np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.diagonal(P, axis1=1, axis2=2) | The diagonal of P holds variances, in square metres. The band wants sigmas: take the root.
     k under the root | k * np.sqrt(np.diagonal(P, axis1=1, axis2=2)) -> np.sqrt(k * np.diagonal(P, axis1=1, axis2=2)) | First the root, then times k: k sigma.

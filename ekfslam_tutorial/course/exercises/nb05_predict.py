@@ -116,6 +116,7 @@ prediction = table(
     U not turned | X_u @ U @ X_u.T -> U | U says how uncertain the step is, ahead and to the left. In the map that is X_u U X_u'.
     U turned the other way | X_u @ U @ X_u.T -> X_u.T @ U @ X_u | Either the order is wrong, or X_u is the transpose: X_u U X_u' with X_u = [[c, -s, 0], [s, c, 0], [0, 0, 1]], from the robot to the map.
     U squared | X_u @ U @ X_u.T -> X_u @ U**2 @ X_u.T | U holds variances already: do not square it.
+    dtheta for its derivative | X_u @ U @ X_u.T -> (X_u * [1, 1, u[2]]) @ U @ (X_u * [1, 1, u[2]]).T | The heading grows by dtheta: its derivative by dtheta is 1, whatever dtheta is. X_u[2, 2] = 1.
     only the diagonal of U | X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T | Use the whole U: the errors of the step may be correlated.
     no noise | P[:3, :3] += X_u @ U @ X_u.T -> pass | The odometry is not exact: add X_u U X_u' to the block of the robot.
     only noise | P[:3, :3] += X_u -> P[:3, :3] = X_u | The old uncertainty does not vanish: P_rr becomes X_x P_rr X_x' + X_u U X_u'.

@@ -91,6 +91,7 @@ gate = table(
     nearest of several | int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) if len(inside) else None | Two landmarks pass the gate. The nearer one is only a guess: the ambiguous case must return None.
     index 0 becomes None | int(inside[0]) if len(inside) == 1 else None -> (int(inside[0]) if len(inside) == 1 else None) or None | Only index 0 becomes None: 0 counts as False in `if i` and in `i or None`. Ask `is None`, or len(inside) == 1.
     first of several | if len(inside) == 1 -> if len(inside) | Two landmarks pass the gate: which one comes first means nothing. Return None.
+    divided by m | z @ np.linalg.solve(Z, z) -> z @ np.linalg.solve(Z, z) / len(z) | The gate of m degrees of freedom is for the sum, z' inv(Z) z: do not divide it by m.
     no gate | int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) | The nearest landmark may be far away: without a gate every measurement is matched to something.
     Euclidean distance | z @ np.linalg.solve(Z, z) -> z @ z | z has a unit for each entry (m, rad), and each its own sigma: use z' inv(Z) z.
     not squared | z @ np.linalg.solve(Z, z) -> np.sqrt(z @ np.linalg.solve(Z, z)) | chi2.ppf is a limit for the *squared* distance: no root.

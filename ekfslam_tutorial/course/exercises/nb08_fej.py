@@ -105,6 +105,7 @@ fej = table(
     brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
     bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
     range wrapped, too | [y[0] - e[0], -> [wrap(y[0] - e[0]), | The range is a distance, not an angle: wrap z[1] only.
+    K H transposed | P - K @ Z @ K.T -> P - (K @ H).T @ P | K H P, in this order and not transposed: yours is P - (K H)' P.
     innovation with the wrong sign | Z = H @ P -> z = -z; Z = H @ P | The innovation is measured minus expected: z = y - e.
     R forgotten in Z | H @ P @ H.T + R -> H @ P @ H.T | Z = H P H' + R: the noise of the measurement is missing.
     R counted twice | H @ P @ H.T + R -> H @ P @ H.T + 2 * R | Z = H P H' + R: the noise of the measurement counts once.

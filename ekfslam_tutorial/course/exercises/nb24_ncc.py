@@ -45,7 +45,7 @@ def flat(rng):
     windows = grey(rng, 4, 5, 5)
     windows[1] = 90.0
     windows[3] = 0.0
-    return [(grey(rng, 5, 5), windows), (np.full((5, 5), 120.0), grey(rng, 3, 5, 5))]
+    return [(grey(rng, 5, 5), windows), (np.full((5, 5), 120.0), grey(rng, 3, 5, 5)), (np.full((5, 5), 80.0), windows)]
 
 
 correlation = table(

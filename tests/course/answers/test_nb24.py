@@ -202,4 +202,14 @@ def the_block_of_i_and_j(z, E, R, limit):
     return best
 
 
+@answer_to("24.2", hint="length 0")
+def one_where_both_are_flat(patch, windows):
+    def unit(a):
+        a = a - a.mean(axis=(-2, -1), keepdims=True)
+        length = np.sqrt((a**2).sum(axis=(-2, -1), keepdims=True))
+        return np.where(length > 1e-9, a / np.where(length > 1e-9, length, 1), 1)
+
+    return (unit(patch.astype(float)) * unit(windows.astype(float))).sum(axis=(-2, -1))
+
+
 test_the_check_is_right_about_it = check_of(__name__)
