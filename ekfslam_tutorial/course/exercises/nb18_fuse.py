@@ -88,7 +88,7 @@ fusion = table(
     P1 as it was | P1 - K @ P1 -> P1 | Map 2 has brought information: P = P1 - K P1.
     P2 for P1 | P1 - K @ P1 -> P1 - K @ P2 | The covariance of map 1 falls by K P1, not by K P2.
     told twice | K = np -> P2 = P2 / 2; K = np | Map 2 counts once. Fused again with what is already in it, it makes the covariance too small.
-    half of each | K = np -> P1, P2 = 2 * P1, 2 * P2; K = np | That weighs each map by a half, for maps that may share information. These two are independent: each counts in full.
+    half of each | K = np -> P1, P2 = 2 * P1, 2 * P2; K = np | Your P is twice as large as it should be, as if each map counted by a half. That is for maps that may have something in common. These two are independent: each counts in full.
     P grows | P1 - K @ P1 -> P1 + K @ P1 | Map 2 has brought information: P = P1 - K P1, with a minus.
     """,
     forms="""
