@@ -85,6 +85,7 @@ upkeep = table(
     deleted when missed once | visible & (searched >= min_search) & (found < min_ratio * searched) -> visible & ~matched | One miss is no proof: a car may stand before it. The share over all searches counts.
     good ones deleted | found < min_ratio -> found > min_ratio | Those that are found in *less* than min_ratio go.
     share of the misses | found < min_ratio -> searched - found < min_ratio | min_ratio is a share of finds: found < min_ratio * searched.
+    one minus the share | found < min_ratio -> found < (1 - min_ratio) | min_ratio is the share of finds below which a tree goes: found < min_ratio * searched, not 1 - min_ratio.
     at most the share | found < min_ratio -> found <= min_ratio | *Less* than min_ratio goes: exactly the share stays.
     not if found now | visible & (searched >= -> visible & ~matched & (searched >= | A lucky find does not save a tree that was missed all the time: the share counts.
     one is enough: All three conditions must hold: & (and), not | (or).
