@@ -66,7 +66,8 @@ times = table(
     sorted      | rows | no ties    | Each row moves as a whole: find the order from column 0, then take rows[order].
     a few rows  | rows | small      | Each row moves as a whole: find the order from column 0, then take rows[order].
     a few rows: late | late | small      | How many rows have an earlier stamp than the row just before them in the *file*: np.diff(...) < 0, before you sort.
-    equal stamps | rows, late | ties      | Rows with the same stamp keep their order: kind="stable".
+    equal stamps: rows | rows | ties      | Rows with the same stamp keep their order: kind="stable".
+    equal stamps: late | late | ties      | Compare the stamp of each row with that of the row just before it: earlier is late, equal is not.
     none late   | late | good order | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
     late rows   | late | any        | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
     gap         | gap  | any        | The longest step between neighbours *after* sorting, in seconds.
@@ -85,6 +86,7 @@ times = table(
     counted after sorting | int(np.sum(np.diff(rows[:, 0]) < 0)) -> 0 | After sorting no row is late. Count the steps back in the rows as they come.
     rows that moved | np.sum(np.diff(rows[:, 0]) < 0) -> np.sum(np.argsort(rows[:, 0], kind="stable") != np.arange(len(rows))) | One late row pushes many others. Count rows whose stamp is earlier than that of the row before.
     behind the latest so far | np.diff(rows[:, 0]) < 0 -> rows[:, 0] < np.maximum.accumulate(rows[:, 0]) | Compare each row with the row just before it in the file, not with the latest stamp so far.
+    before the first | np.diff(rows[:, 0]) < 0 -> rows[1:, 0] < rows[0, 0] | Compare each row with the row just before it in the file, not with the first one.
     equal stamps counted as late | < 0 -> <= 0 | Two sightings in one picture have the same stamp: that is no fault. Count steps below zero only.
     gap before sorting | late, np.max(np.diff(rows[:, 0])) -> late, gap | Rows out of order make steps that never were. Sort first, then look for the longest step.
         late = int( -> gap = np.max(np.diff(rows[:, 0])); late = int(

@@ -74,6 +74,7 @@ free = table(
     inverse before B | np.linalg.solve(B @ P @ B.T, e) -> (B @ np.linalg.pinv(P) @ B.T @ e) | First C = B P B', then its inverse: B P^-1 B' is another matrix, and P of a line has no inverse.
     root taken | return e @ np.linalg.solve(B @ P @ B.T, e) -> return np.sqrt(e @ np.linalg.solve(B @ P @ B.T, e)) | NEES is the *squared* distance: no root.
     divided by four | return e @ np.linalg.solve(B @ P @ B.T, e) -> return e @ np.linalg.solve(B @ P @ B.T, e) / 4 | NEES of a line is about 4, its degrees of freedom: do not divide by them.
+    divided by six | return e @ np.linalg.solve(B @ P @ B.T, e) -> return e @ np.linalg.solve(B @ P @ B.T, e) / 6 | NEES of a line is about 4, its degrees of freedom: do not divide, neither by them nor by the six numbers.
     difference to the truth, scaled: P belongs to l as it stands. If you bring l to another scale, P must go to the square of it.
         e = B @ l -> e = B @ (l / np.linalg.norm(l))
     """,
