@@ -116,6 +116,7 @@ frame = table(
     prediction forgotten | x, P = predict(x, P, u, U) -> pass | The robot has moved: begin with predict(x, P, u, U).
     mean moved, covariance not | x, P = predict( -> x, _ = predict( | predict returns both x and P: take both.
     covariance moved, mean not | x, P = predict( -> _, P = predict( | predict returns both x and P: take both.
+    first measurement for all new ones | for _, y in new: -> for y in [ys[0]] * len(new): | Each new landmark is started with its own measurement, not with the first one of the frame.
     mean corrected, covariance not | x, P = correct( -> x, _ = correct( | correct returns both x and P: take both.
     known landmarks not used | x, P = correct(x, P, y, R, e, H) -> pass | A landmark that is in ids corrects the whole state: observe, then correct.
     new landmarks not started | new.append((id, y)) -> pass | A landmark that is not in ids comes into the state: augment, and remember its id.

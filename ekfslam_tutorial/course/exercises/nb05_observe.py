@@ -74,6 +74,7 @@ observation = table(
     wrong="""
     heading forgotten | np.arctan2(dy, dx) - x[2] -> np.arctan2(dy, dx) | That is the direction in the map. The robot measures from its own x axis: subtract theta.
     heading added | np.arctan2(dy, dx) - x[2] -> np.arctan2(dy, dx) + x[2] | Turn the robot to the left: the landmark moves to the right in its view. Subtract theta.
+    derivative by the heading in the column of x | H[:, :2], H[:, 2], H[:, l] = -E_l, [0, -1], E_l -> H[:, :2], H[:, l] = -E_l, E_l; H[1, 0] = -1 | d bearing / d theta = -1 stands in the column of theta, H[1, 2]; yours stands in the column of x.
     from the landmark to the robot | np.arctan2(dy, dx) -> np.arctan2(-dy, -dx) | Use landmark minus robot in arctan2.
     arctan2 swapped | np.arctan2(dy, dx) -> np.arctan2(dx, dy) | arctan2 takes y first: arctan2(dy, dx).
     arctan of the quotient | np.arctan2(dy, dx) -> np.arctan(dy / dx) | arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).

@@ -68,6 +68,7 @@ chain = table(
     steps not added up | C = np.cumsum(q) -> C = q | The errors add up along the way: landmark k has the variance of all steps 1 to k, C = np.cumsum(q).
     only the last landmark moves | K = P[:, -1] / -> K = np.eye(len(P))[-1] * P[-1, -1] / | Only the seen landmark was corrected. The others share its errors: the gain K has an entry for each of them.
     all move alike | K = P[:, -1] / -> K = np.ones(len(P)) * P[-1, -1] / | Landmark 1 has the error of one step, the last one those of all steps: they cannot all move by the same amount.
+    last step alone in Z | K = P[:, -1] / (P[-1, -1] + R) -> K = P[:, -1] / (q[-1] + R) | Z = P_nn + R, and the last landmark has the errors of all steps: its variance P_nn is the sum of all q, not the last one. Here P_nn = the variance of the last landmark before the closure.
     equal shares | K = P[:, -1] / -> K = np.arange(1, len(P) + 1) / len(P) * P[-1, -1] / | The gap is not spread evenly over the steps: where the odometry was bad, more of it belongs. Use q.
     R forgotten | (P[-1, -1] + R) -> P[-1, -1] | The closure has noise, too: divide by P_nn + R.
     P_nn forgotten | (P[-1, -1] + R) -> R | The gain divides by the whole uncertainty of the innovation, P_nn + R, not by R alone.

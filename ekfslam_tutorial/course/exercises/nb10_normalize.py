@@ -54,6 +54,7 @@ exercise = table(
     wrong="""
     covariance forgotten | J @ P @ J.T -> P | q has changed, so has its noise: P goes through the Jacobian of q / |q|.
     q only made shorter | (np.eye(4) - np.outer(u, u)) -> np.eye(4) | Your U_q is I / |q|. The norm depends on q, too: U_q = (I - u u') / |q|.
+    scalar part made positive | [x[:3], u] -> [x[:3], u * np.sign(u[0])] | -u is the same orientation, but u = q / |q| was asked for, and P belongs to it: keep the sign.
     cross-covariance forgotten | J @ P @ J.T -> _block(P, J[3:, 3:], P[:3, 3:]) | You have changed P_qq only. P_tq is about q, too: use one J for all of P.
     cross-covariance set to zero | J @ P @ J.T -> _block(P, J[3:, 3:], np.zeros((3, 4))) | Position and quaternion stay correlated: P_tq becomes P_tq U_q'.
     the whole state is divided | [x[:3], u] -> [x[:3] / n, u] | Only the quaternion has the norm one. The position is in metres.

@@ -79,6 +79,7 @@ exercise = table(
     R squared | H.T + R -> H.T + R @ R | R is a covariance already: add it as it is.
     only the variances of R | H.T + R -> H.T + np.diag(np.diag(R)) | R has off-diagonal entries: the numbers of a measurement may be correlated.
     correlations in P ignored | H @ P @ H.T -> H @ np.diag(np.diag(P)) @ H.T | Z and K take all of P: what two robots know of each other is in the off-diagonal blocks.
+    first block alone in Z | Z = H @ P @ H.T + R -> Z = next((E_r @ (H @ P)[:, r].T for r, E_r in blocks if r is not None), 0) + R | Z = H P H' + R with all blocks in H. Yours adds up the part of the first block only.
     separate filters | H @ P @ H.T -> H @ _block_diagonal(P, H) @ H.T | That treats the robots as strangers: Z = H P H' + R with all of P, the covariance between them, too.
     only what was seen moves | return x + -> K = np.any(H != 0, axis=0)[:, None] * K; return x + | A state that was not seen moves, too, if it is correlated with one that was: K has a row for every state.
     P not corrected | P - K @ H @ P -> P | A correction makes P smaller: P - K H P.

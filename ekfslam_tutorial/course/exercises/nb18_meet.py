@@ -67,6 +67,7 @@ sight = table(
     wrong="""
     heading forgotten | wrap(np.arctan2(dy, dx) - a[2]) -> np.arctan2(dy, dx) | That is the direction in the map. Robot a measures from its own x axis: subtract its heading.
     heading of the other robot | - a[2])]) -> - b[2])]) | The camera is on a: subtract the heading of a, not that of b.
+    both headings | np.arctan2(dy, dx) - a[2] -> np.arctan2(dy, dx) - a[2] + b[2] | The camera is on a, and b is seen as a point: only the heading of a counts.
     relative heading | np.arctan2(dy, dx) - a[2] -> b[2] - a[2] | The camera measures where b is, not how b is turned.
     seen from b | np.arctan2(dy, dx) - a[2] -> np.arctan2(-dy, -dx) - b[2] | That is what b sees of a. Use b minus a, and the heading of a.
     from b to a | np.arctan2(dy, dx) -> np.arctan2(-dy, -dx) | From a to b: b[:2] - a[:2].

@@ -68,6 +68,7 @@ born = table(
     wrong="""
     rays exchanged | np.cross(m[:3], m[3:]) -> np.cross(m[3:], m[:3]) | The order counts: m1 x m2. The other way round the line runs backwards.
     one normal for any length | n, N_c = unit(c) -> n, N_c = c, np.eye(3) | n has the length one here: unit(c), with its derivative.
+    prior of length one | np.column_stack([e1, e2])]) -> np.column_stack([e1, e2]) / np.linalg.norm(b)]) | v = b1 e1 + b2 e2 is linear in b: its derivative is [e1, e2], whatever the length of b is.
     normal of any length, v of the unit one: n has the length one here: unit(c), with its derivative.
         np.concatenate([n, v]), -> np.concatenate([c, v]),
         np.vstack([N_y, V_n @ N_y]) -> np.vstack([C_m @ M_y, V_n @ N_y])

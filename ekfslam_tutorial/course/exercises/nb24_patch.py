@@ -66,6 +66,7 @@ cut = table(
     brightest less darkest | np.std(patch) -> np.ptp(patch) | Brightest less darkest hangs on two pixels: the contrast is the standard deviation of all.
     mean distance | np.std(patch) -> np.mean(np.abs(patch - np.mean(patch))) | The root of the mean of the *squares*, not the mean of the absolute values.
     median | np.mean(patch), -> np.median(patch), | The mean, not the median.
+    mean of each column | np.mean(patch), -> patch.mean(axis=0), | One mean for the whole patch, a number: without axis=0.
     mean of the image | np.mean(patch), -> np.mean(image), | The mean of the patch, not of the whole image.
     contrast of the image | np.std(patch) -> np.std(image) | The contrast of the patch, not of the whole image.
     mean and contrast swapped | return patch, np.mean(patch), np.std(patch) -> return patch, np.std(patch), np.mean(patch) | First the mean, then the contrast.
