@@ -31,6 +31,16 @@ NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 needs_git = pytest.mark.skipif(not TRACKED, reason="not a git checkout: no list of tracked files")
 
 
+@needs_git
+def test_git_holds_files_only():
+    """No symbolic link, such as one to the environment of another copy, and no repository in this one."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-s", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    modes = {entry.partition("\t")[2]: entry[:6] for entry in listed.split("\0") if entry}
+    assert set(modes.values()) <= {"100644", "100755"}, {name: m for name, m in modes.items() if m[:3] != "100"}
+
+
 def text_files():
     for path in TRACKED:
         data = path.read_bytes()
