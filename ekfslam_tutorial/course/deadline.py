@@ -94,8 +94,8 @@ def _kept_waiting(clock, seconds, passed) -> bool:
 def _clock():
     """The clock that counts how long the processor works for this thread; None where there is none, as on Windows."""
     try:
-        return time.pthread_getcpuclockid(threading.get_ident())
-    except AttributeError:
+        return None if NO_THREADS else time.pthread_getcpuclockid(threading.get_ident())
+    except (AttributeError, OSError):
         return None
 
 
