@@ -326,7 +326,8 @@ class Exercise:
         right = right_results(self, more.calls)
         of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
         calls = [*more.calls, *f.calls] if few and part is None else more.calls if of_cases else f.calls
-        return recognise_more(self, calls, failed.part, known, lambda: own_words.formulas(f.function))
+        own = functools.cache(lambda: own_words.formulas(f.function))
+        return [slips.as_told(m, own()) for m in recognise_more(self, calls, failed.part, known, own)]
 
     @staticmethod
     def _call_more(calls, limit):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import copy
 import itertools
 import re
 import sys
@@ -104,6 +105,19 @@ def slips_of_helpers(solution) -> list[Slip]:
             told = ((f"As in `{name}`. {s.hint}", s) for s in slips(helper))
             found += [Slip(helper, hint, s.body, solution, s.quoted) for hint, s in told]
     return found
+
+
+def as_told(mistake, own):
+    """Return a mistake as it is told to who has written `own`, a Counter of formulas or None.
+
+    Who calls a function of another exercise has it right there: the mistake is in what is made of it.
+    """
+    if own and isinstance(mistake, Slip) and mistake.user is not None and own[f"name {mistake.solution.__name__}"]:
+        called = f"`{mistake.solution.__name__}`"
+        told = f"What you make of {called} comes out as if there were a mistake in it: "
+        mistake = copy.copy(mistake)
+        mistake.hint = mistake.hint.replace(f"As in {called}. ", told)
+    return mistake
 
 
 def _listed(helper) -> list:

@@ -175,8 +175,8 @@ ONE = [  # exercise, what is told, places
     # a matrix of one's own for the noise, used on both sides
     (
         "05.1",
-        r"as if `X_u` were .*\[0, 0, 0\]\]\)`, not .* in `P\[:3, :3\] \+= X_u @ U @ X_u.T`",
-        ("[0, 0, 1]]", "[0, 0, 0]]"),
+        r"as if `X_u` were .*\[0, 0, 2\]\]\)`, not .* in `P\[:3, :3\] \+= X_u @ U @ X_u.T`",
+        ("[0, 0, 1]]", "[0, 0, 2]]"),
     ),
     ("05.1", "add it after the motion", ("F @ P @ F.T + G @ U @ G.T", "F @ (P + G @ U @ G.T) @ F.T")),
     # one slip in another form, which would be two in the solution

@@ -138,3 +138,13 @@ def test_what_is_found_does_not_depend_on_the_clock(monkeypatch):
     told, now = exercise.judge(both).hint, time.process_time
     monkeypatch.setattr(time, "process_time", lambda: 3 * now())
     assert exercise.judge(both).hint == told and told.startswith("Two things")
+
+
+def test_who_calls_a_function_rightly_is_not_sent_into_it():
+    """`q` is right and its result is spoilt; then q is written anew, and wrong."""
+    called = answer("02.4", ("l, L_y = q(y, x_r)", "l, L_y = q(y, x_r); l = l - x_r[:2]"))
+    anew = answer("02.4", ("l, L_y = q(y, x_r)", "a = y[1] + x_r[2]; c, s = np.cos(a), np.sin(a); "
+                           "l, L_y = y[0] * np.array([c, s]), np.array([[c, -y[0] * s], [s, y[0] * c]])"))  # fmt: skip
+    hints = [of("02.4").judge(f).hint for f in (called, anew)]
+    assert hints[0].startswith("What you make of `q` comes out as if there were a mistake in it: That is the landmark")
+    assert hints[1].startswith("As in `q`. That is the landmark as seen from the robot")

@@ -89,6 +89,8 @@ effect = table(
     the loss itself | P[b, b] - K_b @ Z @ K_b.T -> K_b @ Z @ K_b.T | K_b Z K_b' is what B loses: return what is left, P[b, b] - K_b Z K_b'.
     the whole covariance | return K_b, P_bb -> return K_b, P - PHt @ np.linalg.inv(Z) @ PHt.T | P_bb is the 2 x 2 block of landmark B: return P_new[b, b].
     covariances with B left out | PHt = P @ H.T -> P = P.copy(); P[:3, 3:], P[3:, :3] = 0, 0; PHt = P @ H.T | P H' needs the whole rows of B, with its covariances: P[b] @ H.T.
+    Z with the robot's block only | Z = H @ PHt + R -> Z = H[:, :3] @ P[:3, :3] @ H[:, :3].T + R | Landmark A is uncertain as well, and shares errors with the robot: Z = H P H' + R with the whole P.
+    Z without the covariances | Z = H @ PHt + R -> Z = H @ (P * np.eye(len(P))) @ H.T + R | Robot and landmark share errors: Z = H P H' + R with the whole P, not with its diagonal.
     """,
     forms="""
     rows of K H P | P[b, b] - K_b @ Z @ K_b.T -> P[b, b] - K_b @ PHt[b].T | P - K H P

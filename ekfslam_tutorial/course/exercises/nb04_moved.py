@@ -94,6 +94,9 @@ motion = table(
     noise before the motion: Your noise goes through X_x as well: it belongs to the pose after the step, so add it after the motion.
         P[:3, :3] += X_u @ U @ X_u.T -> pass
         P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
+    noise in X_x twice | X_u @ U @ X_u.T -> 2 * X_u @ U @ X_u.T | The noise of the control comes once: + X_u U X_u'.
+    only the diagonal of P_rr | P[:3] = X_x @ P[:3] -> P[:3, :3] = np.diag(np.diag(P[:3, :3])); P[:3] = X_x @ P[:3] | The errors of the pose are correlated: use the whole block P_rr.
+    root of U | X_u @ U @ X_u.T -> X_u @ np.sqrt(np.abs(U)) @ X_u.T | U holds variances already: no root.
     """,
     forms="""
     matrices of the whole state | P = P.copy() -> F, G = np.eye(len(P)), np.zeros((len(P), X_u.shape[1])) | F P F' + G U G' of the whole state

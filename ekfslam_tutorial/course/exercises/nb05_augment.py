@@ -102,6 +102,10 @@ augmentation = table(
     landmark in front | return np.concatenate([x, l]), -> n = len(x); x, P = np.concatenate([x, l]), | The new landmark comes to the end of the state: the ranges of the others stay.
         [P_lx, P_ll]]) -> [P_lx, P_ll]]); i = np.r_[0:3, n : n + 2, 3:n]; return x[i], P[np.ix_(i, i)]
     P does not grow | np.block([[P, P_lx.T], [P_lx, P_ll]]) -> P | P needs two rows and columns more, as x does.
+    P_mm for P_rr | P_lx[:, :3] @ L_r.T -> L_r @ P[-3:, -3:] @ L_r.T | The pose's covariance is the first block of P, P[:3, :3].
+    only the diagonal of P_rr | P_lx[:, :3] @ L_r.T -> L_r @ np.diag(np.diag(P[:3, :3])) @ L_r.T | The errors of position and heading are correlated: use the whole block P[:3, :3].
+    the heading's share forgotten in P_ll | P_lx[:, :3] @ L_r.T -> P[:2, :2] | A wrong heading moves the landmark, too: P_ll has L_r P_rr L_r', not the position's block alone.
+    pose term twice | P_lx[:, :3] @ L_r.T -> 2 * P_lx[:, :3] @ L_r.T | P_ll has each cause of error once: L_r P_rr L_r' + L_y R L_y'.
     """,
 )
 

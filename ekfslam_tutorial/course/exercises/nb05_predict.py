@@ -132,6 +132,11 @@ prediction = table(
     noise before the motion: Your noise goes through X_x as well: it belongs to the pose after the step, so add it after the motion.
         P[:3, :3] += X_u @ U @ X_u.T -> pass
         P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
+    root of U | X_u @ U @ X_u.T -> X_u @ np.sqrt(np.abs(U)) @ X_u.T | U holds variances already: no root.
+    noise on the last three states | P[:3, :3] += X_u -> P[-3:, -3:] += X_u | The robot's pose is the first three numbers of the state: the noise goes into P[:3, :3].
+    noise on the position only | P[:3, :3] += X_u @ U @ X_u.T -> P[:2, :2] += (X_u @ U @ X_u.T)[:2, :2] | The turn has noise, too: X_u U X_u' is added to all of P[:3, :3].
+    noise twice | P[:3, :3] += X_u -> P[:3, :3] += 2 * X_u | The noise of the step comes once: + X_u U X_u'.
+    diagonal of the noise only | P[:3, :3] += X_u @ U @ X_u.T -> P[:3, :3] += np.diag(np.diag(X_u @ U @ X_u.T)) | In the map the errors of x, y and theta are correlated: add the whole X_u U X_u'.
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state

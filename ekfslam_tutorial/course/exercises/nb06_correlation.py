@@ -56,6 +56,8 @@ corr = table(
     divided by the rows' variance | np.outer(s, s) -> np.diag(P)[:, None] | Divide by s[i] s[j], not by the variance of one of the two.
     roots of the norms of the rows | np.sqrt(np.diag(P)) -> np.sqrt(np.linalg.norm(P, axis=1)) | The sigma of a number is the root of its own variance, P[i, i]: the other entries of the row are not in it.
     norms of the rows | np.sqrt(np.diag(P)) -> np.linalg.norm(P, axis=1) | The sigma of a number is the root of its own variance, P[i, i]: the other entries of the row are not in it.
+    only the lower triangle | P / np.outer(s, s) -> np.tril(P / np.outer(s, s)) | C is symmetric, as P is: yours lacks what stands above the diagonal.
+    only the upper triangle | P / np.outer(s, s) -> np.triu(P / np.outer(s, s)) | C is symmetric, as P is: yours lacks what stands below the diagonal.
     the covariance itself | P / np.outer(s, s) -> 1 * P | These are covariances, with units. Divide by the standard deviations.
     always positive | P / np.outer(s, s) -> np.abs(P / np.outer(s, s)) | Keep the sign: two errors may go in opposite directions.
     squared | P / np.outer(s, s) -> (P / np.outer(s, s)) ** 2 | That is the square of the correlation: the sign is lost.

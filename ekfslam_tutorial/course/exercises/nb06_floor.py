@@ -83,6 +83,8 @@ floor = table(
     distance in degrees | return J -> J[:, 2] = np.radians(J[:, 2]); return J | P_0 is in rad^2 already, and an angle in rad times a distance is a length: no conversion.
     distance instead of components | return J -> J[:, 2] = np.hypot(*(l - x_0[:2])); return J | The movement has a direction: -(l[1] - x_0[1]) in x and l[0] - x_0[0] in y.
     no distance | return J -> J[:, 2] /= max(np.hypot(*(l - x_0[:2])), 1e-12); return J | A heading error of 1 degree moves a far landmark more than a near one: the distance is missing.
+    sigma of the heading for its variance | return J @ P_0 -> P_0 = P_0.copy(); P_0[2, 2] = np.sqrt(P_0[2, 2]); return J @ P_0 | P_0[2, 2] is a variance, in rad^2, and J P_0 J' needs it as it is: no root.
+    standard deviations for variances | return J @ P_0 -> P_0 = np.sqrt(np.abs(P_0)); return J @ P_0 | P_0 holds variances already, and J P_0 J' needs variances: no root.
     """,
 )
 

@@ -87,5 +87,8 @@ barcodes = table(
     barcode and range for the measurement | rows[keep, 2:] -> rows[keep, 1:3] | The columns are [time, barcode, range, bearing]: range and bearing are the columns 2 and 3.
     misread barcodes kept as subjects | subject_of.get(barcode, -1) -> subject_of.get(barcode, barcode) | A barcode that is not in the table was misread: drop the row. The barcode is no subject.
     grouped by landmark | return rows[keep, 0] -> keep = np.array([k for b in table[:, 1] for k in np.flatnonzero(keep & (rows[:, 1] == b))], int); return rows[keep, 0] | These are the right rows in another order: keep the order of the file.
+    all times | rows[keep, 0] -> rows[:, 0] | The times belong to the rows that stay, too: rows[keep, 0].
+    times counted from the first row | rows[keep, 0] -> rows[keep, 0] - rows[0, 0] | The times are the stamps as they stand in the log: nothing is subtracted.
+    number of the row for the time | rows[keep, 0] -> np.flatnonzero(keep) * 1.0 | The time is in column 0 of the row: rows[keep, 0].
     """,
 )

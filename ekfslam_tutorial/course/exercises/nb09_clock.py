@@ -19,7 +19,7 @@ def clock_offset(offsets, z, Z):
 
 def case(rng, K, m, p, best):
     """Return offsets in any order, and innovations that grow with the distance from the best of them."""
-    offsets = np.round(rng.permutation(K) * 0.1 - 0.3, 1)
+    offsets = np.round(rng.permutation(K) * 0.1 - 0.33, 2)
     Z = np.array([[random_covariance(rng, p, rng.uniform(0.05, 3)) for _ in range(m)] for _ in range(K)])
     # the size of Z differs from run to run, so that |z| and the NIS choose differently
     Z = Z * rng.uniform(0.2, 5, (K, 1, 1, 1))
@@ -78,6 +78,7 @@ clock = table(
     one Z for the run | solve(Z, -> solve(Z.mean(1, keepdims=True), | Each measurement has its own Z[k, j]: yours takes one for the whole run.
     NIS nearest to one | np.argmin(nis) -> np.argmin(abs(nis - 1)) | Two filters differ here only in their stamps: the better stamps surprise less. No ideal value is asked for.
     the first Z of a run | solve(Z, -> solve(Z[:, :1], | Each measurement has its own Z[k, j]: yours takes the first one of the run for all.
+    offsets sorted, the runs not | return offsets[np.argmin(nis)] -> return np.sort(offsets)[np.argmin(nis)] | nis[k] belongs to offsets[k], in the order in which they come: do not sort one of them.
     offset without its sign | return offsets[np.argmin(nis)] -> return abs(offsets[np.argmin(nis)]) | A clock may be behind as well as ahead: return the offset with its sign.
     m - 1 | np.mean( -> np.divide(z.shape[1], z.shape[1] - 1) * np.mean( | A mean over m measurements is their sum divided by m, not by m - 1.
     """,

@@ -55,6 +55,8 @@ times = table(
             for rows in (
                 [[3.0, 4.0], [2.0, 3.0], [1.0, 2.0], [0.0, 1.0]],
                 [[5.0, 1.0], [0.0, 2.0], [9.0, 3.0]],
+                [[9.0, 1.0], [0.0, 2.0], [1.0, 3.0], [2.0, 4.0]],  # the longest step is the last one; then the first
+                [[9.0, 1.0], [0.0, 2.0], [8.0, 3.0]],
                 [[1.0, 7.0], [0.0, 8.0]],
                 [[2.0, 7.0], [2.0, 8.0]],
             )
@@ -91,6 +93,8 @@ times = table(
     gap before sorting | late, np.max(np.diff(rows[:, 0])) -> late, gap | Rows out of order make steps that never were. Sort first, then look for the longest step.
         late = int( -> gap = np.max(np.diff(rows[:, 0])); late = int(
     length of the log | np.max(np.diff(rows[:, 0])) -> np.ptp(rows[:, 0]) | That is the time from the first row to the last, not the longest step between neighbours.
+    last step left out | np.max(np.diff(rows[:, 0])) -> np.max(np.diff(rows[:-1, 0]), initial=0) | m rows have m - 1 steps: yours leaves out the one to the last row.
+    first step left out | np.max(np.diff(rows[:, 0])) -> np.max(np.diff(rows[1:, 0]), initial=0) | m rows have m - 1 steps: yours leaves out the one from the first row.
     typical step | np.max( -> np.mean( | The longest step is wanted: np.max, not a mean.
     """,
 )

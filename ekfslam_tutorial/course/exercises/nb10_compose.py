@@ -90,6 +90,9 @@ exercise = table(
     scalar part moved to the end | R, _ = q2R(F[3:]) -> R, _ = q2R(np.roll(F[3:], -1)) | q2R takes [a, b, c, d], the scalar part first, as the frames have it: nothing is rolled.
     scalar part moved to the end, in the product, too | R, _ = q2R(F[3:]) -> R, _ = q2R(np.roll(F[3:], -1)) | q2R and q_prod take [a, b, c, d], the scalar part first, as the frames have it: nothing is rolled.
         q_prod(F[3:], G[3:]) -> q_prod(np.roll(F[3:], -1), np.roll(G[3:], -1))
+    orientation of F kept | q, _, _ = q_prod(F[3:], G[3:]) -> q = F[3:] | G is turned in F: a vector of G is turned by G first, then by F. So q = q_F q_G, not q_F alone.
+    orientation of G kept | q, _, _ = q_prod(F[3:], G[3:]) -> q = G[3:] | F is turned, too: a vector of G is turned by G first, then by F. So q = q_F q_G, not q_G alone.
+    conjugate of the left factor | q_prod(F[3:], -> q_prod(q2qc(F[3:])[0], | With the conjugate of q_F you turn back. Local to global: q_F q_G.
     position of F forgotten | F[:3] + R -> R | The origin of F is not that of the parent: add t_F.
     """,
 )

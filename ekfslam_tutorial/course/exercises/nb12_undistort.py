@@ -55,8 +55,8 @@ undistorted = table(
         up + np.linalg.solve(UD_up, ud - u) -> ud / _f(up, d)
     distorted once more | return up -> return distort(ud, d)[0] | distort goes from up to ud. The way back is its inverse.
     returned as it came | return up -> return ud | ud is where you start, not the answer: distort(up, d) must give ud.
-    one Newton step | range(20) -> range(1) | One Newton step is a good guess, not the answer. Repeat it.
-    two Newton steps | range(20) -> range(2) | Two steps do where the lens is weak. Near the fold it needs more: repeat until nothing changes.
+    one Newton step | range(20) -> range(1) | Your loop ends too soon, as after one Newton step: go on until distort(up, d) gives ud to 1e-6.
+    two Newton steps | range(20) -> range(2) | Your loop ends too soon, as after two Newton steps: go on until distort(up, d) gives ud to 1e-6.
     Jacobian not inverted | np.linalg.inv(distort(up, d)[1]) -> distort(up, d)[1] | UD_up is the derivative of the way there. That of the way back is its inverse.
     Jacobian at the distorted point | np.linalg.inv(distort(up, d)[1]) -> np.linalg.inv(distort(ud, d)[1]) | UD_up must be taken at up, the result, not at ud.
     1 / f for the Jacobian | np.linalg.inv(distort(up, d)[1]) -> np.eye(2) / _f(up, d) | f changes with up as well: invert the whole matrix UD_up.

@@ -79,6 +79,9 @@ corrected = table(
     innovation turned round | y - e -> e - y | The innovation is measured minus expected, y - e.
     Joseph without the noise | (1 - K * H) * P -> (1 - K * H) ** 2 * P | Joseph's form has a second term: (1 - K H)^2 P + K^2 var.
     rho taken for the depth, by arctan2 | np.arctan(b * rho) -> np.arctan2(b, rho) | rho is one over the depth: b / d = b rho.
+    rho made positive | e = np -> rho = np.abs(rho); e = np | A negative rho is an estimate like others, beyond infinity: it keeps its sign.
+    new rho made positive | return rho + K * (y - e), -> return np.abs(rho + K * (y - e)), | A negative rho is an estimate like others, beyond infinity: it keeps its sign.
+    negative rho set to zero | return rho + K * (y - e), -> return np.maximum(rho + K * (y - e), 0), | A negative rho is an estimate like others, beyond infinity: it is not cut off at zero.
     """,
     forms="""
     P - K Z K | (1 - K * H) * P -> P - K * (H * P * H + var) * K | P - K Z K

@@ -75,5 +75,6 @@ born = table(
     heading column without the range | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -s], [0.0, 1.0, c]] | An angle is no length: a wrong heading moves the point by r times it. The third column of P_x is r [-s, c].
     P_x instead of P_px | P_px = P_x @ P -> P_px = P_x | A Jacobian is not a covariance: P_px = P_x P.
     P_xp | P_px = P_x @ P -> P_px = P @ P_x.T | P_px has the point in its rows: shape (2, 3).
+    arm from the origin | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -p[1]], [0.0, 1.0, p[0]]] | A wrong heading turns the point round the *robot*, not round the origin: the arm is p - x[:2], r [c, s].
     """,
 )

@@ -102,6 +102,7 @@ repair = table(
     noise before the motion: Your noise goes through X_x as well: it belongs to the pose after the step, so add it after the motion.
         P[:3, :3] += X_u @ U @ X_u.T -> pass
         P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
+    r2 moves the position in X_u | [[-t * s, c, 0], [t * c, s, 0], -> [[-t * s, c, -t * s], [t * c, s, t * c], | When the robot turns by r2, it has gone: r2 changes the heading only, and its column of X_u is [0, 0, 1].
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state

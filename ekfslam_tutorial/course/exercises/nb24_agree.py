@@ -163,5 +163,9 @@ consensus = table(
     the limit itself | axis=1) < limit -> axis=1) <= limit | Shorter than the limit: <, not <=.
     those that disagree | return best -> return ~best | True is for those that agree.
     how many | return best -> return best * best.sum() | Return a truth value for each match, not how many.
+    the set that explains one match: The set of match i is what i explains: a row, if A[i, j] says that i explains j. Yours counts and returns by columns.
+        best = np.zeros(len(z), bool) -> sets, best = [], np.zeros(len(z), bool)
+        agree.sum() > best.sum() -> sets.append(agree)
+        return best -> return np.array(sets)[:, np.argmax(np.sum(sets, axis=0))] if sets else best
     """,
 )
