@@ -148,3 +148,10 @@ def test_who_calls_a_function_rightly_is_not_sent_into_it():
     hints = [of("02.4").judge(f).hint for f in (called, anew)]
     assert hints[0].startswith("What you make of `q` comes out as if there were a mistake in it: That is the landmark")
     assert hints[1].startswith("As in `q`. That is the landmark as seen from the robot")
+
+
+def test_two_mistakes_are_found_beside_results_of_which_several_forms_are_right():
+    """The yaw of q is free in 23.4, so its results are compared in a form of their own."""
+    wrong = answer("23.4", ("w.mean(0)", "-w.mean(0)"), ("acc_bias_std / 9.81", "acc_bias_std"))
+    hint = of("23.4").judge(wrong).hint
+    assert "the bias is what is measured" in hint and "the angle is b / 9.81" in hint, hint

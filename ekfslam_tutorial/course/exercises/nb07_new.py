@@ -135,5 +135,6 @@ new = table(
     E of the first landmark | E + R -> Es[0] + R | Each landmark has an expectation and a covariance of its own: es[j] and Es[j].
     measurement of another row | z = np.array([y[0] -> y = ys[j % len(ys)]; z = np.array([y[0] | Row i of D belongs to measurement i, column j to landmark j: z = ys[i] - es[j].
     second column of the landmarks wrapped | z = np.array([y[0] - e[0], wrap(y[1] - e[1])]) -> z = np.array([y[0] - e[0], wrap(y[1] - e[1]) if j == 1 else y[1] - e[1]]) | In a stack of innovations, one row for each landmark, z[1] is the second *row*. The bearings are the last column: z[..., 1].
+    landmarks instead of measurements | for i in range(len(ys)) if all(D[i] > limit)] -> for i in range(len(es)) if all(D[:, i] > limit)] | One answer for each *measurement*, a row of D: yours are the landmarks, by its columns.
     """,
 )

@@ -83,5 +83,7 @@ distorted = table(
     UD_d: odd powers | np.outer(up, powers) -> np.outer(up, np.sqrt(r2) ** k) | The column of d2 is up r^2, with r^2 = up @ up: no root.
     UD_d: multiplied by d | np.outer(up, powers) -> np.outer(up, powers * d) | ud is linear in d: its derivative does not contain d.
     UD_d: distorted point | np.outer(up, powers) -> np.outer(ud, powers) | The columns are up r^(2 i), with the ideal point up, not ud.
+    entry by entry for outer | np.outer(up, up) -> np.tile(up * up, (2, 1)) | up up' is a matrix, np.outer(up, up). `up * grad` goes entry by entry, and is a vector.
+    f forgotten | f * np.eye(2) + 2 -> np.eye(2) + 2 | Product rule: f I, and up times the derivative of f. In the first term f is missing.
     """,
 )

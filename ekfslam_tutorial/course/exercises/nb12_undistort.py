@@ -63,6 +63,8 @@ undistorted = table(
     entries inverted one by one | np.linalg.inv(distort(up, d)[1]) -> np.array([[1 / v if v else 0 for v in row] for row in distort(up, d)[1]]) | 1 / UD_up inverts each entry. The inverse of a matrix is np.linalg.inv.
     Jacobian with minus d | np.linalg.inv(distort(up, d)[1]) -> distort(ud, -d)[1] | The derivative of the inverse is inv(UD_up); distort with -d has another one.
     identity | np.linalg.inv(distort(up, d)[1]) -> np.eye(2) | The lens stretches: UP_ud is I only in the middle of the image.
+    multiplied by f: ud = f up, so up is ud *divided* by f(up): yours multiplies.
+        up = up + np.linalg.solve(UD_up, ud - u) -> up = ud * _f(up, d)
     """,
 )
 

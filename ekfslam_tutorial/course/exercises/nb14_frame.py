@@ -74,5 +74,7 @@ sorted_out = table(
     no limit for zero | start[:n_inits] -> start[: n_inits or None] | n_inits = 0 is a limit, too: then no landmark is started.
     stops at the limit | correct, start = np.array(correct, dtype=int), -> correct, start = np.array([i for i in correct if [*start, *[len(ids)] * (n_inits + 1)][n_inits] > i], dtype=int), | n_inits limits what is started, not what corrects: behind the last start known landmarks are corrected all the same.
     the last ones | start[:n_inits] -> start[len(start) - n_inits :] if n_inits < len(start) else start | Those that come first are started: start[:n_inits].
+    places in known | return correct, start -> return np.flatnonzero(np.isin(known, ids)), start | The places are those in `ids`, the measurements, not those in `known`.
+    in the order of known | return correct, start -> return np.array([list(ids).index(id) for id in known if id in ids], dtype=int), start | The places rise, in the order of `ids`: yours come in the order of `known`.
     """,
 )

@@ -100,6 +100,7 @@ exercise = table(
     gain by the own block of P | np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks)) | K = P H' inv(Z) with all of P: the rows of a state take its covariance with *all* states that were measured, not its own block of P alone.
     R counted twice | H.T + R -> H.T + 2 * R | The noise of a measurement counts once, however many states it depends on: Z = H P H' + R.
     Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
+    stops at a known state | in blocks: -> in blocks[: next((i for i, (r, _) in enumerate(blocks) if r is None), len(blocks))]: | Only the block of the known state (r = None) is skipped, those behind it count: `continue`, not `break`.
     """,
     forms="""
     gain by the inverse | np.linalg.solve(Z, H @ P).T -> P @ H.T @ np.linalg.inv(Z) | K = P H' inv(Z)

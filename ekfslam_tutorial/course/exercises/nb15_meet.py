@@ -80,5 +80,6 @@ exercise = table(
     both bearings the wrong way | F1.theta + b12 + np.pi - b21 -> F1.theta - b12 + np.pi + b21 | theta1 + b12 is the direction to robot 2, and theta2 + b21 the one back: so theta2 = theta1 + b12 + pi - b21.
     the way back before the meeting: First F1, then robot 2 as robot 1 sees it, then F2.inverse(): the steps do not commute.
         robot2.compose(back)[0].x -> F1.compose(back)[0].compose(Frame2(np.array([r * np.cos(b12), r * np.sin(b12), b12 + np.pi - b21])))[0].x
+    heading of robot 1 forgotten in theta only | robot2.compose(back)[0].x -> robot2.compose(back)[0].x - np.array([0, 0, F1.theta]) | Bearings count from the robot's own x axis: add the heading of robot 1 to theta, too.
     """,
 )

@@ -55,5 +55,7 @@ ranged = table(
     towards the sensor | np.asarray(p) / r -> -np.asarray(p) / r | The sign: a point that moves away has a larger range.
     half of it | np.asarray(p) / r -> np.asarray(p) / (2 * r) | The inner derivative of the square, 2 px, cancels the 1/2 of the root: p / r.
     one point only | r = np.linalg.norm(p, axis=-1, keepdims=True) -> r = np.atleast_1d(np.hypot(p[0], p[1])) | p[0] is the first *point* of a list, and the first number of one point. Write p[..., 0].
+    a column | [..., None, :] -> [..., None] | Rows are outputs, columns are inputs: one row and two columns for each point, shape (..., 1, 2).
+    no axis for the row | (np.asarray(p) / r)[..., None, :] -> np.asarray(p) / r | The Jacobian of one number by two has one row and two columns: shape (..., 1, 2).
     """,
 )

@@ -64,6 +64,7 @@ band = table(
     mean over the frames | axis=0 -> axis=1 | The frames of one run are correlated. Take the mean over the runs: axis=0.
     degrees of freedom less one | runs * dof) / runs -> max(runs - 1, 1) * dof) / max(runs - 1, 1) | Nothing was estimated from the runs: R dof degrees of freedom, not (R - 1) dof.
     dof always 6 | runs * dof) / runs -> runs * 6) / runs | The degrees of freedom of one NEES are the argument dof: 6 is one case only.
+    mean divided by dof | np.mean(nees, axis=0) -> np.mean(nees, axis=0) / dof | The mean NEES is around dof, and so are the limits: divide neither, or both.
     """,
 )
 

@@ -61,7 +61,7 @@ exercise = table(
     rows and columns deleted | return A_new, b_new -> return A_kk, b[keep] | That is conditioning: it takes the others for known. To marginalise *their uncertainty* as well, subtract A_kg A_gg^-1 A_gk, and the same for b.
     b not corrected | return A_new, b_new -> return A_new, b[keep] | The mean of those that stay changes in your answer: b_k - A_kg A_gg^-1 b_g.
     A not corrected | return A_new, b_new -> return A_kk, b_new | A changes as well: A_kk - A_kg A_gg^-1 A_gk.
-    plus | A_kk - S -> A_kk + S | Information is lost, not won: minus A_kg A_gg^-1 A_gk.
+    plus | A_kk - S -> A_kk + S | Information is lost, not won: minus A_kg A_gg^-1 A_gk, and in b minus A_kg A_gg^-1 b_g.
         b[keep] - S -> b[keep] + S
     plus in b | b[keep] - S -> b[keep] + S | In b it is minus, too: b_k - A_kg A_gg^-1 b_g.
     inverse forgotten | np.linalg.solve(A_gg, A_kg.T).T -> A_kg @ A_gg | Between the two off-diagonal blocks stands the *inverse* of A_gg.
@@ -73,6 +73,7 @@ exercise = table(
     fill-in dropped | return A_new, b_new -> return np.diag(np.diag(A_new)), b_new | The Schur complement connects unknowns that were not connected: do not drop these entries.
     keep and gone swapped | gone = [i for i in range(len(A)) if i not in keep] -> gone, keep = keep, [i for i in range(len(A)) if i not in keep] | `keep` holds the indices that stay.
     the last ones dropped | gone = [i -> keep = list(range(len(keep))); gone = [i | Any of the unknowns may go: `keep` holds the indices that stay, in their order.
+    plus in A | A_kk - S -> A_kk + S | Information is lost, not won: minus A_kg A_gg^-1 A_gk.
     """,
 )
 

@@ -82,5 +82,7 @@ exercise = table(
         t**1.5 / np.sqrt(3) -> t**1.5 / (2 * np.sqrt(3))
     order of the noises: In the order of the arguments: b_w, b_a, n_w, n_a.
         by_gyro[1], by_acc[1]]) -> by_acc[1], by_gyro[1]])
+    noise of the accelerometer like its bias | n_a * t**1.5 -> n_a * t**2 | White noise is partly averaged away: t^(k - 1/2), not t^k.
+    noise of the gyrometer like its bias | n_w * t**2.5 -> n_w * t**3 | White noise is partly averaged away: t^(k - 1/2), not t^k.
     """,
 )

@@ -111,5 +111,10 @@ exercise = table(
         P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], R_r @ P[:16, 16:]
         P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ R_r.T
     U by dt | R_u @ U @ R_u.T -> R_u @ U @ R_u.T * dt | U is the covariance of one control already: no dt.
+    correlations by the product in the wrong order: The later derivative stands on the left, R_3 R_2 R_1: in the product for P_rm, too.
+        X, Q = np.eye(16), np.zeros((16, 16)) -> X, Q, A = np.eye(16), np.zeros((16, 16)), np.eye(16)
+        X = R_r @ X -> X = R_r @ X; A = A @ R_r
+        P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], A @ P[:16, 16:]
+        P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ A.T
     """,
 )

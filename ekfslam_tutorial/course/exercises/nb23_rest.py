@@ -42,7 +42,7 @@ def any_yaw(taken, right=None):
     up = q2R(q / length)[0][2]
     level = np.array([1 + up[2], up[1], -up[0], 0.0])
     level = level if level[0] > 1e-9 else np.array([0, 1.0, 0, 0])
-    return [length * unit(level)[0], *rest]
+    return length * unit(level)[0], *rest
 
 
 exercise = table(

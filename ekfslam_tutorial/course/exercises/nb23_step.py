@@ -131,6 +131,16 @@ exercise = table(
     small turn: The derivative of v2q must be taken at w dt for the turn, at w dt / 2 for the middle of the step, and not at zero.
         @ DQ_w * dt -> @ v2q(0 * w)[1] * dt
         @ HALF_w * dt / 2 -> @ v2q(0 * w)[1] * dt / 2
+    columns of X_b exchanged | X_b[10:] = np.eye(6) -> X_b[10:] = np.eye(6); X_b = np.hstack([X_b[:, 3:], X_b[:, :3]]) | The columns of X_b are by b_w first, then by b_a, as the biases stand in x.
+    acc bias added in all: measured = true + bias. So the true acceleration is measured *minus* bias: in the derivatives, too.
+        u[3:] - b[3:] -> u[3:] + b[3:]
+        X_b[:3] = np.hstack([G_w, R]) -> X_b[:3] = np.hstack([G_w, -R])
+        X_b[7:10] = np.hstack([G_w, R]) -> X_b[7:10] = np.hstack([G_w, -R])
+    gyro bias added in all: measured = true + bias. So the true turn rate is measured *minus* bias: in the derivatives, too.
+        w, a = u[:3] - b[:3] -> w, a = u[:3] + b[:3]
+        X_b[:3] = np.hstack([G_w, R]) -> X_b[:3] = np.hstack([-G_w, R])
+        X_b[7:10] = np.hstack([G_w, R]) -> X_b[7:10] = np.hstack([-G_w, R])
+        -Q_dq @ DQ_w * dt -> Q_dq @ DQ_w * dt
     """,
 )
 

@@ -85,5 +85,8 @@ region = table(
     u and v of e swapped | z = pixels - e -> z = pixels - e[::-1] | e = [u; v] as the pixels: no swap.
     one half | axis=1) <= -> axis=1) / 2 <= | No one half: that is in the exponent of the Gaussian, not in the distance.
     one answer for all | axis=1) <= k**2 -> axis=1).max() <= k**2 | One truth value for each pixel.
+    u and v of the pixels swapped | z = pixels - e -> z = pixels[:, ::-1] - e | The pixels are [u, v], as e and S: no swap.
+    always one sigma | <= k**2 -> <= 1 | The ellipse is that of k sigma: compare with k^2, not with 1.
+    k twice | <= k**2 -> <= 2 * k | k squared is k times k, not 2 k.
     """,
 )

@@ -70,5 +70,6 @@ cut = table(
     mean of the image | np.mean(patch), -> np.mean(image), | The mean of the patch, not of the whole image.
     contrast of the image | np.std(patch) -> np.std(image) | The contrast of the patch, not of the whole image.
     mean and contrast swapped | return patch, np.mean(patch), np.std(patch) -> return patch, np.std(patch), np.mean(patch) | First the mean, then the contrast.
+    mean not taken off | np.std(patch) -> np.sqrt(np.mean(patch**2)) | The contrast is the spread about the mean: take the mean off before the squares.
     """,
 )
