@@ -290,7 +290,7 @@ class Table:
         right = [exercise.answered(exercise.solution, call) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)
         self.right = [exercise.answered(exercise.solution, call) for call in self.calls]
-        if _only_raise(exercise, calls, right):  # many slips raise as the student's mistake does: it is none of them
+        if _only_raise(exercise, calls, right) or _always_the_same(exercise, calls, right):  # as many slips do, or none
             all_changes = [change for change in all_changes if change.listed]
         self.few = few
         self.t, self.s, self.kinds = self._columns()
@@ -839,6 +839,12 @@ def _only_raise(exercise, calls, right) -> bool:
     """Return True if each call that is not right has raised: then no number tells one mistake from others."""
     wrong = (call.result for call, t in zip(calls, right, strict=True) if not exercise.alike(call.result, t))
     return all(isinstance(result, guard.Raised) for result in wrong)
+
+
+def _always_the_same(exercise, calls, right) -> bool:
+    """Return True if the student's results are all the same, though the right ones are not: no slip does that."""
+    same = lambda results: all(exercise.alike(result, results[0]) for result in results[1:])
+    return same([call.result for call in calls]) and not same(right)
 
 
 def _kind(exercise, call, right):

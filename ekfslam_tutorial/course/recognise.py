@@ -76,7 +76,10 @@ def recognise_more(exercise, calls, part, known, formulas=lambda: None):
     alone = [change.mistake for change in table.single() if _answers(exercise, change.mistake.answer, calls)]
     if alone and (not few or not table.constant(table.wrong) and table.bits() >= SURE_BITS + np.log2(len(table.rows))):
         as_if = own_words.of_a_step(alone[0]) and not (own and own_words.written(alone[0], own))
-        return as_if and table.tells and pairs.two_listed(table, calls) or alone[:1]
+        if as_if and table.tells:  # rather what students do: two mistakes, or one in another form
+            listed = [mistake for mistake in pairs.in_another_form(exercise, calls, own) if mistake.edits]
+            return pairs.two_listed(table, calls) or listed or alone[:1]
+        return alone[:1]
     if table.tells and (alone := pairs.in_another_form(exercise, calls, own)):
         return alone
     if not known and (alone := table.alone()):

@@ -155,3 +155,9 @@ def test_two_mistakes_are_found_beside_results_of_which_several_forms_are_right(
     wrong = answer("23.4", ("w.mean(0)", "-w.mean(0)"), ("acc_bias_std / 9.81", "acc_bias_std"))
     hint = of("23.4").judge(wrong).hint
     assert "the bias is what is measured" in hint and "the angle is b / 9.81" in hint, hint
+
+
+def test_a_listed_mistake_in_another_form_comes_before_a_step_that_is_as_if_it_were_another():
+    """P - K H P with Z for its inverse: as if Z were the inverse of H P H' + R, which nobody has written."""
+    text = ("P - K @ Z @ K.T", "P - K @ H @ P"), ("np.linalg.inv(Z)", "Z")
+    assert "a large uncertainty of the innovation makes a small gain" in of("01.4").judge(answer("01.4", *text)).hint

@@ -99,5 +99,6 @@ motion = table(
     column instead of vector | return x2, F_x, F_u -> return x2[:, None], F_x, F_u | Vectors have one axis here: x2 has shape (3,), no columns.
     entries of the heading column exchanged | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, -d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: the two entries of the third column are exchanged.
     cosine for sine in the heading column | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, -d * c], [0, 1, d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: in the third column yours has the cosine where the sine belongs, and the other way round.
+    v left in F_u | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[d * c, 0], [d * s, 0], [0, dt]] | The derivative of v dt cos(theta) by v is dt cos(theta): v itself is gone.
     """,
 )

@@ -141,6 +141,8 @@ always 3 sigma | k * V -> 3 * V | The size of the ellipse is the argument k; 3 i
 k squared | k * V -> k**2 * V | k squared belongs to the squared distance, (p - mean)' P^-1 (p - mean) = k^2. The half axis is k sigma.
 rows of V | np.linalg.eigh -> np.linalg.eig | The eigenvectors are the *columns* of V. Its rows turn the ellipse the other way.
     k * V -> k * V.T
+columns for points | return mean + (k -> return mean[:, None] + (k | One row for each point, shape (n, 2): yours has them in columns: transpose the result, `.T`.
+    circle).T -> circle)
 axes swapped | np.sqrt(D) -> np.sqrt(D[::-1]) | eigh sorts: D[j] belongs to column j of V. Yours has the long axis where the short one should be.
 not turned | k * V @ np.diag(np.sqrt(D)) -> k * np.diag(np.sqrt(np.diag(P))) | The variances on the diagonal of P do not know the tilt. The half axes come from the eigenvectors of all of P.
 eigenvalues, but not turned | k * V @ -> k * | These are the right half axes, but they lie along x and y: turn them, by V, the eigenvectors.

@@ -82,6 +82,10 @@ grown = table(
     heading forgotten in L_y | l, L_y = q(y, x_r) -> l, L_y = q(y, x_r); L_y = q(y, np.array([*x_r[:2], 0.0]))[1] | In L_y, too, sin and cos are taken of the whole direction theta + beta.
     range forgotten in L_y | l, L_y = q(y, x_r) -> l, L_y = q(y, x_r); L_y = L_y / [1, y[0]] | A landmark twice as far away moves twice as much when the bearing changes: the second column of L_y has a factor r.
     sign in L_y | l, L_y = q(y, x_r) -> l, L_y = q(y, x_r); L_y = L_y * [[1, -1], [1, 1]] | d cos(a) = -sin(a) da: the upper right entry of L_y is -r sin(a).
+    ones beside the blocks | np.zeros((n + 2, n + 2)) -> np.ones((n + 2, n + 2)) | The pose is known, so the new landmark has nothing in common with the old ones: zeros beside the blocks.
+    old covariance lost, an identity in its place: The old landmarks keep their covariance: P comes into the first n rows and columns, in the place of the identity.
+        np.zeros((n + 2, n + 2)) -> np.eye(n + 2)
+        P_new[:n, :n] = P -> pass
     """,
 )
 

@@ -77,5 +77,6 @@ banded = table(
     band of the ellipsoid | k * -> np.sqrt(chi2.ppf(erf(k / np.sqrt(2)), 3)) * | That is the size of an ellipsoid, for three numbers together. Each band is about one number.
     heading in degrees | return e, w -> return e * [1, 1, 180 / np.pi], w * [1, 1, 180 / np.pi] | All in radians: degrees are for the axis of a plot.
     the inverse of P | np.diagonal(P, axis1=1, axis2=2) -> 1 / np.diagonal(np.linalg.inv(P), axis1=1, axis2=2) | P says how uncertain, its inverse how certain. The band of one number, whatever the others are, wants the diagonal of P itself.
+    size of the error, after the wrap | return e, w -> return np.abs(e), w | Keep the sign: a filter that is always wrong on the same side shows it in the plot.
     """,
 )

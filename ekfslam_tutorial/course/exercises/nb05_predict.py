@@ -137,6 +137,13 @@ prediction = table(
     noise on the position only | P[:3, :3] += X_u @ U @ X_u.T -> P[:2, :2] += (X_u @ U @ X_u.T)[:2, :2] | The turn has noise, too: X_u U X_u' is added to all of P[:3, :3].
     noise twice | P[:3, :3] += X_u -> P[:3, :3] += 2 * X_u | The noise of the step comes once: + X_u U X_u'.
     diagonal of the noise only | P[:3, :3] += X_u @ U @ X_u.T -> P[:3, :3] += np.diag(np.diag(X_u @ U @ X_u.T)) | In the map the errors of x, y and theta are correlated: add the whole X_u U X_u'.
+    turned the other way, in all: [[c, s], [-s, c]] brings the map to the robot. Here a step of the robot goes into the map: [[c, -s], [s, c]], in X_x and X_u, too.
+        [[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]] -> [[1, 0, -s * u[0] + c * u[1]], [0, 1, -c * u[0] - s * u[1]]
+        [[c, -s, 0], [s, c, 0] -> [[c, s, 0], [-s, c, 0]
+    turned first, then driven, in all: The step is seen from the robot *before* the step: turn it by the old heading, in X_x and X_u, too.
+        c, s = np.cos(x[2]), np.sin(x[2]) -> c, s = np.cos(x[2] + u[2]), np.sin(x[2] + u[2])
+        x, P = x.copy() -> N = X_u.copy(); N[:2, 2] = X_x[:2, 2]; x, P = x.copy()
+        P[:3, :3] += X_u @ U @ X_u.T -> P[:3, :3] += N @ U @ N.T
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state

@@ -90,6 +90,7 @@ chain = table(
     K R K' | np.outer(K, P[-1]) -> np.outer(K, K) * R | The loss is K Z K' with Z = P_nn + R; yours has R alone.
     only the variance of the last | np.outer(K, P[-1]) -> np.diag(np.eye(len(P))[-1]) * K[-1] * P[-1, -1] | All entries of P change, not only the last one: P - K H P.
     only the diagonal of P | P - np.outer(K, P[-1]) -> np.diag(np.diag(P - np.outer(K, P[-1]))) | P has the covariances between the landmarks, too: they do not vanish.
+    errors of the steps behind | np.minimum.outer(C, C) -> np.minimum.outer(np.cumsum(q[::-1])[::-1], np.cumsum(q[::-1])[::-1]) | Landmark k has the errors of the steps 1 to k, which lie before it, and not those of the steps behind it.
     """,
     forms="""
     P - K Z K' | np.outer(K, P[-1]) -> np.outer(K, K) * (P[-1, -1] + R) | P - K Z K'

@@ -64,6 +64,7 @@ corr = table(
     scaled by the largest | np.outer(s, s) -> P.max() | One scale for all does not make the diagonal 1: each number has its own sigma.
     multiplied | P / np.outer(s, s) -> P * np.outer(s, s) | Divide by the standard deviations, do not multiply.
     np.corrcoef of P | P / np.outer(s, s) -> np.reshape(np.corrcoef(P), P.shape) if len(P) > 1 else np.ones((1, 1)) | np.corrcoef wants samples, not a covariance matrix.
+    zeros on the diagonal | P / np.outer(s, s) -> P / np.outer(s, s) * (1 - np.eye(len(P))) | Every number is fully correlated with itself: C[i, i] = 1, not 0.
     """,
 )
 

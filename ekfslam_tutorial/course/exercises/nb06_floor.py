@@ -85,6 +85,7 @@ floor = table(
     no distance | return J -> J[:, 2] /= max(np.hypot(*(l - x_0[:2])), 1e-12); return J | A heading error of 1 degree moves a far landmark more than a near one: the distance is missing.
     sigma of the heading for its variance | return J @ P_0 -> P_0 = P_0.copy(); P_0[2, 2] = np.sqrt(P_0[2, 2]); return J @ P_0 | P_0[2, 2] is a variance, in rad^2, and J P_0 J' needs it as it is: no root.
     standard deviations for variances | return J @ P_0 -> P_0 = np.sqrt(np.abs(P_0)); return J @ P_0 | P_0 holds variances already, and J P_0 J' needs variances: no root.
+    the result in the robot's frame | return J @ P_0 @ J.T -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); T = np.array([[c, s], [-s, c]]); return T @ (J @ P_0 @ J.T) @ T.T | The covariance is asked in the world, in x and y: nothing is turned by the heading.
     """,
 )
 

@@ -107,6 +107,7 @@ trajectory = table(
     largest error | np.mean(d2) -> np.max(d2) | That is the worst point. ATE is an average over all.
     last point | np.mean(d2) -> d2[-1] | ATE is about the whole path, not about its end.
     median | np.mean(d2) -> np.median(d2) | ATE is a mean: every point counts, the far ones most.
+    angle of the first and the last point | turn = np.arctan2( -> v, w = path[-1] - path[0], truth[-1] - truth[0]; turn = np.arctan2(w[1], w[0]) - np.arctan2(v[1], v[0]) + 0 * np.arctan2( | All points tell the angle, not the first and the last one alone.
     """,
     forms="""
     a turn and a shift | a @ R.T + truth.mean(axis=0) -> path @ R.T + (truth.mean(axis=0) - R @ path.mean(axis=0)) | R p + t

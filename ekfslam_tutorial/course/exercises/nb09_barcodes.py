@@ -90,5 +90,6 @@ barcodes = table(
     all times | rows[keep, 0] -> rows[:, 0] | The times belong to the rows that stay, too: rows[keep, 0].
     times counted from the first row | rows[keep, 0] -> rows[keep, 0] - rows[0, 0] | The times are the stamps as they stand in the log: nothing is subtracted.
     number of the row for the time | rows[keep, 0] -> np.flatnonzero(keep) * 1.0 | The time is in column 0 of the row: rows[keep, 0].
+    barcodes of the rows that stay | subjects[keep] -> rows[keep, 1].astype(int) | Return the subject that wears the barcode, not the barcode.
     """,
 )

@@ -73,7 +73,7 @@ clock = table(
     largest NIS | argmin -> argmax | A large NIS is a bad fit: take the smallest.
     sign of the offset | return offsets -> return -offsets | The offsets are the candidates already: return the best one with its own sign.
     the smallest NIS returned | offsets[np.argmin(nis)] -> nis.min() | Return the offset that belongs to the smallest NIS.
-    NIS nearest to the ideal | np.argmin(nis) -> np.argmin(abs(nis - 2)) | Two filters differ here only in their stamps: the better stamps surprise less. Nearest to 2 is for tuning R.
+    NIS nearest to the ideal | np.argmin(nis) -> np.argmin(abs(nis - z.shape[2])) | Two filters differ here only in their stamps: the better stamps surprise less. Nearest to 2 is for tuning R.
     the first offset | np.argmin(nis) -> 0 | Which run has the smallest NIS differs from log to log: offsets[np.argmin(nis)].
     one Z for the run | solve(Z, -> solve(Z.mean(1, keepdims=True), | Each measurement has its own Z[k, j]: yours takes one for the whole run.
     NIS nearest to one | np.argmin(nis) -> np.argmin(abs(nis - 1)) | Two filters differ here only in their stamps: the better stamps surprise less. No ideal value is asked for.

@@ -97,6 +97,8 @@ times = table(
     first step left out | np.max(np.diff(rows[:, 0])) -> np.max(np.diff(rows[1:, 0]), initial=0) | m rows have m - 1 steps: yours leaves out the one from the first row.
     typical step | np.max( -> np.mean( | The longest step is wanted: np.max, not a mean.
     latest first, else in order | return rows, late -> return rows[np.argsort(-rows[:, 0], kind="stable")], late | Time must rise from row to row.
+    longest step of the file, either way | late, np.max(np.diff(rows[:, 0])) -> late, gap | Rows out of order make steps that never were. Sort first, then look for the longest step.
+        late = int( -> gap = np.max(np.abs(np.diff(rows[:, 0]))); late = int(
     """,
 )
 

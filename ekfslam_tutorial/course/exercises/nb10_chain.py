@@ -83,5 +83,6 @@ exercise = table(
     both factors transposed | PS_pr @ PR_p -> PS_pr.T @ PR_p.T | Jacobians are used as they come: PS_pr @ PR_p, no transposes.
     PS_r twice | PR_r, PS_s, -> PR_r, PS_pr @ PR_r, | PS_s is the derivative by the sensor's frame: it comes out of the second step, Sf.to_frame(pr).
     the other factor | PS_pr @ PR_r -> PR_p @ PR_r | PS_r goes through pr: its factors are PS_pr and PR_r, not PR_p.
+    positions with a plus | return ps, PS_pr @ PR_r, PS_s, -> S = np.array([-1, -1, -1, 1, 1, 1, 1]); return ps, PS_pr @ (PR_r * S), PS_s * S, | When a frame goes forward, the point comes nearer in it: the derivatives by a position have a minus, -R'.
     """,
 )

@@ -85,7 +85,13 @@ exercise = table(
     derivative by w in the columns of v | X_x[3:7, 10:] = -> X_x[3:7, 7:10] = | The state is [t, q, v, w]: columns 7 to 9 belong to v, 10 to 12 to w. q2 depends on w.
     dv and dw exchanged in X_u | X_u[7:] = np.eye(6) -> X_u[7:] = np.roll(np.eye(6), 3, axis=1) | u = [dv, dw]: v2 follows dv, the first three columns of X_u, and w2 follows dw, the last three.
     dw forgotten in X_u | X_u[7:] = np.eye(6) -> X_u[7:10, :3] = np.eye(3) | w2 = w + dw: X_u[10:, 3:] is an identity, as X_u[7:10, :3] is.
-    dv and dw exchanged | v + u[:3], w + u[3:] -> v + u[3:], w + u[:3] | u = [dv, dw]: the first three numbers change v, the last three w.
+    dv and dw exchanged | v + u[:3], w + u[3:] -> v + u[3:], w + u[:3] | u = [dv, dw]: the impulse of v comes first, that of w behind it.
     v not kept | v + u[:3], w -> u[:3], w | The body keeps its velocity, and the impulse comes to it: v2 = v + dv.
+    dt forgotten in the turn, in X_x, too: w is in radians per second: v2q(w dt), and its derivative by w has the factor dt.
+        v2q(w * dt) -> v2q(w)
+        DQ_a * dt -> DQ_a
+    impulse times dt, in X_u, too: u is an impulse, a change of the velocity already: it is not multiplied by dt.
+        v + u[:3], w + u[3:] -> v + u[:3] * dt, w + u[3:] * dt
+        X_u[7:] = np.eye(6) -> X_u[7:] = dt * np.eye(6)
     """,
 )

@@ -129,5 +129,10 @@ exercise = table(
         np.concatenate([t2, q2]), X_x, X_u -> positive(np.concatenate([t2, q2]))[0], X_x, X_u
     half the turn | Q_dq @ DQ_v -> Q_dq @ DQ_v / 2 | v2q has the half angle in it already: its Jacobian must not be halved once more.
     position not moved | x[:3] + R @ u[:3] -> R @ u[:3] | The step begins where the robot stands: t2 = t + R(q) dx.
+    step in the axes of the world, in all: dx is seen from the robot: turn it with R(q), in the derivatives, too.
+        t2 = x[:3] + R @ u[:3] -> t2 = x[:3] + u[:3]
+        X_x[:3, 3:] = np.einsum("ijk,j->ik", R_q, u[:3]) -> pass
+        X_u[:3, :3] = R -> X_u[:3, :3] = np.eye(3)
+    the other matrix of the product by q | X_x[3:, 3:] = Q_q -> X_x[3:, 3:] = q_prod(dq, x[3:])[2] | q2 = q dq: by q it is the matrix of a product with dq on the *right*. Yours is that with dq on the left.
     """,
 )

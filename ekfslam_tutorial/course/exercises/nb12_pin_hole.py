@@ -98,5 +98,9 @@ camera = table(
     U_d: focal lengths left out | U_ud @ UD_d -> UD_d | UD_d is the derivative of ud. Of the pixel it is U_ud UD_d.
     U_d: one factor too many | U_ud @ UD_d -> U_ud @ UD_up @ UD_d | d acts in the lens itself: U_d = U_ud UD_d. UD_up is not in this chain.
     k in another order, in U_ud, too | u = k[:2] + k[2:] * ud -> k = k[[2, 3, 0, 1]]; u = k[:2] + k[2:] * ud | k = [u0, v0, au, av]: first the centre, then the focal lengths.
+    U_d: one focal length | U_ud @ UD_d -> k[2] * UD_d | u goes with au, v with av: U_d is U_ud UD_d, with both.
+    k in another order, in all: k = [u0, v0, au, av]: first the centre, then the focal lengths.
+        u = k[:2] + k[2:] * ud -> k = np.roll(k, 2); u = k[:2] + k[2:] * ud
+        np.hstack([np.eye(2), np.diag(ud)]) -> np.hstack([np.diag(ud), np.eye(2)])
     """,
 )

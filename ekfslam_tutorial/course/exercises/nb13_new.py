@@ -90,5 +90,7 @@ born = table(
     R as a standard deviation | L_y @ R @ -> L_y @ R @ R @ | R is a covariance already: do not square it.
     R squared entry by entry | L_y @ R @ -> L_y @ R**2 @ | R is a covariance already: do not square it.
     pixel noise in the frame of the camera | L_lc @ LC_v @ V_y -> LC_v @ V_y | That is how the pixel moves the landmark in the frame of the camera. From there into the world it is one factor more: L_y = L_lc LC_v V_y.
+    pixel noise taken for that of the ray | L_lc @ LC_v @ V_y -> L_lc @ LC_v @ np.eye(3)[:, :2] | R is the covariance of the pixel, not of the ray: from the pixel to the ray there is V_y, from `retro`.
+    P_lF with a factor too many | P_lF = L_F @ P_F -> P_lF = L_lc @ L_F @ P_F | P_lF is L_F P_F: the frame acts in the second step, after the camera.
     """,
 )

@@ -76,5 +76,8 @@ born = table(
     P_x instead of P_px | P_px = P_x @ P -> P_px = P_x | A Jacobian is not a covariance: P_px = P_x P.
     P_xp | P_px = P_x @ P -> P_px = P @ P_x.T | P_px has the point in its rows: shape (2, 3).
     arm from the origin | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -p[1]], [0.0, 1.0, p[0]]] | A wrong heading turns the point round the *robot*, not round the origin: the arm is p - x[:2], r [c, s].
+    both variances squared: var and N are variances already: do not square them.
+        var * np.outer(P_r -> var**2 * np.outer(P_r
+        N * np.outer(P_beta -> N**2 * np.outer(P_beta
     """,
 )

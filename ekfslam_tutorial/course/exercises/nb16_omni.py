@@ -72,5 +72,8 @@ omni = table(
     elevation: inner derivative forgotten | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / r2, -y * z / r2, s / r2] | sqrt(x^2 + y^2) has the derivative x / sqrt(x^2 + y^2) by x: that root in the denominator is missing.
     elevation: divided by s^2 | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / (s * s2), -y * z / (s * s2), s / s2] | The elevation is an angle in space: divide by x^2 + y^2 + z^2, the square of the whole distance.
     one point only | x, y, z = p[..., 0], p[..., 1], p[..., 2] -> x, y, z = p if p.ndim == 1 else p[0].reshape(-1, 3)[0] | p[0] is the first *point* of a list. Write p[..., 0].
+    angle from the vertical, in all: Elevation is counted from the x-y plane: arctan2(z, sqrt(x^2 + y^2)), and not the other way round.
+        np.arctan2(z, s) -> np.arctan2(s, z)
+        [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [x * z / (s * r2), y * z / (s * r2), -s / r2]
     """,
 )

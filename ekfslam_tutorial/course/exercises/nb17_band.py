@@ -65,6 +65,9 @@ band = table(
     degrees of freedom less one | runs * dof) / runs -> max(runs - 1, 1) * dof) / max(runs - 1, 1) | Nothing was estimated from the runs: R dof degrees of freedom, not (R - 1) dof.
     dof always 6 | runs * dof) / runs -> runs * 6) / runs | The degrees of freedom of one NEES are the argument dof: 6 is one case only.
     mean divided by dof | np.mean(nees, axis=0) -> np.mean(nees, axis=0) / dof | The mean NEES is around dof, and so are the limits: divide neither, or both.
+    only an upper limit, of 95 per cent: Too cautious is not honest either: 2.5 % on each side, a lower and an upper limit.
+        [0.025, 0.975] -> [0.0, 0.95]
+        (mean >= low) & (mean <= high) -> mean <= high
     """,
 )
 

@@ -99,6 +99,7 @@ tangent = table(
     Euler angles | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = _euler(x, P, truth) | Euler angles have a place (pitch 90 degrees) where they break down, and near it everything is wrong. The tangent space has none.
     covariance of a plain error | np.linalg.solve(C, e[..., None])[..., 0] -> e | The error is not scaled by its covariance: e' C^-1 e, not e' e.
     only the variances of C | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.eye(6) | The six errors are correlated: use the whole C.
+    one number for all | [..., 0]).sum(-1) -> [..., 0]).sum(-1).mean() + np.zeros(len(e)) | One NEES for each pose: no mean over them.
     """,
 )
 

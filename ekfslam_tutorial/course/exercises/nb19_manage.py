@@ -92,5 +92,6 @@ upkeep = table(
         visible & (searched >= min_search) & (found -> visible & (searched >= min_search) | (found
     truth values instead of indices | np.flatnonzero(bad).tolist() -> bad | delete is a list of indices: np.flatnonzero turns truth values into indices.
     finds before this scan | found < min_ratio -> found - matched < min_ratio | This scan counts, too: compare the *new* number of finds, found + matched.
+    share of min_search | found < min_ratio * searched -> found < min_ratio * min_search | Found in less than min_ratio of the searches, of all of them: found < min_ratio * searched.
     """,
 )

@@ -64,6 +64,8 @@ scan = table(
     never new | ] = -1 -> ] = -2 | A map must grow: further than new_gate from every tree is a new one.
     a pair at the gate | <= gate) -> < gate) | *At most* gate: a pair at just this distance is one, <=.
     new at the limit | > new_gate -> >= new_gate | *Further* than new_gate: a detection at just this distance is not new, >.
+    the gate squared | <= gate) -> <= gate**2) | D holds squared distances, and the limits are squared, too.
+    nothing new in an empty map | j[D.min(axis=1, initial=np.inf) > new_gate] = -1 -> j[D.min(axis=1, initial=np.inf) > new_gate] = -1 if n else -2 | With no tree in the map each detection is further than new_gate from every tree: all are new.
     """,
 )
 

@@ -46,6 +46,13 @@ def with_speeds(x, P, u, U):
     return new, F @ P @ F.T + G @ U @ G.T
 
 
+def one_sided(x, P, u, U):
+    """A prediction with a bug: the columns of the robot stay behind, so that P is not symmetric."""
+    new, moved = museum.predict(x, P, u, U)
+    moved[3:, :3] = P[3:, :3]
+    return new, moved
+
+
 def wrapped(x, P, u, U):
     """A right prediction that keeps the heading in (-pi, pi]."""
     x, P = museum.predict(x, P, u, U)
@@ -102,6 +109,7 @@ watch = table(
     predicted without noise | x_new, P_new = predict(x, P, u, U) -> x_new, P_new = predict(x, P, u, 0 * U) | The P under test is what `predict` makes of x, P, u and U, all as they are: yours calls it with U = 0, and the noise is missing on that side.
     new P in what should be | F_x @ P @ F_x.T -> F_x @ P_new @ F_x.T | In F_x P F_x' stands the P before the step, not the new one.
     U squared | F_u @ U @ F_u.T -> F_u @ U @ U @ F_u.T | U is a covariance already: F_u U F_u'.
+    made symmetric | return D -> return (D + D.T) / 2 | A P that is not symmetric is a bug that the guard is to show: return the difference as it is.
     """,
 )
 
@@ -135,6 +143,7 @@ _link(
     "rings at P_rm",
     "The bug is in the covariance of the robot with the map, P_rm: the whole new P is compared, not its block P_rr alone.",
     ("a P_rm that stays behind", {"predict": museum.predict_pose_only}),
+    ("a P_mr that stays behind, and P_rm does not", {"predict": one_sided}),
 )
 _link(
     "another motion model",

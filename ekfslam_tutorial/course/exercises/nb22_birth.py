@@ -88,5 +88,7 @@ born = table(
     rays exchanged, in the derivative, too: The order counts: m1 x m2. The other way round the line runs backwards.
         np.cross(m[:3], m[3:]), np.hstack([-hat(m[3:]), hat(m[:3])]) -> np.cross(m[3:], m[:3]), np.hstack([hat(m[3:]), -hat(m[:3])])
     divided by the length, not projected | n, N_c = unit(c) -> n, N_c = unit(c)[0], np.eye(3) / np.linalg.norm(c) | The length of c depends on the rays, too: the derivative of n by c is that of `unit`, (I - n n') / |c|.
+    normal of any length, unit in the derivative | np.concatenate([n, v]), -> np.concatenate([c, v]), | n has the length one here: unit(c).
+    prior left out of V_n | b[0] * E1_n + b[1] * E2_n -> E1_n + E2_n | v = b1 e1 + b2 e2: the derivatives of e1 and e2 come with b1 and b2, too.
     """,
 )

@@ -83,5 +83,8 @@ pictured = table(
     derivative by v: no effect | -H_n @ hat(F.t) -> 0 * H_n | A camera that has moved sees another plane when v changes: the last three columns are not zero.
     derivative by v: hat(v) | -H_n @ hat(F.t) -> -H_n @ hat(v) | t x v = hat(t) @ v: its derivative by v is hat(t). With hat(v) it is the one by t, but for the sign.
     derivative by v: K_L R' forgotten | -H_n @ hat(F.t) -> -hat(F.t) | The change of n_c goes through K_L R' to the image: both parts of H_l have this factor.
+    camera's place taken off n | n - np.cross(F.t, v) -> n - F.t | The normal of the plane changes by t x v, the moment of the line about the new place: n is no point.
+    derivative without K_L: h = K_L R' (n - t x v): K_L stands in both blocks of its derivative.
+        H_l = np.hstack([H_n, -H_n @ hat(F.t)]) -> H_l = np.hstack([F.R.T, -F.R.T @ hat(F.t)])
     """,
 )

@@ -71,5 +71,8 @@ tidied = table(
     D_v the identity | np.eye(3) - np.outer(n, n) / (n @ n) -> np.eye(3) | The part of v along n is gone, also out of its covariance: by v, d has the derivative I - n n' / n'n.
     length of n in D_v | np.outer(n, n) / (n @ n) -> np.outer(n, n) | n need not have the length one: by v, d has the derivative I - n n' / n'n.
     J' P J | J @ P @ J.T -> J.T @ P @ J | The covariance of J l is J P J', in this order.
+    n gives way, s taken for a constant: Here n was measured, and v was a prior. Take the part away from v, and leave n as it is.
+        s = n @ v / (n @ n) -> s = n @ v / (v @ v)
+        return np.concatenate([n, v - s * n]), -> J = np.eye(6); J[:3, 3:] = -s * np.eye(3); return np.concatenate([n - s * v, v]),
     """,
 )

@@ -84,5 +84,8 @@ exercise = table(
         by_gyro[1], by_acc[1]]) -> by_acc[1], by_gyro[1]])
     noise of the accelerometer like its bias | n_a * t**1.5 -> n_a * t**2 | White noise is partly averaged away: t^(k - 1/2), not t^k.
     noise of the gyrometer like its bias | n_w * t**2.5 -> n_w * t**3 | White noise is partly averaged away: t^(k - 1/2), not t^k.
+    noises like biases, with their own factors: White noise is partly averaged away: t^(k - 1/2), not t^k.
+        n_w * t**2.5 -> n_w * t**3
+        n_a * t**1.5 -> n_a * t**2
     """,
 )

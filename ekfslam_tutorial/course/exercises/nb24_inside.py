@@ -88,5 +88,7 @@ region = table(
     u and v of the pixels swapped | z = pixels - e -> z = pixels[:, ::-1] - e | The pixels are [u, v], as e and S: no swap.
     always one sigma | <= k**2 -> <= 1 | The ellipse is that of k sigma: compare with k^2, not with 1.
     k twice | <= k**2 -> <= 2 * k | k squared is k times k, not 2 k.
+    root beside k squared | axis=1) <= k**2 -> axis=1) <= k**4 | The distance squared goes with k^2, or its root with k: yours is the root beside k^2.
+    a circle of the mean variance | np.linalg.solve(S, z.T).T -> z / (np.trace(S) / 2) | That is a circle around the ellipse's middle: the ellipse has the shape of S, z' S^-1 z.
     """,
 )
