@@ -91,6 +91,8 @@ mutual = table(
     0 for no pair | np.full(k, -1) -> np.zeros(k, int) | 0 is the first landmark. A measurement without a landmark gets the number -1.
     counted from 1 | j[i] = near -> j[i] = near + 1 | Landmarks are counted from 0.
     fails on an empty map | if n == 0: -> if False: | At the start there is no landmark: D has the shape (k, 0), and argmin has nothing to choose from.
+    0 for no pair, but not in an empty map | np.full(k, -1) -> np.zeros(k, int) | 0 is the first landmark. A measurement without a landmark gets the number -1.
+        if n == 0: -> if n == 0 and not j.fill(-1):
     """,
 )
 

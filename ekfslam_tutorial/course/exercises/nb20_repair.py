@@ -105,6 +105,9 @@ repair = table(
     r2 moves the position in X_u | [[-t * s, c, 0], [t * c, s, 0], -> [[-t * s, c, -t * s], [t * c, s, t * c], | When the robot turns by r2, it has gone: r2 changes the heading only, and its column of X_u is [0, 0, 1].
     heading at the end in the Jacobians | X_x = np -> c, s = np.cos(x[2] + r1 + r2), np.sin(x[2] + r1 + r2); X_x = np | The Jacobians use the heading of the end. The way is driven under theta + r1, before the second turn: so are its derivatives.
     heading at the end in X_x | X_x = np.array([[1, 0, -t * s], [0, 1, t * c], -> X_x = np.array([[1, 0, -t * np.sin(x[2] + r1 + r2)], [0, 1, t * np.cos(x[2] + r1 + r2)], | X_x uses the heading of the end. The way is driven under theta + r1, before the second turn.
+    both turns before going, in all: The way lies between the two turns: its direction is theta + r1, and r2 does not move the robot. So it is in X_x and X_u.
+        np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(x[2] + r1 + r2), np.sin(x[2] + r1 + r2)
+        [[-t * s, c, 0], [t * c, s, 0], -> [[-t * s, c, -t * s], [t * c, s, t * c],
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state

@@ -77,5 +77,10 @@ free = table(
     divided by six | return e @ np.linalg.solve(B @ P @ B.T, e) -> return e @ np.linalg.solve(B @ P @ B.T, e) / 6 | NEES of a line is about 4, its degrees of freedom: do not divide, neither by them nor by the six numbers.
     difference to the truth, scaled: P belongs to l as it stands. If you bring l to another scale, P must go to the square of it.
         e = B @ l -> e = B @ (l / np.linalg.norm(l))
+    six numbers, the estimate's scale taken off: Two of the six have no meaning, and P says nothing of them. A pseudo-inverse hides that; the four directions B show what is left.
+        e @ np.linalg.solve(B @ P @ B.T, e) -> (d := l - l @ truth / (truth @ truth) * truth) @ np.linalg.pinv(P) @ d
+    the first four rows, the scale taken off: The first two rows of svd (the first two columns, for A transposed) lie along truth and [v; n] themselves. Take those from 2 on: they are across both.
+        [2][2:] -> [2][:4]
+        e = B @ l -> e = B @ (l - l @ truth / (truth @ truth) * truth)
     """,
 )

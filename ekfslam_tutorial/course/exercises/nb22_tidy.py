@@ -74,5 +74,8 @@ tidied = table(
     n gives way, s taken for a constant: Here n was measured, and v was a prior. Take the part away from v, and leave n as it is.
         s = n @ v / (n @ n) -> s = n @ v / (v @ v)
         return np.concatenate([n, v - s * n]), -> J = np.eye(6); J[:3, 3:] = -s * np.eye(3); return np.concatenate([n - s * v, v]),
+    s taken for a constant, by n and by v: s depends on n and on v: d = v - s n has the derivatives I - n n' / n'n by v, and -s I - n (v - 2 s n)' / n'n by n.
+        D_v = np.eye(3) - np.outer(n, n) / (n @ n) -> D_v = np.eye(3)
+        D_n = -s * np.eye(3) - np.outer(n, v - 2 * s * n) / (n @ n) -> D_n = -s * np.eye(3)
     """,
 )

@@ -87,5 +87,9 @@ exercise = table(
     noises like biases, with their own factors: White noise is partly averaged away: t^(k - 1/2), not t^k.
         n_w * t**2.5 -> n_w * t**3
         n_a * t**1.5 -> n_a * t**2
+    half of t^3 | b_w * t**3 / 6 -> b_w * t**3 / 2 | Each integral divides: t, t^2 / 2, t^3 / 6.
+    gravity with the accelerometer, too: Gravity comes in where the gyrometer tilts the orientation. An acceleration is one already.
+        b_a * t**2 / 2 -> 9.81 * b_a * t**2 / 2
+        n_a * t**1.5 / np.sqrt(3) -> 9.81 * n_a * t**1.5 / np.sqrt(3)
     """,
 )
