@@ -1,7 +1,7 @@
 """Run every test, among them every notebook with its exercises solved, then every notebook as a student gets it.
 
-``make test`` runs this file: three runs of pytest, one after the other, on two processor cores where there are two; of
-tests there are three under way, for some wait. A file stays with one process, above all a notebook: its cells share one kernel. What takes longest begins first, so that
+``make test`` runs this file: three runs of pytest, one after the other, on two processor cores where there are two. A
+file stays with one process, above all a notebook: its cells share one kernel. What takes longest begins first, so that
 no core waits at the end (tests/conftest.py knows what that is). A failure does not stop the later runs; the last lines
 say what passed where. ``make test-browser`` gives the word ``--browser``: then the pages are tested, in a real browser,
 and nothing else.
@@ -27,8 +27,7 @@ NBVAL = ["--nbval-current-env", "--nbval-cell-timeout=600"]
 # much: what needs a browser runs by itself.
 IN_BROWSER = ["tests/browser", "tests/site"]
 IMAGES = "tests/images"  # by themselves, too: only they see OpenCV
-CORES = min(2, os.cpu_count() or 1)
-WAITING = 1  # tests wait in a tenth of their time, for processes, signals and files: so many more are under way
+TOGETHER = ["-n", str(min(2, os.cpu_count() or 1)), "--dist", "loadfile", "--no-loadscope-reorder"]
 
 
 LONG = ("18", "19", "21", "23", "09", "20", "24", "04", "16")  # notebooks that take longest, in this order
@@ -58,15 +57,10 @@ def leave_out(package, folder):
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (folder, os.environ.get("PYTHONPATH"))))
 
 
-def together(processes):
-    """Return how pytest runs files in so many processes."""
-    return "-n", str(processes), "--dist", "loadfile", "--no-loadscope-reorder"
-
-
 def tests(arguments):
     """Run all tests but those of notebooks, images and pages."""
     apart = (f"--ignore={folder}" for folder in (*IN_BROWSER, IMAGES))
-    return run("tests", *together(CORES + WAITING), "tests", *apart, *arguments)
+    return run("tests", *TOGETHER, "tests", *apart, *arguments)
 
 
 def notebooks():
@@ -74,7 +68,7 @@ def notebooks():
     place = {number: place for place, number in enumerate(LONG)}
     paths = sorted(Path("notebooks").glob("*.ipynb"), key=lambda path: (place.get(path.name[:2], len(LONG)), path.name))
     how = ["--nbval", *NBVAL, "--nbval-sanitize-with", "tests/nbval.cfg", "-p", "tests.nbval_pictures"]
-    return run("notebooks", *together(CORES), *how, *map(str, paths))
+    return run("notebooks", *TOGETHER, *how, *map(str, paths))
 
 
 def images():

@@ -86,6 +86,7 @@ floor = table(
     sigma of the heading for its variance | return J @ P_0 -> P_0 = P_0.copy(); P_0[2, 2] = np.sqrt(P_0[2, 2]); return J @ P_0 | P_0[2, 2] is a variance, in rad^2, and J P_0 J' needs it as it is: no root.
     standard deviations for variances | return J @ P_0 -> P_0 = np.sqrt(np.abs(P_0)); return J @ P_0 | P_0 holds variances already, and J P_0 J' needs variances: no root.
     the result in the robot's frame | return J @ P_0 @ J.T -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); T = np.array([[c, s], [-s, c]]); return T @ (J @ P_0 @ J.T) @ T.T | The covariance is asked in the world, in x and y: nothing is turned by the heading.
+    the arm in the robot's axes | return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, 2] = np.array([[c, s], [-s, c]]) @ J[:, 2]; return J | The landmark is given in the world already: its distance in x and in y is l - t_0, not turned with the heading.
     """,
 )
 
