@@ -46,7 +46,9 @@ def case_at(rng, w, n=2):
         T /= np.linalg.norm(T, axis=0)
         a, b = 1 / rng.uniform(0.5, 2, n), 1 / rng.uniform(0.5, 2, n)
         slope = np.sum(((1 / a - 1 / b) / (w / a + (1 - w) / b) ** 2)[:-1])
-        roots = np.roots([slope * (1 - w) ** 2, 2 * slope * w * (1 - w) / a[-1] - 1, slope * (w / a[-1]) ** 2 + 1 / a[-1]])
+        roots = np.roots(
+            [slope * (1 - w) ** 2, 2 * slope * w * (1 - w) / a[-1] - 1, slope * (w / a[-1]) ** 2 + 1 / a[-1]]
+        )
         good = [r.real for r in roots if abs(r.imag) < 1e-12 and 0.1 < r.real < 10]
         if good and abs(slope) > 0.1:
             b[-1] = 1 / good[0]
