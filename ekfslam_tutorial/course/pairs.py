@@ -290,7 +290,8 @@ class Table:
         right = [exercise.answered(exercise.solution, call) for call in calls]
         self.calls = _chosen(exercise, calls, right, most)
         self.right = [exercise.answered(exercise.solution, call) for call in self.calls]
-        if _only_raise(exercise, calls, right) or _always_the_same(exercise, calls, right):  # as many slips do, or none
+        if _only_raise(exercise, calls, right) or _always_the_same(exercise, calls, right):
+            # Many slips raise, too, and none makes a constant of a formula: neither tells which slip it was.
             all_changes = [change for change in all_changes if change.listed]
         self.few = few
         self.t, self.s, self.kinds = self._columns()

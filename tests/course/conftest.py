@@ -8,6 +8,7 @@ import ast
 import contextlib
 import inspect
 import io
+import itertools
 import json
 
 import matplotlib.pyplot as plt
@@ -19,13 +20,21 @@ from ekfslam_tutorial.course import build, exercise, fleet, logbook, registry
 from .running import few_runs, needed, shorter_logs
 
 
+@pytest.fixture(scope="session")
+def progress_files(tmp_path_factory):
+    """Return a function that names a new file each time. A folder for each test would cost more than most tests."""
+    folder, number = tmp_path_factory.mktemp("progress"), itertools.count()
+    return lambda: folder / f"{next(number):05}.json"
+
+
 @pytest.fixture(autouse=True)
-def own_progress(tmp_path, monkeypatch):
+def own_progress(progress_files, monkeypatch):
     """Keep the progress in a file of this test's own."""
-    monkeypatch.setenv(logbook.VARIABLE, str(tmp_path / "progress.json"))
+    path = progress_files()
+    monkeypatch.setenv(logbook.VARIABLE, str(path))
     monkeypatch.delenv(registry.PRIVATE, raising=False)
     monkeypatch.setenv("EKFSLAM_CHECK_SECONDS", "200")
-    return tmp_path / "progress.json"
+    return path
 
 
 @pytest.fixture

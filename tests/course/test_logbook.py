@@ -11,6 +11,13 @@ from ekfslam_tutorial.course import checks, logbook
 
 
 @pytest.fixture
+def own_progress(own_progress, tmp_path, monkeypatch):
+    """By its usual name, in a folder of its own: the files beside it are looked at."""
+    monkeypatch.setenv(logbook.VARIABLE, str(tmp_path / "progress.json"))
+    return tmp_path / "progress.json"
+
+
+@pytest.fixture
 def twenty():
     for i in range(20):
         logbook.attempt(f"02.{i + 1}", passed=True)

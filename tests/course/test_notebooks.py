@@ -132,7 +132,7 @@ def test_a_notebook_with_a_lost_check_is_refused():
 
 
 @every
-def test_the_notebook_goes_on_with_right_answers(path, own_progress, monkeypatch):
+def test_the_notebook_goes_on_with_right_answers(path, tmp_path, monkeypatch):
     """Each exercise is answered by its solution's text and then in other words: what uses the answers goes on.
 
     Cells on which no answer has an effect are left out: they run once, as nbval runs the notebook. A fleet has three
@@ -148,7 +148,7 @@ def test_the_notebook_goes_on_with_right_answers(path, own_progress, monkeypatch
     shorter_logs(monkeypatch)
     for project in filter(lambda e: isinstance(e, Project), registry.everything()):
         monkeypatch.setattr(project, "seeds", project.seeds[:2])
-    monkeypatch.setenv("EKFSLAM_MY_SLAM", str(own_progress.parent / "my_slam.py"))
+    monkeypatch.setenv("EKFSLAM_MY_SLAM", str(tmp_path / "my_slam.py"))
     space, told = {"__name__": "__main__", "display": hide}, []
     for cell in touched(code_cells(read(path))):
         source = build.source(cell)

@@ -366,7 +366,7 @@ WRONG = {
         "twice",
     ),
     "points of three numbers at once": ("13", [("place) < 0.1", "place) < 1000")], "honest", "becomes too sure"),
-    "a map that only grows": ("14", [("now.k - 5", "now.k - 500"), ("150", "600")], "the room", "find_range"),
+    "a map that only grows": ("14", [("now.k - 5", "now.k - 500"), ("150", "300")], "the room", "find_range"),
     "nobody leaves": ("14", [("now.k - 5", "now.k - 500")], "who leaves", "odometry alone"),
     "one robot is not corrected": (
         "14",

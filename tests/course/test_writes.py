@@ -25,6 +25,13 @@ def _hook(event, arguments):
 
 
 @pytest.fixture
+def own_progress(own_progress, tmp_path, monkeypatch):
+    """In a folder of its own, which is there before anybody listens."""
+    monkeypatch.setenv(logbook.VARIABLE, str(tmp_path / "progress.json"))
+    return tmp_path / "progress.json"
+
+
+@pytest.fixture
 def listening():
     global OPENED
     if not getattr(sys, "_ekfslam_audit", False):

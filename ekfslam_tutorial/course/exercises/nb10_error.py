@@ -63,6 +63,7 @@ exercise = table(
     seven differences | np.concatenate([x[:3] - truth[:3], v]) -> x - truth | x - truth has 7 numbers, and q and -q would differ though they are the same orientation. Use the rotation vector of conj(q_truth) q.
     sign of dq not looked at | dq if dq[0] >= 0 else -dq -> dq | q and -q are the same orientation. When dq[0] is negative take -dq, else you go the long way round.
     sign of q looked at | dq if dq[0] >= 0 else -dq -> dq if x[3] >= 0 else -dq | Two quaternions with a >= 0 may still be the long way round from each other: it is the sign of dq[0] that tells.
+    signs of both looked at | dq if dq[0] >= 0 else -dq -> dq if x[3] * truth[3] >= 0 else -dq | Two quaternions with a >= 0 may still be the long way round from each other: it is the sign of dq[0] that tells, after the product.
     each component wrapped | q2v(dq if dq[0] >= 0 else -dq) -> q2v(dq); v = (v + np.pi) % (2 * np.pi) - np.pi | Shorten v along its axis, not each component: if |v| > pi, take v (1 - 2 pi / |v|), or -dq for dq.
     sign of zero | dq if dq[0] >= 0 else -dq -> dq * np.sign(dq[0]) | np.sign(0) is 0: half a turn vanishes. Use `if dq[0] < 0`.
     truth minus estimate | np.concatenate([x[:3] - truth[:3], v]) -> np.concatenate([truth[:3] - x[:3], -v]) | An error is estimate minus truth: you have the two the other way round.

@@ -87,6 +87,9 @@ exercise = table(
     dw forgotten in X_u | X_u[7:] = np.eye(6) -> X_u[7:10, :3] = np.eye(3) | w2 = w + dw: X_u[10:, 3:] is an identity, as X_u[7:10, :3] is.
     dv and dw exchanged | v + u[:3], w + u[3:] -> v + u[3:], w + u[:3] | u = [dv, dw]: the impulse of v comes first, that of w behind it.
     v not kept | v + u[:3], w -> u[:3], w | The body keeps its velocity, and the impulse comes to it: v2 = v + dv.
+    dv and dw exchanged, in X_u, too: u = [dv, dw]: the impulse of v comes first, that of w behind it.
+        v + u[:3], w + u[3:] -> v + u[3:], w + u[:3]
+        X_u[7:] = np.eye(6) -> X_u[7:] = np.roll(np.eye(6), 3, axis=1)
     dt forgotten in the turn, in X_x, too: w is in radians per second: v2q(w dt), and its derivative by w has the factor dt.
         v2q(w * dt) -> v2q(w)
         DQ_a * dt -> DQ_a

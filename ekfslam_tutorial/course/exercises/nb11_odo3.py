@@ -133,6 +133,10 @@ exercise = table(
         t2 = x[:3] + R @ u[:3] -> t2 = x[:3] + u[:3]
         X_x[:3, 3:] = np.einsum("ijk,j->ik", R_q, u[:3]) -> pass
         X_u[:3, :3] = R -> X_u[:3, :3] = np.eye(3)
+    step turned back, in all: R(q) goes from the robot to the world, its transpose goes back: t + R dx, in the derivatives, too.
+        t2 = x[:3] + R @ u[:3] -> t2 = x[:3] + R.T @ u[:3]
+        "ijk,j->ik" -> "jik,j->ik"
+        X_u[:3, :3] = R -> X_u[:3, :3] = R.T
     the other matrix of the product by q | X_x[3:, 3:] = Q_q -> X_x[3:, 3:] = q_prod(dq, x[3:])[2] | q2 = q dq: by q it is the matrix of a product with dq on the *right*. Yours is that with dq on the left.
     """,
 )

@@ -68,6 +68,7 @@ exercise = table(
     noise in the axes of the world | return x2 -> X_u[:3, :3] = np.eye(3); return x2 | The noise is in the robot's axes: it must be turned with the robot, which X_u does.
     U put into the corner | X_u @ U @ X_u.T -> np.pad(U, (0, 1)) | U belongs to the six numbers of the control, not to the first six of the state: X_u U X_u'.
     only the diagonal of U | X_u @ U @ X_u.T -> X_u @ np.diag(np.diag(U)) @ X_u.T | The noises of a control may be correlated: use the whole U.
+    step and turn apart | X_u @ U @ X_u.T -> X_u @ (U * np.kron(np.eye(2), np.ones((3, 3)))) @ X_u.T | U holds the covariance of step and turn, too, off its two blocks: use the whole U, X_u U X_u'.
     transposed the wrong way | X_x @ P @ X_x.T -> X_x.T @ P @ X_x | Write X_x @ P @ X_x.T, the transposed one behind.
     U squared | X_u @ U @ X_u.T -> X_u @ U @ U @ X_u.T | U is a covariance already.
     X_u after the step | return x2 -> X_u = odo3(x2, u)[2]; return x2 | The Jacobians belong to the pose *before* the step: odo3(x, u).

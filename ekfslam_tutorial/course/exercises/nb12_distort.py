@@ -63,6 +63,13 @@ distorted = table(
     """,
     wrong="""
     odd powers of r | ud = f * up -> ud = (1 + np.sqrt(r2) ** k @ d) * up | The powers are even: r^2, r^4, r^6. With r2 = up @ up: r2, r2^2, r2^3.
+    order of d | ud = f * up -> ud = (1 + powers @ d[::-1]) * up | The first number of d stands with r^2, the second with r^4: yours go the other way round.
+    order of d, in UD_up, too: The first number of d stands with r^2, the second with r^4: yours go the other way round.
+        f = 1 + powers @ d -> f = 1 + powers @ d[::-1]
+        (k - 1)) @ d -> (k - 1)) @ d[::-1]
+    odd powers of r, in all: The powers are even: r^2, r^4, r^6. With r2 = up @ up: r2, r2^2, r2^3.
+        powers = r2**k -> powers = np.sqrt(r2) ** k
+        (k * r2 ** (k - 1)) @ d -> (k / 2 * r2 ** (k / 2 - 1)) @ d if r2 > 0 else 0.0
     every power squared | ud = f * up -> ud = (1 + powers**2 @ d) * up | The powers go up by two: r^2, r^4, r^6. Not r^4, r^8, r^12.
     the same power for all | ud = f * up -> ud = (1 + r2 * np.sum(d)) * up | d4 stands with r^4, d6 with r^6: the powers go up.
     powers doubled at each step | ud = f * up -> ud = (1 + r2 ** (2.0 ** (k - 1)) @ d) * up | The powers go up by two, r^2, r^4, r^6, r^8: they are not squared each time.

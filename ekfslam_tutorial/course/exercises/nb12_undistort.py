@@ -53,6 +53,8 @@ undistorted = table(
         up + np.linalg.solve(UD_up, ud - u) -> ud / _f(up, d)
     divided twice | range(20) -> range(2) | Two steps are not enough. Repeat until nothing changes.
         up + np.linalg.solve(UD_up, ud - u) -> ud / _f(up, d)
+    divided thrice | range(20) -> range(3) | Three steps are not enough. Repeat until nothing changes.
+        up + np.linalg.solve(UD_up, ud - u) -> ud / _f(up, d)
     distorted once more | return up -> return distort(ud, d)[0] | distort goes from up to ud. The way back is its inverse.
     returned as it came | return up -> return ud | ud is where you start, not the answer: distort(up, d) must give ud.
     one Newton step | range(20) -> range(1) | Your loop ends too soon, as after one Newton step: go on until distort(up, d) gives ud to 1e-6.

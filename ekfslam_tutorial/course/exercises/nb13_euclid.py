@@ -99,6 +99,9 @@ turned = table(
     J applied once | J @ P @ J.T -> (J @ P)[:, : len(x) - 3] | A covariance is multiplied from both sides: J P J'.
     moved to the end | return x, P -> o = _last(x, i); return x[o], P[np.ix_(o, o)] | The point takes the place of the six numbers: the states behind it move up by three.
     pitch and yaw exchanged | py2vec(x[i + 3 : i + 5]) -> py2vec(x[i + 3 : i + 5][::-1]) | The landmark is [anchor; pitch; yaw; rho]: py2vec takes [pitch, yaw], in this order.
+    pitch and yaw exchanged, in P_l, too: The landmark is [anchor; pitch; yaw; rho]: py2vec takes [pitch, yaw], in this order.
+        py2vec(x[i + 3 : i + 5]) -> py2vec(x[i + 3 : i + 5][::-1])
+        M_py / rho -> M_py[:, ::-1] / rho
     rho taken for the distance, in J, too: rho is one over the distance: the point is anchor + m / rho, and so are its derivatives.
         a + m / rho -> a + m * rho
         M_py / rho -> M_py * rho

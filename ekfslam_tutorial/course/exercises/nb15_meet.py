@@ -75,6 +75,8 @@ exercise = table(
     composed in the other order | robot2.compose(back) -> back.compose(robot2) | First robot 2 in map 1, then the origin of map 2 in robot 2: robot2.compose.
     map 1 in map 2 | robot2.compose(back)[0].x -> robot2.compose(back)[0].inverse()[0].x | That is the inverse of what is asked: map 2 in map 1.
     poses subtracted | robot2.compose(back)[0].x -> robot2.x - F2.x | Frames are composed, not subtracted: the place of F2 must be turned, too.
+    F2 turned with robot 2 | robot2.compose(back)[0].x -> np.array([*(p - Frame2(np.array([0, 0, theta])).from_frame(F2.t)[0]), theta - F2.theta]) | The place of F2 is told in map 2: turn it with the heading of map 2, which is that of robot 2 less F2.theta.
+    F2 turned the wrong way | robot2.compose(back)[0].x -> np.array([*(p - Frame2(np.array([0, 0, theta - F2.theta])).to_frame(F2.t)[0]), theta - F2.theta]) | The place of F2 goes from map 2 into map 1: turn it forwards with the heading of map 2, from_frame, not back.
     theta in degrees | robot2.compose(back)[0].x -> robot2.compose(back)[0].x * [1, 1, 180 / np.pi] | theta is asked in radians, as all angles are.
     degrees | r, b12, b21 = y -> r, b12, b21 = y[0], *np.radians(y[1:]) | All angles are in radians already: no conversion.
     both bearings the wrong way | F1.theta + b12 + np.pi - b21 -> F1.theta - b12 + np.pi + b21 | theta1 + b12 is the direction to robot 2, and theta2 + b21 the one back: so theta2 = theta1 + b12 + pi - b21.

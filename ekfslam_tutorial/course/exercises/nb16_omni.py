@@ -56,6 +56,7 @@ omni = table(
     wrong="""
     arctan | np.arctan2(y, x) -> np.arctan(y / x) | arctan(y / x) cannot tell ahead from behind: arctan2(y, x).
     x and y swapped | np.arctan2(y, x) -> np.arctan2(x, y) | arctan2 takes the second coordinate first: arctan2(y, x).
+    rows stacked behind the columns | np.stack([A_p, E_p], axis=-2) -> np.stack([A_p, E_p], axis=-1) | axis=-1 makes columns of the two rows, shape (..., 3, 2): a Jacobian has its outputs in rows, axis=-2.
     elevation first | [np.arctan2(y, x), np.arctan2(z, s)] -> [np.arctan2(z, s), np.arctan2(y, x)] | The order is [azimuth; elevation].
     angle from the vertical | np.arctan2(z, s) -> np.arctan2(s, z) | Elevation is counted from the x-y plane: arctan2(z, sqrt(x^2 + y^2)), and not the other way round.
     elevation against x | np.arctan2(z, s) -> np.arctan2(z, x) | Elevation is the angle above the *plane*: arctan2(z, sqrt(x^2 + y^2)).

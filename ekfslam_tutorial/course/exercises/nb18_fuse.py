@@ -75,6 +75,7 @@ fusion = table(
     one weight for each map | K = np -> P1, P2 = (np.eye(len(P)) * np.trace(P) / len(P) for P in (P1, P2)); K = np | One number cannot say which part of a map is good: use the whole matrices.
     the better map only | return l, P -> return (l1, P1) if np.trace(P1) <= np.trace(P2) else (l2, P2) | The other map is worse, but not worthless: it is information.
     weights exchanged | l1 + K @ (l2 - l1) -> l2 + K @ (l1 - l2) | The map with the larger covariance must get the smaller weight.
+    weighted with the covariances | l = l1 + K @ (l2 - l1) -> l = np.linalg.solve(P1 + P2, P1 @ l1 + P2 @ l2) | You weigh each map with its covariance, so that the worse one counts more. The weight is the inverse, the information.
     innovation with the wrong sign | l1 + K @ (l2 - l1) -> l1 + K @ (l1 - l2) | The innovation is l2 - l1: what map 2 says beyond map 1.
     gain transposed | l1 + K @ (l2 - l1) -> l1 + K.T @ (l2 - l1) | K = P1 (P1 + P2)^-1, in this order: yours is its transpose.
     covariances added | P1 - K @ P1 -> P1 + P2 | Two maps know more than one: the fused covariance is smaller than both.

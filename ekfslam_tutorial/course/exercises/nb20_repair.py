@@ -89,6 +89,7 @@ repair = table(
     heading row zero | t * c], [0, 0, 1]] -> t * c], [0, 0, 0]] | The new heading is the old one plus r1 + r2: the last row is 0 0 1.
     P_rm not moved | P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3] | P_rm = X_x P_rm, and its mirror image: the robot's rows and columns, not P_rr only.
         P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T
+    columns not moved | P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3] = P[:3, :3] @ X_x.T | P_rm has its mirror image, P_rm' in the first three columns: these change, too, or P is not symmetric.
     noise as it is | X_u @ U @ X_u.T -> U | U is the covariance of r1, t and r2, not of x, y and theta: X_u U X_u'.
     noise forgotten | X_u @ U @ X_u.T -> 0 | The control is uncertain: + X_u U X_u'.
     first column of X_u forgotten | [[-t * s, c, 0], [t * c, s, 0], [1, 0, 1]] -> [[0, c, 0], [0, s, 0], [1, 0, 1]] | r1 moves the position, too: its column is [-t sin, t cos, 1].
