@@ -16,6 +16,7 @@ from collections import Counter
 from functools import lru_cache
 
 INLINED = 8  # names in names at most
+AS_IT_STANDS = "as it stands: "
 TWICE, TWO = "*2.0", "the number 2, as a factor"
 DIVIDED = "a division, in whatever words"
 DIVIDES = {"divide", "true_divide", "reciprocal", "inv", "pinv", "solve", "mean", "average", "normalize"}
@@ -43,6 +44,9 @@ def doubtful(mistake, own: Counter | None) -> bool:
         belongs, wrong = (_normal(ast.parse(text).body[0], means) for text in quoted)
     except (SyntaxError, IndexError):
         return False
+    literal = [AS_IT_STANDS + _normal(ast.parse(text).body[0], {}) for text in quoted]
+    if right[literal[0]] and own[literal[0]] >= right[literal[0]] and not own[literal[1]]:
+        return True  # what is wrong is in what its names stand for
     if wrong.count(TWICE) > belongs.count(TWICE) and not own[TWO] and own[belongs] <= right[belongs]:
         return True  # nothing is there twice, so it is missing elsewhere
     if " / " in quoted[1] and " / " not in quoted[0] and not own[DIVIDED]:
@@ -66,7 +70,8 @@ def written(mistake, own: Counter) -> bool:
 
 def as_near(own: Counter | None, form, solution) -> bool:
     """Return True if the student has written as many formulas of one form of the solution as of the other one."""
-    shared = [sum((own & known[1]).values()) for known in map(_solution, (form, solution)) if own and known]
+    common = lambda known: sum(n for key, n in (own & known[1]).items() if not key.startswith(AS_IT_STANDS))
+    shared = [common(known) for known in map(_solution, (form, solution)) if own and known]
     return len(shared) < 2 or shared[0] >= shared[1]
 
 
@@ -157,10 +162,11 @@ class _Meanings(dict):
 
 
 def _counted(function) -> Counter:
-    means, found = _Meanings(_meanings(function)), Counter()
+    means, names, found = _Meanings(_meanings(function)), _Meanings({}), Counter()
     for node in ast.walk(function):
         if isinstance(node, ast.expr | ast.stmt):
             found[_normal(node, means)] += 1
+            found[AS_IT_STANDS + _normal(node, names)] += 1
         if isinstance(node, ast.Name):
             found[f"name {node.id}"] += 1
         called = getattr(node, "attr", getattr(node, "id", ""))

@@ -161,3 +161,9 @@ def test_a_listed_mistake_in_another_form_comes_before_a_step_that_is_as_if_it_w
     """P - K H P with Z for its inverse: as if Z were the inverse of H P H' + R, which nobody has written."""
     text = ("P - K @ Z @ K.T", "P - K @ H @ P"), ("np.linalg.inv(Z)", "Z")
     assert "a large uncertainty of the innovation makes a small gain" in of("01.4").judge(answer("01.4", *text)).hint
+
+
+def test_a_line_that_stands_as_in_the_solution_is_not_the_wrong_one():
+    """[[I, 0], [D_n, D_v]] is right. D_n is not, and J' P J is not: both together look like another order of blocks."""
+    both = answer("22.4", ("np.outer(n, v - 2 * s * n)", "np.outer(v - 2 * s * n, n)"), ("J @ P @ J.T", "J.T @ P @ J"))
+    assert of("22.4").judge(both).misconception == "J' P J + outer product turned round"

@@ -85,6 +85,7 @@ born = table(
     prior moves the normal | np.vstack([np.zeros((3, 2)), np.column_stack([e1, e2])]) -> np.vstack([np.column_stack([e1, e2]), np.zeros((3, 2))]) | The prior says where the line lies *in* its plane: rows of v. The normal was measured.
     prior times itself | np.column_stack([e1, e2])]) -> np.column_stack([b[0] * e1, b[1] * e2])]) | v = b1 e1 + b2 e2 is linear in b: the columns of L_b are e1 and e2 themselves, without b.
     prior in rows | np.column_stack([e1, e2])]) -> np.vstack([e1, e2, e1])[:, :2]]) | The columns of L_b are by b1 and b2: e1 and e2 stand upright.
+    prior reshaped | np.column_stack([e1, e2])]) -> np.array([e1, e2]).reshape(3, 2)]) | reshape leaves the numbers in their order and mixes e1 with e2: the columns of L_b are e1 and e2, so transpose, or np.column_stack.
     rays exchanged, in the derivative, too: The order counts: m1 x m2. The other way round the line runs backwards.
         np.cross(m[:3], m[3:]), np.hstack([-hat(m[3:]), hat(m[:3])]) -> np.cross(m[3:], m[:3]), np.hstack([hat(m[3:]), -hat(m[:3])])
     divided by the length, not projected | n, N_c = unit(c) -> n, N_c = unit(c)[0], np.eye(3) / np.linalg.norm(c) | The length of c depends on the rays, too: the derivative of n by c is that of `unit`, (I - n n') / |c|.

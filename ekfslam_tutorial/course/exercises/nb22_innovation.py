@@ -65,6 +65,10 @@ apart = table(
     negative | z[i] = q @ h / length -> z[i] = -(q @ h) / length | The sign is that of a u + b v + c.
     c forgotten | y[2 * i + 1], 1.0]) -> y[2 * i + 1], 0.0]) | A pixel is [u, v, 1]: with c its product with h is a distance from the line, without it from a parallel through the corner.
     u and v exchanged | [y[2 * i], y[2 * i + 1], 1.0] -> [y[2 * i + 1], y[2 * i], 1.0] | y = [u1, v1, u2, v2]: u belongs to a, v to b.
+    both u before both v | [y[2 * i], y[2 * i + 1], 1.0] -> [y[i], y[2 + i], 1.0] | y = [u1, v1, u2, v2]: the first end has the first two numbers, the second end the others.
+    both u before both v, in all: y = [u1, v1, u2, v2]: the first end has the first two numbers, the second end the others; so it is with the columns of Z_y.
+        [y[2 * i], y[2 * i + 1], 1.0] -> [y[i], y[2 + i], 1.0]
+        Z_y[i, 2 * i : 2 * i + 2] = -> Z_y[i, i::2] =
     one end twice | [y[2 * i], y[2 * i + 1], 1.0] -> [y[0], y[1], 1.0] | That is the distance of the first end, twice. The second end is (u2, v2).
     columns of the first end | Z_y[i, 2 * i : 2 * i + 2] = -> Z_y[i, :2] = | Each end has its own two columns in Z_y: the second row is not zero in the last two.
     both ends in each row | Z_y[i, 2 * i : 2 * i + 2] = h[:2] / length -> Z_y[i] = np.tile(h[:2], 2) / length | The distance of one end does not depend on the other end: its two columns are zero.

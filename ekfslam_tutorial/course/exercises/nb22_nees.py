@@ -65,6 +65,7 @@ free = table(
     sign in the condition | np.concatenate([v, n])])) -> np.concatenate([v, -n])])) | (n + dn)' (v + dv) = 0 forbids v'dn + n'dv: the second row is [v; n], with a plus.
     n and v kept apart | np.concatenate([v, n])])) -> np.concatenate([n, -v])])) | The second row is [v; n]: n'v = 0 forbids a part along it. Yours is [n; -v].
     rows from 2 on | [2][2:] -> [2][:4] | The first two rows of svd (the first two columns, for A transposed) lie along truth and [v; n] themselves. Take those from 2 on: they are across both.
+    columns for rows | np.linalg.svd(np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.linalg.svd(np.stack([truth, np.concatenate([v, n])]))[2][:, 2:].T | svd returns V transposed as its third result: the directions are the *rows* of it, from 2 on, not its columns.
     scale forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.concatenate([v, n])[None])[2][1:] | A line has no scale: the direction of truth itself is to be taken away, too.
     directions of the estimate | n, v = truth[:3], truth[3:] -> truth = l; n, v = truth[:3], truth[3:] | B is across the *true* line: across the estimate itself, B l is zero whatever the error.
     the other directions | [2][2:] -> [2][:2] | Those are the two directions that mean nothing. The four that are left are the other rows.

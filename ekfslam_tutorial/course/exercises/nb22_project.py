@@ -67,15 +67,22 @@ pictured = table(
     matrix of points | [[av, 0, 0], [0, au, 0], [-av * u0, -au * v0, au * av]] -> [[au, 0, u0], [0, av, v0], [0, 0, 1]] | That is K, which takes points to pixels. A line goes through K_L: the inverse transposed of K, times au av.
     transposed | au * av]]) -> au * av]]).T | K_L is transposed: the centre u0, v0 stands in its last row.
     au and av exchanged | u0, v0, au, av = k -> u0, v0, av, au = k | The first row of K_L has av, not au: a line is no point.
+    u0 and v0 exchanged | u0, v0, au, av = k -> v0, u0, au, av = k | k = [u0, v0, au, av]: u0 comes first, it goes with the columns of the image.
     sign of the centre | [-av * u0, -au * v0, -> [av * u0, au * v0, | The last row is [-av u0, -au v0, au av]: mind the signs.
     R for R' | K_L @ F.R.T -> K_L @ F.R | F.R goes from the camera to the world. The normal comes from the world and goes into the camera: R'.
     rotation forgotten | K_L @ F.R.T -> K_L | The camera is turned: n and v are world directions, R' brings them into the camera.
     place of the camera forgotten | n - np.cross(F.t, v) -> n | n is the normal of the plane through the *origin*. The plane through the camera has another one: n - t x v.
+    place of the camera forgotten, in the derivative, too: n is the normal of the plane through the *origin*. The plane through the camera has another one, n - t x v, and v counts in the derivative, too.
+        n - np.cross(F.t, v) -> n
+        -H_n @ hat(F.t) -> 0 * H_n
     place of the camera not turned: R' turns both terms: n_c = R' (n - t x v), not R' n - t x v.
         h = H_n @ (n - np.cross(F.t, v)) -> h = H_n @ n - K_L @ np.cross(F.t, v)
         -H_n @ hat(F.t) -> -K_L @ hat(F.t)
     added instead | n - np.cross(F.t, v) -> n + np.cross(F.t, v) | The sign: n_c = R' (n - t x v). Check: (p - t) x v = p x v - t x v.
     n and v exchanged | n, v = l[:3], l[3:] -> n, v = l[3:], l[:3] | The normal stands first: l = [n; v].
+    n and v exchanged, in the derivative, too: The normal stands first: l = [n; v], and so do its columns of H_l.
+        n, v = l[:3], l[3:] -> n, v = l[3:], l[:3]
+        np.hstack([H_n, -H_n @ hat(F.t)]) -> np.hstack([-H_n @ hat(F.t), H_n])
     added in both: The sign: n_c = R' (n - t x v), in the derivative, too. Check: (p - t) x v = p x v - t x v.
         n - np.cross(F.t, v) -> n + np.cross(F.t, v)
         -H_n @ hat(F.t) -> H_n @ hat(F.t)

@@ -74,6 +74,9 @@ exercise = table(
         n_w * t**2.5 / (2 * np.sqrt(5)) -> n_w * t**2.5
         n_a * t**1.5 / np.sqrt(3) -> n_a * t**1.5
     factorial forgotten | (2 * np.sqrt(5)) -> np.sqrt(5) | For k = 3 the factor has (k - 1)! = 2 in it.
+    root forgotten in both: White noise has the factor 1 / ((k - 1)! sqrt(2k - 1)): the root is missing, sqrt(5) for k = 3 and sqrt(3) for k = 2.
+        (2 * np.sqrt(5)) -> 2
+        n_a * t**1.5 / np.sqrt(3) -> n_a * t**1.5
     2 k + 1 for 2 k - 1: White noise has the factor 1 / ((k - 1)! sqrt(2k - 1)): minus 1 under the root.
         (2 * np.sqrt(5)) -> (2 * np.sqrt(7))
         t**1.5 / np.sqrt(3) -> t**1.5 / np.sqrt(5)

@@ -110,6 +110,11 @@ exercise = table(
     correlations by the last derivative only: What the IMU and the landmarks have in common moves with each control: R_r P_rm, once for each of them.
         P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], R_r @ P[:16, 16:]
         P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ R_r.T
+    correlations by the transposed one: P_rm becomes X P_rm, with X as it is: yours is moved by its transpose.
+        X, Q = np.eye(16), np.zeros((16, 16)) -> X, Q, A = np.eye(16), np.zeros((16, 16)), np.eye(16)
+        X = R_r @ X -> X = R_r @ X; A = R_r.T @ A
+        P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], A @ P[:16, 16:]
+        P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ A.T
     U by dt | R_u @ U @ R_u.T -> R_u @ U @ R_u.T * dt | U is the covariance of one control already: no dt.
     correlations by the product in the wrong order: The later derivative stands on the left, R_3 R_2 R_1: in the product for P_rm, too.
         X, Q = np.eye(16), np.zeros((16, 16)) -> X, Q, A = np.eye(16), np.zeros((16, 16)), np.eye(16)

@@ -81,6 +81,7 @@ exercise = table(
     a in m/s^2 | up = a.mean(0) / np.linalg.norm(a.mean(0)) -> up = a.mean(0) | A direction is wanted: divide by the length.
     twice the turn | np.array([1 + up[2], up[1], -up[0], 0.0]) -> np.array([up[2], up[1], -up[0], 0.0]) | That quaternion turns by the whole angle on either side, twice too much: halve the angle.
     arcsine | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = _by_arcsine(up) | An arcsine ends at 90 degrees: a tilt of 120 degrees looks like one of 60. The angle is arctan2(hypot(up_x, up_y), up_z).
+    arcsine, but for half a turn | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = _by_arcsine(up) if np.hypot(*up[:2]) > 1e-9 else np.array([1.0 + up[2], 0.0, 0.0, 0.0]) | An arcsine ends at 90 degrees: a tilt of 120 degrees looks like one of 60. The angle is arctan2(hypot(up_x, up_y), up_z).
     pitch from two of three | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = _by_euler(np.arctan2(up[1], up[2]), np.arctan2(-up[0], up[2])) | The roll is arctan2(a_y, a_z). The pitch is what is left: arctan2(-a_x, hypot(a_y, a_z)), with both a_y and a_z.
     roll by a quotient | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = _by_euler(np.arctan(np.divide(*up[1:])), np.arctan2(-up[0], np.hypot(*up[1:]))) | arctan(a_y / a_z) does not tell up from down, and has no value on the side. np.arctan2(a_y, a_z) does.
     q not made a unit quaternion | q / np.linalg.norm(q) -> q | An orientation is a quaternion of length 1.

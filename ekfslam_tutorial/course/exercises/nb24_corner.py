@@ -81,6 +81,7 @@ score = table(
     summed over all windows | products.sum(axis=(1, 2)) -> products.sum() + np.zeros(len(products)) | Each window has its own A: sum over its rows and columns only.
     grey values for slopes | np.gradient(windows, axis=(1, 2)) -> windows, windows | In yours A has the rank 1, whatever the window is: its smaller eigenvalue is always 0. Take the products of the *slopes*, not of the grey values; and multiply first, then add: sum g_u g_v, not (sum g_u) (sum g_v).
     slopes without sign | np.gradient(windows, axis=(1, 2)) -> np.abs(np.gradient(windows, axis=(1, 2))) | Slopes have signs: without them a slope to the left and one to the right add up in sum g_u g_v.
+    slopes along the wrong axes | np.gradient(windows, axis=(1, 2)) -> np.gradient(windows, axis=(0, 1)) | axis 0 goes from window to window: the slopes of a window are along its rows and columns, axis=(1, 2).
     half forgotten under the root | np.linalg.eigvalsh(A)[:, 0] -> (A[:, 0, 0] + A[:, 1, 1]) / 2 - np.hypot(A[:, 0, 0] - A[:, 1, 1], A[:, 0, 1]) | By hand: (a + c) / 2 - root(((a - c) / 2)^2 + b^2): the half belongs to a - c, too.
     Harris | np.linalg.eigvalsh(A)[:, 0] -> np.linalg.det(A) - 0.04 * np.trace(A, axis1=1, axis2=2) ** 2 | That is the score of Harris. Here the smaller eigenvalue is asked for.
     """,

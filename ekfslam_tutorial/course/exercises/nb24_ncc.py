@@ -95,6 +95,7 @@ correlation = table(
     squared | return np.sum(a * b, axis=(1, 2)) -> return np.sum(a * b, axis=(1, 2)) ** 2 | No square: the sign tells a patch from its negative.
     distance | return np.sum(a * b, axis=(1, 2)) -> return np.sum((a - b) ** 2, axis=(1, 2)) | That is a squared difference: it grows with more light. Here the *products* are summed.
     flat is not a number | np.where(length > 0, length, 1.0) -> length | A flat window has the length 0: 0 / 0 is not a number. There the correlation is 0.
+    flat counts as one | return np.sum(a * b, axis=(1, 2)) / np.where(length > 0, length, 1.0) -> return np.where(length > 0, np.sum(a * b, axis=(1, 2)) / np.where(length > 0, length, 1.0), 1.0) | Where a window is flat there is nothing to compare: there the correlation is 0, not 1.
     no root for the windows | np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> np.sqrt(np.sum(a**2)) * np.sum(b**2, axis=(1, 2)) | The length of a window is the *root* of the sum of its squares, as that of the patch is.
     no root for the patch | np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> np.sum(a**2) * np.sqrt(np.sum(b**2, axis=(1, 2))) | The length of the patch is the *root* of the sum of its squares, as that of a window is.
     """,
