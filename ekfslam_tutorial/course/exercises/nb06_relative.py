@@ -68,6 +68,8 @@ relative = table(
     half of the cross terms | - P[a, b] - P[b, a] -> - (P[a, b] + P[b, a]) / 2 | There are two cross terms, P[a, b] and P[b, a]: subtract both in full.
     the cross block alone | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> 1 * P[a, b] | P[a, b] tells what the two errors have in common, not what their difference is.
     one landmark alone | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> 1 * P[b, b] | The other landmark is uncertain, too: P[a, a] and P[b, b] are both in D.
+    one landmark twice | P[a, a] + P[b, b] -> P[a, a] + P[a, a] | Each of the two landmarks has its own covariance: P[a, a] and P[b, b], not one of them twice.
+    one landmark twice (b) | P[a, a] + P[b, b] -> P[b, b] + P[b, b] | Each of the two landmarks has its own covariance: P[a, a] and P[b, b], not one of them twice.
     one landmark and one cross block | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[a, b] | Multiply out (dl_b - dl_a)(dl_b - dl_a)': two of the four blocks are missing, P[a, a] and one cross block.
     one landmark and one cross block (b, a) | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> P[b, b] - P[b, a] | Multiply out (dl_b - dl_a)(dl_b - dl_a)': two of the four blocks are missing, P[a, a] and one cross block.
     the mean of the two | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> (P[a, a] + P[b, b]) / 2 | A mean of the two covariances forgets what the errors have in common.
