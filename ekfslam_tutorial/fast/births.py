@@ -32,7 +32,7 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     events = []
     if type(opt.association) is KnownIds and new:  # most often all of them are there
         ids = np.asarray(raw.ids).tolist()
-        new = [] if lmks.keys() >= set(ids) else [i for i in new if ids[i] not in lmks]
+        new = [i for i in new if ids[i] not in lmks]
     for i in new:
         if n_max is not None and len(events) >= n_max:
             break

@@ -212,6 +212,12 @@ class CompressedMap:
                 self._settle_means()
         return self._whole.state(r)
 
+    def entry(self, i):
+        """Mean of the entry at index i: see `FastMap.entry`."""
+        if self._far_behind and self._spot_of.item(i) < 0:
+            self._settle_means()
+        return self._whole.entry(i)
+
     def block(self, r):
         """Covariance of the state in range r: a copy, shape (k, k); of K states by indices (K, k), (K, k, k)."""
         i = np.arange(r.start, r.stop) if isinstance(r, slice) else r

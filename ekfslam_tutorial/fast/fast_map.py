@@ -204,6 +204,10 @@ class FastMap:
         """Mean of the state in range r: a copy, shape (k,); of K states given by indices (K, k), shape (K, k)."""
         return self._xn[r].copy() if isinstance(r, slice) else self._xn.take(r)
 
+    def entry(self, i):
+        """Mean of the entry at index i, which is not counted from the end: a float."""
+        return self._xn.item(i)
+
     def block(self, r):
         """Covariance of the state in range r: a copy, shape (k, k); of K states by indices (K, k), (K, k, k)."""
         if not isinstance(r, slice):

@@ -12,10 +12,14 @@ from .straight import oriented
 
 def frame_of(map, obj, kind):
     """Return the frame, of this kind, that the state of a robot or a sensor begins with."""
-    noted, x = map.notes.of(obj), np.asarray(obj.state(map), float) if obj.r is None else map.state(obj.r)
+    noted = map.notes.of(obj)
+    last, known = noted.frame, obj.r is None
+    if known and type(x := obj.x) is np.ndarray and x.dtype == float:
+        if last is not None and type(last) is kind and last.x.tobytes() == x.tobytes():
+            return last
+    x = np.asarray(obj.state(map), float) if known else map.state(obj.r)
     if len(x) != kind.size:
         x = x[: kind.size]
-    last = noted.frame
     if last is None or type(last) is not kind or last.x.tobytes() != x.tobytes():
         noted.frame = last = object.__new__(kind)  # it need not be looked at again
         vars(last)["x"] = x
@@ -41,7 +45,7 @@ def normalize(map, obj, kind):
         return
     o = slice(obj.r.start + kind.dim, obj.r.start + kind.size)  # the orientation; the position stays as it is
     if kind.dim == 2:
-        theta = map.state(obj.r).item(2)
+        theta = map.entry(obj.r.start + 2)
         if not -pi < theta < pi:  # whole turns are added to the heading, which changes no covariance
             map.set_mean(o, wrap([theta]))
         return

@@ -59,7 +59,9 @@ def associated(association, map, obs, raw, sensor):
         matches = association(map, obs, raw, sensor)
         return matches.pairs, matches.new, matches.refused
     ids = np.asarray(raw.ids).tolist()
-    index = dict(zip(reversed(ids), range(len(ids) - 1, -1, -1), strict=True))
+    index = {id: i for i, id in enumerate(ids)}
+    if len(index) < len(ids):  # the first of those with the same id counts
+        index = dict(zip(reversed(ids), range(len(ids) - 1, -1, -1), strict=True))
     order = sorted(index)
     if order and order[0] < 0:
         order = [id for id in order if id >= 0]
@@ -85,8 +87,9 @@ def _correct(map, rob, sen, lmks, table, found, no_E, raw, opt, camera, threshol
             follow(map, rob, all_parts(map, lmks) if map.all_active else visible_parts(table), referred)
         normalize(map, rob, rob.motion.frame)
         normalize(map, sen, sen.frame_type)
+        updated = table.updated
         for k in found:
-            table.updated[k] = True
+            updated[k] = True
         if table.untidy:
             for lmk in [table.lmks[k] for k in found]:
                 tidy(map, lmk, camera, opt)
@@ -136,12 +139,13 @@ def _distances(z, Z):
 def _recorded(table, wanted, rob, sen):
     """Count what has happened to the landmarks that were looked for. Returns the events."""
     events, rob, sen = [], rob.id, sen.id
+    lmks, matched, updated = table.lmks, table.matched, table.updated
     for k in wanted:
-        lmk, matched, updated = table.lmks[k], table.matched[k], table.updated[k]
+        lmk, found, used = lmks[k], matched[k], updated[k]
         lmk.n_search += 1
-        lmk.n_match += matched
-        lmk.n_inlier += updated
-        events += _events(rob, sen, lmk.id, matched, updated)
+        lmk.n_match += found
+        lmk.n_inlier += used
+        events += _events(rob, sen, lmk.id, found, used)
     return events
 
 

@@ -57,7 +57,7 @@ def check_measurements(map, raw, sen):
     check_map(map)
     m, ids, y, R = len(sen.model.R), raw.ids, raw.y, raw.R
     good = type(ids) is np.ndarray and ids.ndim == 1 and ids.dtype.kind in "iu"
-    good = good and _floats(y) and y.shape == (len(ids), m) and isfinite(np.vdot(y, y))
+    good = good and _floats(y) and y.shape == (len(ids), m) and isfinite((numbers := y.ravel()).dot(numbers))
     if good and R is not None:
         good = _floats(R) and R.shape == (len(ids), m, m) and isfinite(np.vdot(R, R)) and not np.any(faults(R))
     if not good:

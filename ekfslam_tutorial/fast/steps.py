@@ -74,8 +74,9 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     Rf, Sf = normal_frame(map, rob, rob.motion.frame), normal_frame(map, sen, sen.frame_type)
     if opt.first_estimates:
         note_first_estimates(map, rob, lmks)
-    for key in [key for key in obs if key[0] == sen.id]:
-        del obs[key]
+    others = {key: o for key, o in obs.items() if key[0] != sen.id}
+    obs.clear()
+    obs.update(others)
     if not opt.joint:
         return correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
     gate = opt.md2_threshold if near else min(opt.md2_threshold, LARGEST)

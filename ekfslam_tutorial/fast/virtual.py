@@ -96,7 +96,8 @@ class VirtualStates:
         """B G' of the whole map of extent n, for B of shape (k, size): shape (k, n)."""
         if not self.size:
             return np.zeros((len(B), n))
-        return dtrsm(1.0, self._L, B, side=1, lower=1) @ self._P[: self.size, :n]
+        X = dtrsm(1.0, self._L, B, side=1, lower=1)
+        return compiled().product(X, self._P, n) if self.compiled else X @ self._P[: self.size, :n]
 
     @property
     def factors(self):

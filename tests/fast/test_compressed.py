@@ -102,6 +102,7 @@ class Both:
         r = self.lmks[self.rng.integers(len(self.lmks))]
         looks = [
             lambda map: map.state(r),
+            lambda map: [map.entry(i) for i in (0, r.start, r.stop - 1)],
             lambda map: map.block(r),
             lambda map: map.block(rows),
             lambda map: map.state(rows),

@@ -14,7 +14,20 @@ Nothing imports this before a map asks for it.
 """
 
 from .filter import carry, correct_some, predict, update
-from .maps import between, cholesky, explained, follow, joined, mirror, overwrite, rows, settle, spots, subtract
+from .maps import (
+    between,
+    cholesky,
+    explained,
+    follow,
+    joined,
+    mirror,
+    overwrite,
+    product,
+    rows,
+    settle,
+    spots,
+    subtract,
+)
 from .step import born, correct_found, expected, in_view, inside, left_out, move, normalized
 
 __all__ = [
@@ -36,6 +49,7 @@ __all__ = [
     "normalized",
     "overwrite",
     "predict",
+    "product",
     "rows",
     "settle",
     "spots",

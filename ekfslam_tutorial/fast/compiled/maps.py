@@ -9,7 +9,7 @@ from ..storage import LINE, WIDTH
 from ..triangle import BLOCK
 from .filter import MANY_ROWS, integers, machine_code
 from .kernels import aligned, compiled, downdate, put, rows_of, whole
-from .tile import subtract_rows
+from .tile import COLUMNS, product_tile, subtract_rows
 
 # --- a map -----------------------------------------------------------------------------------------------------------
 
@@ -64,18 +64,21 @@ def _mirror(P, n):
 def overwrite(map, indices, P_im):
     """`FastMap.overwrite`: rows P_im, shape (k, n), given by their k indices, and the columns."""
     _, P, _, lower = map.storage
-    _overwrite(P, lower, np.array(indices, np.int64), np.ascontiguousarray(P_im, float))
+    _overwrite(P, lower, np.array(indices, np.int64), np.asarray(P_im, float))
 
 
 @compiled
 def _overwrite(P, lower, indices, P_im):
-    n = P_im.shape[1]
-    for a in range(len(indices)):
+    k, n = P_im.shape
+    for a in range(k):
         i = indices[a]
-        begin = i if lower else 0
-        P[begin:n, i] = P_im[a, begin:]
-        for j in range(i if lower else n):
-            P[i, j] = P_im[a, j]
+        for j in range(i if lower else 0, n):
+            P[j, i] = P_im[a, j]
+    for j in range(n):  # side by side in memory are the columns
+        for a in range(k):
+            i = indices[a]
+            if j < i or not lower:
+                P[i, j] = P_im[a, j]
 
 
 def subtract(map, Wt):
@@ -172,6 +175,22 @@ def _settle(x, moved, Lt, P, v, state_at):
     for j in range(n):
         x[j] -= minus_dx[0, j]
     moved[:] = 0.0
+
+
+def product(X, P, n):
+    """X (k, size) times the first n columns of P, whose first `size` rows count and are whole lines: shape (k, n)."""
+    k, size = X.shape
+    Xt, out = np.zeros((size, -(-k // COLUMNS) * COLUMNS)), np.empty((k + COLUMNS, -(-n // LINE) * LINE))
+    Xt[:, :k] = X.T
+    _product(P[:size], Xt, out.T, n)
+    return out[:k, :n]
+
+
+@compiled
+def _product(P, Xt, out, n):
+    for i in range(0, n, LINE):
+        for j in range(0, Xt.shape[1], COLUMNS):
+            product_tile(out, i, j, P, Xt)
 
 
 def explained(virtual, i, P_ii):

@@ -30,7 +30,16 @@ def subtract_tile(typing, P, i, j, Wt):
 
     P is column-major, and W' row-major.
     """
-    return types.void(P, types.intp, types.intp, Wt), _tile
+    return types.void(P, types.intp, types.intp, Wt), _subtracted_tile
+
+
+@intrinsic
+def product_tile(typing, out, i, j, At, Bt):
+    """out[i : i + ROWS, j : j + COLUMNS] = A[i : i + ROWS] B[j : j + COLUMNS]'; nobody looks whether that is inside.
+
+    `out` is column-major, A' and B' are row-major.
+    """
+    return types.void(out, types.intp, types.intp, At, Bt), _tile
 
 
 @intrinsic
@@ -42,18 +51,32 @@ def subtract_rows(typing, out, i, j, H, rows, n, factor):
     return types.void(out, types.intp, types.intp, H, rows, types.intp, types.float64), _row
 
 
-def _tile(context, builder, signature, arguments):
-    P_type, _, _, Wt_type = signature.args
-    P, i, j, Wt = arguments
+def _subtracted_tile(context, builder, signature, arguments):
+    (P_type, _, _, Wt_type), (P, i, j, Wt) = signature.args, arguments
     P, Wt = _Array(context, builder, P_type, P), _Array(context, builder, Wt_type, Wt)
+    places, products = _of_a_tile(builder, P, i, j, Wt, Wt)
+    _sum(builder, places, Wt.length, products, builder.fsub, [builder.load(place, align=8) for place in places])
+    return context.get_dummy_value()
+
+
+def _tile(context, builder, signature, arguments):
+    (out_type, _, _, *kinds), (out, i, j, *factors) = signature.args, arguments
+    out = _Array(context, builder, out_type, out)
+    At, Bt = (_Array(context, builder, kind, a) for kind, a in zip(kinds, factors, strict=True))
+    places, products = _of_a_tile(builder, out, i, j, At, Bt)
+    _sum(builder, places, At.length, products, builder.fadd, [ir.Constant(NUMBERS, [0.0] * ROWS)] * len(places))
+    return context.get_dummy_value()
+
+
+def _of_a_tile(builder, P, i, j, At, Bt):
+    """Places of the lines of a tile of P, and what comes to them from row k of A' and B'."""
     js = [builder.add(j, ir.Constant(j.type, column)) for column in range(COLUMNS)]
 
     def products(k):
-        w_i = Wt.line(k, i)
-        return [builder.fmul(w_i, Wt.everywhere(k, j), flags=ONCE) for j in js]
+        a_i = At.line(k, i)
+        return [builder.fmul(a_i, Bt.everywhere(k, j), flags=ONCE) for j in js]
 
-    _subtract(builder, [P.place(i, j) for j in js], Wt.length, products)
-    return context.get_dummy_value()
+    return [P.place(i, j) for j in js], products
 
 
 def _row(context, builder, signature, arguments):
@@ -66,16 +89,18 @@ def _row(context, builder, signature, arguments):
         h_k = H.everywhere(i, k)
         return [builder.fmul(h_k, rows.line(k, j), flags=ONCE) for j in js]
 
-    _subtract(builder, [out.place(i, j) for j in js], n, products, everywhere(builder, factor))
+    places = [out.place(i, j) for j in js]
+    before = [builder.load(place, align=8) for place in places]
+    _sum(builder, places, n, products, builder.fsub, before, everywhere(builder, factor))
     return context.get_dummy_value()
 
 
-def _subtract(builder, places, n, products, factor=None):
-    """Subtract products(k) from the lines at these places for all k < n: the sums stay in registers."""
-    sums = [cgutils.alloca_once_value(builder, builder.load(place, align=8)) for place in places]
+def _sum(builder, places, n, products, sign, before, factor=None):
+    """Add products(k), or subtract them, for all k < n; then write them to these places: sums stay in registers."""
+    sums = [cgutils.alloca_once_value(builder, line) for line in before]
     with cgutils.for_range(builder, n) as k:
         for line, product in zip(sums, products(k.index), strict=True):
-            builder.store(builder.fsub(builder.load(line), product, flags=ONCE), line)
+            builder.store(sign(builder.load(line), product, flags=ONCE), line)
     for place, line in zip(places, sums, strict=True):
         total = builder.load(line)
         builder.store(builder.fmul(total, factor) if factor else total, place, align=8)
