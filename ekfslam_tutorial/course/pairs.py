@@ -674,13 +674,17 @@ def _are_listed(table, *rows):
 
 
 def _no_guess(table, calls, one, other):
-    """Of two changes those that no other listed mistake may stand for: one that shows in few values only may be it."""
+    """Of two changes those that no other mistake may stand for: one that shows in few values only may be another.
+
+    A slip that shows in no number with decimals is not told: an index, None or True comes of many a slip. A listed
+    mistake is, if no other listed one comes to the same beside the other change.
+    """
     exercise, rows, of = table.exercise, table.rows, table.row_of
     known = []
     for change, beside in (one, other), (other, one):
         if change in of and beside in of:
             needed = table.wrong & table.changed[of[change]] & ~table.fits[of[beside]]
-            if not change.listed and needed.any() and table.constant(needed):
+            if not change.listed and needed.any() and not table.has_decimals[needed].any():
                 continue
             rivals = [row[0] for row in rows if row[0].listed and row[0].mistake.hint != change.mistake.hint]
             if not table.has_decimals[needed].any() and any(

@@ -37,6 +37,7 @@ def some(rng, n):
 def at_the_limit(rng):
     """Return innovations just inside and just outside of the gate; the other landmarks, m of them, are far away."""
     limits = (
+        (0.99, 3, 2.7, 3.2),  # 2 degrees of freedom let the first in, 1 does not
         (0.99, 2, 3.02, 3.05),
         (0.95, 2, 2.4, 2.5),
         (0.99, 1, 2.5, 2.65),
@@ -100,6 +101,7 @@ gate = table(
     Z not inverted | np.linalg.solve(Z, z) -> Z @ z | In units of sigma: divide by Z, z' inv(Z) z.
     one Z for all | np.linalg.solve(Z, z) -> np.linalg.solve(Zs[0], z) | Each landmark has its own Z: Zs[k] belongs to zs[k].
     one degree of freedom | np.shape(zs)[1] -> 1 | d2 is a sum of m squares: chi2 has m degrees of freedom.
+    one degree of freedom less | np.shape(zs)[1] -> np.shape(zs)[1] - 1 | d2 is a sum of m squares, and no mean was taken from them: chi2 has m degrees of freedom, not m - 1.
     two degrees of freedom always | np.shape(zs)[1] -> 2 | Do not fix the degrees of freedom to 2: m is the size of an innovation.
     as many degrees of freedom as landmarks | np.shape(zs)[1] -> len(zs) | Each landmark has its own gate, with m degrees of freedom.
     3 sigma | chi2.ppf(confidence, np.shape(zs)[1]) -> 9.0 | The limit follows from `confidence` and m: chi2.ppf(confidence, m).

@@ -42,6 +42,16 @@ def at(ys, es, confidence=FAR, E=((0.01, 0), (0, 0.01)), R=((0.01, 0), (0, 0.001
     return np.array(ys, float), es, np.array([E] * len(es)).reshape(-1, 2, 2), np.array(R, float), confidence
 
 
+def beside(order):
+    """Return measurements just outside of a narrow gate, but inside of a wide one whose landmark is farther away.
+
+    What is near is a matter of the covariances. The last measurement is near in neither sense.
+    """
+    es, Es = np.array([[5.0, 0.3], [5.8, 0.1]]), np.array([np.diag([0.001, 0.001]), np.diag([0.3, 0.06])])
+    ys = np.array([[5.25, 0.3], [5.0, 0.6], [5.01, 0.31], [12.0, -1.0]])
+    return ys, es[order], Es[order], np.diag([0.001, 0.001]), FAR
+
+
 def behind(side, turns):
     """Return a landmark straight behind, and its measurement on the other side of the seam."""
     ys = [[4.05, -side * (np.pi - 0.01) + 2 * np.pi * turns], [5.0, 0.32 - 2 * np.pi]]
@@ -90,6 +100,7 @@ new = table(
             at([[3.05, 0.01]], MAP),
             at([[3.0, 2.5], [6.0, 0.51]], MAP),
         ],
+        "beside": lambda rng: [beside([0, 1]), beside([1, 0])],
         "empty": lambda rng: [at([[3.0, 0.1], [4.0, -0.2]], []), at([[3.0, 0.1]], [], 0.9)],
         "limit": at_the_limit,
         "many behind": lambda rng: [many_behind(rng)],
@@ -99,6 +110,7 @@ new = table(
     behind the robot             | D      | behind      | At +-pi the difference of two bearings jumps by 2 pi: wrap it, here, too.
     the range is no angle        | D      | ranges      | Wrap the bearing only: ranges may differ by more than pi metres.
     new is far from all          | new    | far         | A measurement is new if *every* landmark is too far, not if one of them is. Return the indices of the new ones.
+    a wide gate beside a narrow  | new    | beside      | Ask the gate of *every* landmark: the nearest in range and bearing may have the narrower gate.
     an empty map                 | new, D | empty       | At the start there is no landmark: every measurement is new, and D has no columns.
     the gate                     | new    | limit       | The limit is chi2.ppf(confidence, 2): what is between is neither old nor new.
     behind the robot, as a whole | new    | many behind | A landmark straight behind is in the map already: it must not be born again.
@@ -117,6 +129,7 @@ new = table(
     not squared | z @ np.linalg.solve(E + R, z) -> np.sqrt(z @ np.linalg.solve(E + R, z)) | The limit is for the squared distance: no root.
     diagonal of Z | np.linalg.solve(E + R, z) -> (z / np.diag(E + R)) | Use the whole Z: range and bearing may be correlated.
     far from one is enough | all(D[i] > limit) -> any(D[i] > limit) or len(es) == 0 | Almost every measurement is far from some landmark. New means far from *all*.
+    only the nearest is asked | if all(D[i] > limit) -> if not len(es) or D[i, np.argmin([np.hypot(ys[i][0] - e[0], wrap(ys[i][1] - e[1])) for e in es])] > limit | A landmark farther away, with a larger covariance, may have the measurement inside its gate: ask the gates of *all* landmarks, the smallest entry of row i of D.
     the old ones | if all(D[i] > limit) -> if not all(D[i] > limit) | These are the measurements near a landmark: return the others.
     True and False | [i for i in range(len(ys)) if all(D[i] > limit)] -> [all(D[i] > limit) for i in range(len(ys))] | Return the list of the indices, for instance [1, 3].
     the measurements themselves | [i for i in range(len(ys)) if all(D[i] > limit)] -> [sum(all(row > limit) for row in D)] | Return indices, counted from 0; not how many there are.

@@ -13,6 +13,7 @@ def meet(a, b):
     a and b, shape (3,): the poses [x, y, theta] of two robots in the map, m and rad. The camera of a sits at its
     origin and looks along its x axis; b is seen as a point, the origin of b.
     Return e = [range, bearing], shape (2,), and the Jacobians E_a = de/da and E_b = de/db, shape (2, 3) each.
+    The bearing may hold whole turns: a correction wraps the innovation.
     """
     dx, dy = b[:2] - a[:2]
     r = np.hypot(dx, dy)
