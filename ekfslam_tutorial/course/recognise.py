@@ -74,6 +74,8 @@ def recognise_more(exercise, calls, part, known, formulas=lambda: None):
         return known
     few = table.few = few or not _has_decimals(table.t[table.wrong])  # what is wrong is what tells
     alone = [change.mistake for change in table.single() if _answers(exercise, change.mistake.answer, calls)]
+    if few and len({mistake.hint for mistake in alone}) > 1 and not alone[0].edits:
+        alone = []  # several slips come to the same: nobody knows which one it is
     if alone and (not few or not table.constant(table.wrong) and table.bits() >= SURE_BITS + np.log2(len(table.rows))):
         as_if = own_words.of_a_step(alone[0]) and not (own and own_words.written(alone[0], own))
         if as_if and table.tells:  # rather what students do: two mistakes, or one in another form

@@ -98,6 +98,42 @@ def test_what_the_student_has_written_already_is_not_asked_for():
     assert not own_words.doubtful(slip, own_words.formulas(eval("lambda x, l: None")))
 
 
+# ---- an index, None, True ----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def without(monkeypatch):
+    """Take a mistake off the list."""
+
+    def taken_off(exercise, name):
+        others = [mistake for mistake in exercise.misconceptions if mistake.name != name]
+        assert len(others) < len(exercise.misconceptions)
+        monkeypatch.setattr(exercise, "misconceptions", others)
+        pairs.changes.cache_clear()
+
+    yield taken_off
+    pairs.changes.cache_clear()
+
+
+def test_a_slip_that_shows_in_an_index_only_is_not_told_beside_another_mistake(without):
+    """A root too many; and a gate that is a bit too narrow, as by many a slip."""
+    exercise, narrow = of("07.1"), ("np.shape(zs)[1])", "np.shape(zs)[1] - 1)")
+    both = answer("07.1", narrow, ("else None), d2", "else None), np.sqrt(d2)"))
+    assert "m degrees of freedom, not m - 1" in exercise.judge(both).hint
+    without(exercise, "one degree of freedom less")
+    hint = exercise.judge(both).hint
+    assert "A root too many" in hint and "Two things" not in hint, hint
+
+
+def test_of_several_slips_with_the_same_truth_values_none_is_told(without):
+    """The length of [x/z, y/z, 1] is beyond the fold where that of several other vectors is."""
+    exercise, whole = of("12.3"), answer("12.3", ("np.linalg.norm(p[:, :2]", "np.linalg.norm(p"))
+    assert exercise.judge(whole).misconception
+    without(exercise, "length of the whole vector")
+    verdict = exercise.judge(whole)
+    assert verdict.status == "failed" and not verdict.misconception and "stood where" not in verdict.hint, verdict.hint
+
+
 # ---- numbers ----------------------------------------------------------------------------------------------
 
 

@@ -120,6 +120,7 @@ step = table(
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).
     bearing not wrapped, nor expected so | wrap(y[1] - e[1]) -> y[1] - (np.arctan2(*(x.reshape(-1, 2)[ids.index(id)] - x_r[:2])[::-1]) - x_r[2]) | At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).
     brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    wrapped to 0 ... 2 pi | wrap(y[1] - e[1]) -> (y[1] - e[1]) % (2 * np.pi) | A small negative difference must stay small and negative: wrap into -pi ... pi.
     bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
     range wrapped, too | [y[0] - e[0], wrap -> [wrap(y[0] - e[0]), wrap | Only the bearing is an angle: do not wrap the range.
     x not updated | x = x + K @ z -> pass | P was corrected, x was not: x = x + K z.

@@ -62,6 +62,7 @@ covered = table(
     one degree of freedom too many | dof) -> dof + 1) | The degrees of freedom are the dimension itself: dof.
     k doubled, not squared | k**2 -> 2 * k | chi-square is about *squared* distances: k squared, k**2, not 2 k.
     one side of a box | chi2.cdf(k**2, dof) -> norm.cdf(k) ** dof | norm.cdf counts the far left as well, and the power belongs to a box, not to an ellipse.
+    k squared divided by the dimension | k**2 -> k**2 / dof | e' P^-1 e is a sum of squares, not their mean: compare it with k^2, and the dimension enters by the degrees of freedom only.
     k divided by the dimension | k**2 -> (k / dof) ** 2 | k counts sigmas along every direction: the dimension enters by the degrees of freedom only.
     """,
 )

@@ -96,6 +96,13 @@ motion = table(
         P[:3] = X_x @ P[:3] -> P[:3, :3] += X_u @ U @ X_u.T; P[:3] = X_x @ P[:3]
     noise in X_x twice | X_u @ U @ X_u.T -> 2 * X_u @ U @ X_u.T | The noise of the control comes once: + X_u U X_u'.
     only the diagonal of P_rr | P[:3] = X_x @ P[:3] -> P[:3, :3] = np.diag(np.diag(P[:3, :3])); P[:3] = X_x @ P[:3] | The errors of the pose are correlated: use the whole block P_rr.
+    X_x on one side of P_rr: The block of the robot stands in its rows and in its columns: X_x P_rr X_x', from both sides. Yours has gone through X_x from one side only.
+        P = P.copy() -> old, P = P, P.copy()
+        P[:, :3] = P[:, :3] @ X_x.T -> P[:, :3] = old[:, :3] @ X_x.T
+    X_x twice in P_rm: Of the two errors in P_rm one is the robot's: X_x comes in once, X_x P_rm.
+        P[:, :3] = P[:, :3] @ X_x.T -> P[:, :3] = P[:, :3] @ X_x.T; P[:3, 3:] = X_x @ P[:3, 3:]; P[3:, :3] = P[:3, 3:].T
+    noise of the position on each landmark: The landmarks stand still: no noise is added to P_mm.
+        return P -> P[3:, 3:] += np.kron(np.eye((len(P) - 3) // 2), (X_u @ U @ X_u.T)[:2, :2]); return P
     root of U | X_u @ U @ X_u.T -> X_u @ np.sqrt(np.abs(U)) @ X_u.T | U holds variances already: no root.
     """,
     forms="""

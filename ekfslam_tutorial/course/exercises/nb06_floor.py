@@ -69,6 +69,7 @@ floor = table(
     heading forgotten | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, 0], [0, 1, 0]] | The first heading is uncertain, too: it turns the whole map round the first position.
     no correlation with the heading | J @ P_0 @ J.T -> J @ (P_0 * [[1, 1, 0], [1, 1, 0], [0, 0, 1]]) @ J.T | P_0 has covariances between position and heading: use the whole P_0.
     diagonal of P_0 only | J @ P_0 @ J.T -> J @ np.diag(np.diag(P_0)) @ J.T | P_0 has covariances, too: use the whole P_0.
+    no correlation of x and y | J @ P_0 @ J.T -> J @ (P_0 * [[1, 0, 1], [0, 1, 1], [1, 1, 1]]) @ J.T | The errors of x and y of the first pose are correlated, too: use the whole P_0.
     P_0 squared | J @ P_0 @ J.T -> J @ P_0 @ P_0 @ J.T | P_0 holds variances already: do not square it.
     turned round the origin | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, -l[1]], [0, 1, l[0]]] | A wrong first heading turns the map round the first *position*, not round the origin: use l - t_0.
     turned round the origin, the other way | [[1, 0, -(l[1] - x_0[1])], [0, 1, l[0] - x_0[0]]] -> [[1, 0, l[1]], [0, 1, -l[0]]] | A wrong first heading turns the map round the first *position*, and a landmark ahead to the left: d(l)/d(theta) is [-(l[1] - x_0[1]), l[0] - x_0[0]].

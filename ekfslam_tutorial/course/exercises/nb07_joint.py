@@ -90,6 +90,7 @@ joint = table(
     as many degrees of freedom as states | chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, len(P)) | The innovations are tested, 2m numbers, not the n states behind them.
     always 99 % | chi2.ppf(confidence, -> chi2.ppf(0.99, | The limit follows from `confidence`: 0.99 is only an example.
     other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | chi2.ppf takes the probability to be *inside*: confidence itself. With 1 - confidence the gate lets almost nothing in.
+    confidence to the power of m | chi2.ppf(confidence, -> chi2.ppf(confidence ** len(zs), | One joint test is made, with this confidence: no power of it, as for m tests of single pairs.
     not squared | d2 = z @ np.linalg.solve(Z, z) -> d2 = np.sqrt(z @ np.linalg.solve(Z, z)) | The gate is for the squared distance: no root.
     sum of the single distances | z @ np.linalg.solve(Z, z) -> sum(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs)) | The sum of single distances looks at each pair alone. Use the stacked z and Z.
     all first numbers, then all second ones | d2 = z -> z = zs.T.ravel(); d2 = z | z and Z must have the same order: pair after pair.

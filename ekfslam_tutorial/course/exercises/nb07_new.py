@@ -118,6 +118,7 @@ new = table(
     wrong="""
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | A landmark straight behind is expected at +179 degrees and measured at -179: wrap the difference, or it is created again and again.
     brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    wrapped to 0 ... 2 pi | wrap(y[1] - e[1]) -> (y[1] - e[1]) % (2 * np.pi) | A small negative difference must stay small and negative: wrap into -pi ... pi.
     bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
     range wrapped, too | [y[0] - e[0], -> [wrap(y[0] - e[0]), | Only the bearing is an angle: do not wrap the range.
     bearings wrapped one by one | wrap(y[1] - e[1]) -> wrap(y[1]) - wrap(e[1]) | Wrap the *difference*: two wrapped bearings can still differ by almost 2 pi.

@@ -103,6 +103,7 @@ fej = table(
     all at the first estimate, not wrapped | e, _ = observe(x, i) -> e, _ = observe(x_first, i) | Two things. Near the seam y and e may differ by 2 pi: wrap the bearing of z. And the expectation e belongs to the present x: only the Jacobian is taken at x_first.
         wrap(y[1] - e[1]) -> y[1] - (np.arctan2(x_first[4 + 2 * i] - x_first[1], x_first[3 + 2 * i] - x_first[0]) - x_first[2])
     brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
+    wrapped to 0 ... 2 pi | wrap(y[1] - e[1]) -> (y[1] - e[1]) % (2 * np.pi) | A small negative difference must stay small and negative: wrap into -pi ... pi.
     bearing in degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | Angles are in radians everywhere.
     range wrapped, too | [y[0] - e[0], -> [wrap(y[0] - e[0]), | The range is a distance, not an angle: wrap z[1] only.
     K H transposed | P - K @ Z @ K.T -> P - (K @ H).T @ P | K H P, in this order and not transposed: yours is P - (K H)' P.

@@ -107,6 +107,8 @@ seen = table(
     beyond, not before | (r < fold) -> (r > fold) | What is seen lies before the fold: radius < fold.
     the fold itself | (r < fold) -> (r <= fold) | Only points *nearer* to the axis than the fold are seen: <, not <=.
     distance for depth | np.abs(p[:, 2]) -> np.linalg.norm(p, axis=1) | up = [x/z, y/z] is divided by the depth z, not by the distance of the point.
+    length of the whole vector | np.linalg.norm(p[:, :2], axis=1) -> np.linalg.norm(p, axis=1) | up has two numbers, x/z and y/z. The third, z/z = 1, does not belong to its length.
+    border at the last pixel | (u <= size) -> (u <= size - 1) | Points on the border count as seen, and the border is at the width and the height themselves: no 1 is subtracted.
     one condition is enough: All three must hold: & (and), not | (or).
         inside & ahead & (r < fold) -> inside | ahead | (r < fold)
     """,
