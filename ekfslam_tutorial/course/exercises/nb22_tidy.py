@@ -77,5 +77,8 @@ tidied = table(
     s taken for a constant, by n and by v: s depends on n and on v: d = v - s n has the derivatives I - n n' / n'n by v, and -s I - n (v - 2 s n)' / n'n by n.
         D_v = np.eye(3) - np.outer(n, n) / (n @ n) -> D_v = np.eye(3)
         D_n = -s * np.eye(3) - np.outer(n, v - 2 * s * n) / (n @ n) -> D_n = -s * np.eye(3)
+    brought to length one, too | return np.concatenate([n, v - s * n]), -> return np.concatenate([n, v - s * n]) / np.linalg.norm(n), | Nothing but the part of v along n is taken away: n keeps its length, and v is not divided by it.
+    derivative at the tidied line: J is the derivative at the line that came in, where s is not zero yet: -s I - n (v - 2 s n)' / n'n by n.
+        D_n = -s * np.eye(3) - np.outer(n, v - 2 * s * n) / (n @ n) -> D_n = -np.outer(n, v - s * n) / (n @ n)
     """,
 )

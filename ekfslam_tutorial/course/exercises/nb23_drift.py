@@ -94,5 +94,13 @@ exercise = table(
     gravity with the accelerometer, too: Gravity comes in where the gyrometer tilts the orientation. An acceleration is one already.
         b_a * t**2 / 2 -> 9.81 * b_a * t**2 / 2
         n_a * t**1.5 / np.sqrt(3) -> 9.81 * n_a * t**1.5 / np.sqrt(3)
+    biases without their factors: Each integral divides: t, t^2 / 2, t^3 / 6.
+        b_w * t**3 / 6 -> b_w * t**3
+        b_a * t**2 / 2 -> b_a * t**2
+    no root of 2 k - 1: White noise has the factor 1 / ((k - 1)! sqrt(2k - 1)): the root of 2k - 1, sqrt(5) for k = 3 and sqrt(3) for k = 2.
+        (2 * np.sqrt(5)) -> (2 * 5)
+        t**1.5 / np.sqrt(3) -> t**1.5 / 3
+    gyrometer converted: b_w and n_w are in radians already: no conversion.
+        by_gyro = 9.81 * -> by_gyro = np.radians(9.81) *
     """,
 )

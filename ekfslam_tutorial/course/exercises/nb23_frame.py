@@ -121,5 +121,9 @@ exercise = table(
         X = R_r @ X -> X = R_r @ X; A = A @ R_r
         P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], A @ P[:16, 16:]
         P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ A.T
+    dt shared among the controls | move(x[:16], u, dt) -> move(x[:16], u, dt / len(us)) | Each control holds for dt: it is not shared among them.
+    one noise for all: The noises of the controls are independent: the covariances R_u U R_u' add up, one after the other. You add up the derivatives, as for one noise that stays the same.
+        X, Q = np.eye(16), np.zeros((16, 16)) -> X, Q, G = np.eye(16), np.zeros((16, 16)), np.zeros((16, len(U)))
+        Q = R_r @ Q @ R_r.T + R_u @ U @ R_u.T -> G = R_r @ G + R_u; Q = G @ U @ G.T
     """,
 )

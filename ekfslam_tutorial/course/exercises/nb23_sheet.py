@@ -65,5 +65,8 @@ exercise = table(
     roots of the variances | np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) -> np.sqrt(np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3))) | A covariance holds variances, not standard deviations.
     gyrometer and accelerometer exchanged | [gyro**2 / dt, acc**2 / dt, -> [acc**2 / dt, gyro**2 / dt, | u = [w, a, ...]: the gyrometer comes first.
     alternating axes | np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) -> np.diag(np.tile([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) | First three of w, then three of a, and so on: np.repeat, not np.tile.
+    half of the white noise | gyro**2 / dt, acc**2 / dt -> gyro**2 / (2 * dt), acc**2 / (2 * dt) | A mean over dt has the variance n^2 / dt: without a half.
+    shared among the axes: Each axis has the whole of a variance: it is not shared among the three.
+        np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) -> np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) / 3
     """,
 )

@@ -141,6 +141,7 @@ exercise = table(
         X_b[:3] = np.hstack([G_w, R]) -> X_b[:3] = np.hstack([-G_w, R])
         X_b[7:10] = np.hstack([G_w, R]) -> X_b[7:10] = np.hstack([-G_w, R])
         -Q_dq @ DQ_w * dt -> Q_dq @ DQ_w * dt
+    derivative of the transpose | np.einsum("ijk,j->ik", R_m, a) -> np.einsum("ijk,i->jk", R_m, a) | The derivative of R by q has three indices, R[i, j] by q[k]. R a is a sum over j: summed over i, yours is the derivative of R' a.
     """,
 )
 

@@ -78,7 +78,7 @@ region = table(
     correlation forgotten | np.linalg.solve(S, z.T).T -> z / np.diag(S) | The ellipse is turned: the covariance of u and v belongs to it. Use the whole S.
     the largest circle | np.linalg.solve(S, z.T).T -> z / np.linalg.eigvalsh(S)[-1] | That is a circle around the ellipse: where S is narrow it is much too large.
     no S at all | np.linalg.solve(S, z.T).T -> z | k counts sigmas, not pixels: S says how large a sigma is.
-    sigma for variance | np.linalg.solve(S, z.T).T -> np.linalg.solve(S @ S, z.T).T | S is a covariance already, in px^2: do not square it.
+    sigma for variance | np.linalg.solve(S, z.T).T -> np.linalg.solve(S @ S, z.T).T | S holds variances, in px^2: it is not squared, and half axes are the *roots* of its eigenvalues.
     outside | <= k**2 -> > k**2 | True is for those that are *inside*.
     the ellipse itself | <= k**2 -> < k**2 | A pixel on the ellipse counts as inside: <=.
     around the origin | z = pixels - e -> z = pixels - 0 * e | The ellipse is around the expectation e: z = pixel - e.
@@ -91,5 +91,6 @@ region = table(
     k twice | <= k**2 -> <= 2 * k | k squared is k times k, not 2 k.
     root beside k squared | axis=1) <= k**2 -> axis=1) <= k**4 | The distance squared goes with k^2, or its root with k: yours is the root beside k^2.
     a circle of the mean variance | np.linalg.solve(S, z.T).T -> z / (np.trace(S) / 2) | That is a circle around the ellipse's middle: the ellipse has the shape of S, z' S^-1 z.
+    the other Cholesky factor | np.linalg.solve(S, z.T).T -> np.linalg.solve(np.linalg.cholesky(S).T @ np.linalg.cholesky(S), z.T).T | With S = L L' the whitened difference is L^-1 z, and not the inverse of L' times z.
     """,
 )

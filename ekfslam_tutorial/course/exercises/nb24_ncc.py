@@ -98,5 +98,9 @@ correlation = table(
     flat counts as one | return np.sum(a * b, axis=(1, 2)) / np.where(length > 0, length, 1.0) -> return np.where(length > 0, np.sum(a * b, axis=(1, 2)) / np.where(length > 0, length, 1.0), 1.0) | Where a window is flat there is nothing to compare: there the correlation is 0, not 1.
     no root for the windows | np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> np.sqrt(np.sum(a**2)) * np.sum(b**2, axis=(1, 2)) | The length of a window is the *root* of the sum of its squares, as that of the patch is.
     no root for the patch | np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> np.sum(a**2) * np.sqrt(np.sum(b**2, axis=(1, 2))) | The length of the patch is the *root* of the sum of its squares, as that of a window is.
+    a mean for each row | np.mean(windows, axis=(1, 2), keepdims=True) -> np.mean(windows, axis=2, keepdims=True) | Each window has one mean, of all its pixels, not one for each row: axis=(1, 2).
+    negative ones cut off | return np.sum(a * b, axis=(1, 2)) -> return np.maximum(0, np.sum(a * b, axis=(1, 2))) | Where the patch is bright and the window dark the correlation is negative, down to -1: leave it so.
+    largest singular value for the length: The length of a window is the root of the sum of the squares of all its pixels. `np.linalg.norm` with ord=2 and two axes is another norm: leave ord out.
+        np.sum(b**2, axis=(1, 2)) -> np.linalg.norm(b, 2, axis=(1, 2)) ** 2
     """,
 )
