@@ -25,9 +25,9 @@ def covariance(rng, n, scale):
 
 
 def some(rng, n=3, m=2, p=0.3, r=0.2, z=0.2):
-    """Return the arguments of a correction: n states, m numbers measured."""
-    H = rng.normal(size=(m, n))
-    return rng.uniform(-2, 2, n), covariance(rng, n, p), rng.normal(size=m) * z, H, covariance(rng, m, r)
+    """Return the arguments of a correction: n states, metres but for the heading, and m numbers measured."""
+    H, x = rng.normal(size=(m, n)), rng.uniform(-2, 2, n) * np.where(np.arange(n) == 2, 1, 6)
+    return x, covariance(rng, n, p), rng.normal(size=m) * z, H, covariance(rng, m, r)
 
 
 SIZES = ((3, 2), (3, 1), (5, 2), (3, 4), (1, 1), (2, 3))
@@ -103,6 +103,7 @@ correction = table(
     H x subtracted again | x + K @ z -> x + K @ (z - H @ x) | z is the innovation already, measured minus expected: do not subtract H x from it.
     column instead of vector | return x + K @ z, -> return (x + K @ z)[:, None], | Vectors have one axis here: x has shape (n,), no columns.
     sizes of the pose only | P - K @ Z @ K.T -> (np.eye(3) - K @ H) @ P | Write np.eye(len(x)), not np.eye(3): the state may have any size.
+    whole state wrapped | x + K @ z, -> (x + K @ z + np.pi) % (2 * np.pi) - np.pi, | x and y are lengths, not angles: a state is not wrapped as a whole.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

@@ -96,5 +96,6 @@ exercise = table(
     impulse times dt, in X_u, too: u is an impulse, a change of the velocity already: it is not multiplied by dt.
         v + u[:3], w + u[3:] -> v + u[:3] * dt, w + u[3:] * dt
         X_u[7:] = np.eye(6) -> X_u[7:] = dt * np.eye(6)
+    v and w forgotten in X_x | X_x[3:7, 3:7] = Q_q -> X_x[3:7, 3:7] = Q_q; X_x[7:, 7:] = 0 | v and w stay as they are, but for the impulses: their derivative by themselves is the identity.
     """,
 )

@@ -27,7 +27,7 @@ def odo3(x, u):
 
 def pose(rng):
     """Return a frame that is turned about all axes."""
-    return np.concatenate([rng.uniform(-3, 3, 3), unit(rng.normal(size=4))[0]])
+    return np.concatenate([rng.uniform(-9, 9, 3), unit(rng.normal(size=4))[0]])
 
 
 def step(rng):
@@ -138,5 +138,6 @@ exercise = table(
         "ijk,j->ik" -> "jik,j->ik"
         X_u[:3, :3] = R -> X_u[:3, :3] = R.T
     the other matrix of the product by q | X_x[3:, 3:] = Q_q -> X_x[3:, 3:] = q_prod(dq, x[3:])[2] | q2 = q dq: by q it is the matrix of a product with dq on the *right*. Yours is that with dq on the left.
+    twice the rotation vector | dq, DQ_v = v2q(u[3:]) -> dq, DQ_v = v2q(2 * u[3:]); DQ_v = 2 * DQ_v | v2q halves the angle itself: hand it the rotation vector as it is.
     """,
 )

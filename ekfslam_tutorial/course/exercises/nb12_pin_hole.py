@@ -102,5 +102,9 @@ camera = table(
     k in another order, in all: k = [u0, v0, au, av]: first the centre, then the focal lengths.
         u = k[:2] + k[2:] * ud -> k = np.roll(k, 2); u = k[:2] + k[2:] * ud
         np.hstack([np.eye(2), np.diag(ud)]) -> np.hstack([np.diag(ud), np.eye(2)])
+    v upwards, in all: The y axis of the camera points down, as v does: plus av y, in the derivatives, too.
+        k[:2] + k[2:] * ud -> k[:2] + k[2:] * [1, -1] * ud
+        U_ud = np.diag(k[2:]) -> U_ud = np.diag(k[2:] * [1, -1])
+        np.diag(ud)]) -> np.diag(ud * [1, -1])])
     """,
 )

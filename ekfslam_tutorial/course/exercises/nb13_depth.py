@@ -82,6 +82,7 @@ corrected = table(
     rho made positive | e = np -> rho = np.abs(rho); e = np | A negative rho is an estimate like others, beyond infinity: it keeps its sign.
     new rho made positive | return rho + K * (y - e), -> return np.abs(rho + K * (y - e)), | A negative rho is an estimate like others, beyond infinity: it keeps its sign.
     negative rho set to zero | return rho + K * (y - e), -> return np.maximum(rho + K * (y - e), 0), | A negative rho is an estimate like others, beyond infinity: it is not cut off at zero.
+    K var K taken off | (1 - K * H) * P -> P - K * var * K | P falls by K Z K with the whole Z = H P H + var, not with var alone.
     """,
     forms="""
     P - K Z K | (1 - K * H) * P -> P - K * (H * P * H + var) * K | P - K Z K

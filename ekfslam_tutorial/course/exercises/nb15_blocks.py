@@ -34,7 +34,7 @@ def case(rng, n=8, m=2, slices=(A, B), none=False):
     if none:
         blocks.insert(1, (None, rng.normal(size=(m, 7))))
     R = random_covariance(rng, m, 0.5)
-    return rng.normal(size=n), random_covariance(rng, n), blocks, rng.normal(size=m), R
+    return 4 * rng.normal(size=n), random_covariance(rng, n), blocks, rng.normal(size=m), R
 
 
 def as_expected(x, P, blocks, z, R):

@@ -24,7 +24,7 @@ def case(rng, n=9, a=0, b=3, m=2):
     """Return the arguments: a state whose parts are correlated, and a full R."""
     A = rng.normal(size=(n, n)) * rng.uniform(0.3, 1.5, n)[:, None]
     B = rng.normal(size=(m, m))
-    x, z = rng.normal(size=n), 0.3 * rng.normal(size=m)
+    x, z = rng.normal(size=n) * np.where(np.isin(range(n), (a + 2, b + 2)), 1, 6), 0.3 * rng.normal(size=m)
     E_a, E_b = rng.normal(size=(2, m, 3))
     return x, A @ A.T / n + 0.05 * np.eye(n), slice(a, a + 3), slice(b, b + 3), z, E_a, E_b, B @ B.T + 0.2 * np.eye(m)
 

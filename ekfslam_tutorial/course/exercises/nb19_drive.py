@@ -32,7 +32,7 @@ def drive(x, u, dt, car):
 
 def case(rng, theta=None, alpha=None):
     """Return a pose, a control, a time and a car."""
-    x = np.array([*rng.uniform(-1, 1, 2), rng.uniform(-3, 3) if theta is None else theta])
+    x = np.array([*rng.uniform(-40, 40, 2), rng.uniform(-3, 3) if theta is None else theta])
     u = np.array([rng.uniform(0.5, 6), rng.uniform(-0.5, 0.5) if alpha is None else alpha])
     car = (rng.uniform(2, 4), rng.uniform(0.3, 1), rng.uniform(1, 4), rng.uniform(0.2, 0.8))
     return x, u, rng.uniform(0.05, 0.3), car
