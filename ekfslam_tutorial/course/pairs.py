@@ -395,8 +395,12 @@ class Table:
     @cached_property
     def has_decimals(self):
         """Which of the student's numbers are no whole ones: these are hit by no chance."""
-        with np.errstate(all="ignore"):
-            return np.abs(self.s - np.round(self.s)) > 1e-9
+        return _no_whole_numbers(self.s)
+
+    @cached_property
+    def counted(self):
+        """Which numbers are an index, None, True or a count: neither the student's nor the right one has decimals."""
+        return ~(self.has_decimals | _no_whole_numbers(self.t))
 
     @cached_property
     def apart(self) -> bool:
@@ -676,7 +680,7 @@ def _are_listed(table, *rows):
 def _no_guess(table, calls, one, other):
     """Of two changes those that no other mistake may stand for: one that shows in few values only may be another.
 
-    A slip that shows in no number with decimals is not told: an index, None or True comes of many a slip. A listed
+    A slip that shows in an index, None, True or a count only is not told: these come of many a slip. A listed
     mistake is, if no other listed one comes to the same beside the other change.
     """
     exercise, rows, of = table.exercise, table.rows, table.row_of
@@ -684,7 +688,7 @@ def _no_guess(table, calls, one, other):
     for change, beside in (one, other), (other, one):
         if change in of and beside in of:
             needed = table.wrong & table.changed[of[change]] & ~table.fits[of[beside]]
-            if not change.listed and needed.any() and not table.has_decimals[needed].any():
+            if not change.listed and needed.any() and table.counted[needed].all():
                 continue
             rivals = [row[0] for row in rows if row[0].listed and row[0].mistake.hint != change.mistake.hint]
             if not table.has_decimals[needed].any() and any(
@@ -770,6 +774,11 @@ def _in_time(job):
             return job()
     except edits.Endless:
         return None
+
+
+def _no_whole_numbers(numbers):
+    with np.errstate(all="ignore"):
+        return np.abs(numbers - np.round(numbers)) > 1e-9
 
 
 def _steps(exercise, calls) -> float:
