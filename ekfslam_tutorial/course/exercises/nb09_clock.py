@@ -81,6 +81,7 @@ clock = table(
     offsets sorted, the runs not | return offsets[np.argmin(nis)] -> return np.sort(offsets)[np.argmin(nis)] | nis[k] belongs to offsets[k], in the order in which they come: do not sort one of them.
     offset without its sign | return offsets[np.argmin(nis)] -> return abs(offsets[np.argmin(nis)]) | A clock may be behind as well as ahead: return the offset with its sign.
     m - 1 | np.mean( -> np.divide(z.shape[1], z.shape[1] - 1) * np.mean( | A mean over m measurements is their sum divided by m, not by m - 1.
+    likelihood for the NIS | nis = np.mean(np.einsum("kmi,kmi->km", z, np.linalg.solve(Z, z[..., None])[..., 0]), axis=1) -> nis = np.mean(np.einsum("kmi,kmi->km", z, np.linalg.solve(Z, z[..., None])[..., 0]) + np.linalg.slogdet(Z)[1], axis=1) | log det Z belongs to the likelihood. The NIS is z' inv(Z) z alone.
     """,
 )
 

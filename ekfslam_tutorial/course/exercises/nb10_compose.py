@@ -94,5 +94,6 @@ exercise = table(
     orientation of G kept | q, _, _ = q_prod(F[3:], G[3:]) -> q = G[3:] | F is turned, too: a vector of G is turned by G first, then by F. So q = q_F q_G, not q_G alone.
     conjugate of the left factor | q_prod(F[3:], -> q_prod(q2qc(F[3:])[0], | With the conjugate of q_F you turn back. Local to global: q_F q_G.
     position of F forgotten | F[:3] + R -> R | The origin of F is not that of the parent: add t_F.
+    position of F turned, too | t = F[:3] + R @ G[:3] -> t = R @ (F[:3] + G[:3]) | F stands in the parent already: turn the position of G alone, then add that of F.
     """,
 )

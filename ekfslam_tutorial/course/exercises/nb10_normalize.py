@@ -68,5 +68,6 @@ exercise = table(
     divided by the squared norm | u = x[3:] / n -> u = x[3:] / n | q / (q'q) is too short: divide by the square root, |q|.
         [x[:3], u] -> [x[:3], u / n]
     divided twice | np.outer(u, u)) / n -> np.outer(u, u)) / n**2 | u has been divided by |q| already: U_q = (I - u u') / |q|, once.
+    position lost in J | J = np.eye(7) -> J = np.zeros((7, 7)) | The position stays as it is: its derivative by itself is the identity, not zero.
     """,
 )

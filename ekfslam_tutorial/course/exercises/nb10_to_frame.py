@@ -88,5 +88,6 @@ exercise = table(
     derivatives swapped | -R.T, R.T -> R.T, -R.T | Return the derivative by t first, then the one by p.
     PF_p with a minus | -R.T, R.T -> -R.T, -R.T | When the point goes forward, it does so in the frame, too: PF_p = R', with a plus.
     PF_p without rotation | -R.T, R.T -> -R.T, np.eye(3) | p passes through R': PF_p = R'.
+    t turned by R | pf = R.T @ (p - t) -> pf = R.T @ p - R @ t | R' takes both p and t into the frame: R' p - R' t. R takes them out of it.
     """,
 )
