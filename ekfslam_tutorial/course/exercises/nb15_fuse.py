@@ -74,7 +74,7 @@ exercise = table(
     average of both | return x, P -> return (xa + xb) / 2, (Pa + Pb) / 2 | Not covariances are averaged, but information, with a w that fits the two.
     covariances mixed | return x, P -> return w * xa + (1 - w) * xb, w * Pa + (1 - w) * Pb | The weights belong to the information matrices, inv(Pa) and inv(Pb), not to Pa and Pb.
     P not inverted | return x, P -> return x, np.linalg.inv(P) | w inv(Pa) + (1 - w) inv(Pb) is the information: its inverse is P.
-    the better one alone | return x, P -> return (xa, Pa) if np.trace(Pa) < np.trace(Pb) else (xb, Pb) | Yours is one of the two alone, w is 0 or 1. Weigh the *informations*, inv(Pa) and inv(Pb): then the trace of P is smallest for a w in between.
+    the better one alone | Ps = np.linalg.inv(ws[:, None, None] * Ia + (1 - ws[:, None, None]) * Ib) -> Ps = ws[:, None, None] * Pa + (1 - ws[:, None, None]) * Pb | Yours is one of the two alone, w is 0 or 1. Weigh the *informations*, inv(Pa) and inv(Pb): then the trace of P is smallest for a w in between.
     always one half | ws[i], Ps[i] -> ws[500], Ps[500] | w = 1/2 is allowed, but not the best: search for the smallest trace.
     trace of the information | np.trace(Ps, -> np.trace(np.linalg.inv(Ps), | The trace of P must be smallest, not that of its inverse.
     weights forgotten in x | (w * Ia @ xa + (1 - w) * Ib @ xb) -> (Ia @ xa + Ib @ xb) | In x, too, each information has its weight, w and 1 - w.
@@ -85,6 +85,7 @@ exercise = table(
     mean without the covariances | P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> w * xa + (1 - w) * xb | The mean is weighted with the information, in each direction anew.
     mean of both | P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> (xa + xb) / 2 | The mean must lean to the better one: use the formula for x.
     mean not multiplied by P | P @ (w * Ia -> (w * Ia | w inv(Pa) xa + (1 - w) inv(Pb) xb is the information vector: x is P times it.
+    each with the information of the other | w * Ia @ xa + (1 - w) * Ib @ xb -> w * Ib @ xa + (1 - w) * Ia @ xb | Each estimate is weighted with its own information: Ia with xa, Ib with xb.
     """,
 )
 

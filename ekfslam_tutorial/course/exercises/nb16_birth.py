@@ -79,5 +79,7 @@ born = table(
     both variances squared: var and N are variances already: do not square them.
         var * np.outer(P_r -> var**2 * np.outer(P_r
         N * np.outer(P_beta -> N**2 * np.outer(P_beta
+    rows of P alone | P_px = P_x @ P -> P_px = P[:2] | The heading moves the point as well as the position does: P_px = P_x P, with all three columns of P_x.
+    heading the wrong way | P_x = np.array([[1.0, 0.0, -r * s], [0.0, 1.0, r * c]]) -> P_x = np.array([[1.0, 0.0, r * s], [0.0, 1.0, -r * c]]) | Turned to the left, the robot moves the point to its left: the third column of P_x is r [-s, c].
     """,
 )

@@ -57,5 +57,6 @@ ranged = table(
     one point only | r = np.linalg.norm(p, axis=-1, keepdims=True) -> r = np.atleast_1d(np.hypot(p[0], p[1])) | p[0] is the first *point* of a list, and the first number of one point. Write p[..., 0].
     a column | [..., None, :] -> [..., None] | Rows are outputs, columns are inputs: one row and two columns for each point, shape (..., 1, 2).
     no axis for the row | (np.asarray(p) / r)[..., None, :] -> np.asarray(p) / r | The Jacobian of one number by two has one row and two columns: shape (..., 1, 2).
+    mean for the sum | r = np.linalg.norm(p, axis=-1, keepdims=True) -> r = np.sqrt(np.mean(np.square(p), axis=-1, keepdims=True)) | The length of a vector is the root of the *sum* of the squares, not of their mean.
     """,
 )

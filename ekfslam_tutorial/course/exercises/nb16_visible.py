@@ -99,5 +99,8 @@ seen = table(
     a point at max_range | y[..., 0] <= max_range -> y[..., 0] < max_range | "Not further away than max_range": a point just there is seen, <=.
     a point on the edge of the view | <= fov / 2 -> < fov / 2 | "Not more than fov / 2": a point just there is seen, <=.
     last axis of the ranges kept | y[..., 0] <= max_range -> y <= max_range | y has a last axis of length one: y[..., 0] is one range for each point.
+    one of the two, and from zero to fov: Both must hold, the range *and* the view, and the view reaches fov / 2 to each side of the x axis.
+        bearing = np.arctan2(p[..., 1], p[..., 0]) -> bearing = np.mod(np.arctan2(p[..., 1], p[..., 0]), 2 * np.pi)
+        (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> (y[..., 0] <= max_range) | (bearing <= fov)
     """,
 )
