@@ -92,6 +92,6 @@ distorted = table(
     UD_d: distorted point | np.outer(up, powers) -> np.outer(ud, powers) | The columns are up r^(2 i), with the ideal point up, not ud.
     entry by entry for outer | np.outer(up, up) -> np.tile(up * up, (2, 1)) | up up' is a matrix, np.outer(up, up). `up * grad` goes entry by entry, and is a vector.
     f forgotten | f * np.eye(2) + 2 -> np.eye(2) + 2 | Product rule: f I, and up times the derivative of f. In the first term f is missing.
-    UD_d: powers only | np.outer(up, powers) -> np.outer(np.ones(2), powers) | ud is f times up, and so is its derivative: that by d2 is r^2 up, a vector.
+    UD_d: powers only | np.outer(up, powers) -> np.outer(np.ones(2), powers) | ud is linear in d: each column of UD_d is up, a vector, times a power of r.
     """,
 )

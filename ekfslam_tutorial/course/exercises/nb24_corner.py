@@ -86,6 +86,6 @@ score = table(
     Harris | np.linalg.eigvalsh(A)[:, 0] -> np.linalg.det(A) - 0.04 * np.trace(A, axis1=1, axis2=2) ** 2 | That is the score of Harris. Here the smaller eigenvalue is asked for.
     mean slope taken off | g_v, g_u = np.gradient(windows, axis=(1, 2)) -> g_v, g_u = (g - g.mean(axis=(1, 2), keepdims=True) for g in np.gradient(windows, axis=(1, 2))) | A holds the products of the slopes themselves: no mean is taken off. A plain ramp has slopes, too.
     border left out | products.sum(axis=(1, 2)) -> products[:, 1:-1, 1:-1].sum(axis=(1, 2)) | The sum goes over the whole window, its border included.
-    half forgotten | return np.linalg.eigvalsh(A)[:, 0] -> return 2 * np.linalg.eigvalsh(A)[:, 0] | With a, b, c for sum g_u g_u, sum g_u g_v, sum g_v g_v it is *half* of a + c - sqrt((a - c)^2 + 4 b^2).
+    half forgotten | return np.linalg.eigvalsh(A)[:, 0] -> return 2 * np.linalg.eigvalsh(A)[:, 0] | Yours is twice as much. With a, b, c for sum g_u g_u, sum g_u g_v, sum g_v g_v it is *half* of a + c - sqrt((a - c)^2 + 4 b^2).
     """,
 )
