@@ -16,7 +16,7 @@ from .core import (
 )
 from .extra import compiled
 from .filter import augment
-from .frames import frame_of, frame_range
+from .frames import frame_of, frame_range, state_of
 from .refused import check_map
 from .straight import inside, retro_projected
 
@@ -36,31 +36,40 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     for i in new:
         if n_max is not None and len(events) >= n_max:
             break
-        id, y = opt.association.birth_id(raw, i, lmks), np.asarray(raw.y[i], float)
-        if id is None or not _well_inside(map, sen.model, y, opt.init_margin):
+        id = opt.association.birth_id(raw, i, lmks)
+        if id is None:
             continue
         try:
-            lmks[id] = _started(map, rob, sen, lmks, id, y, None if raw.R is None else raw.R[i], opt)
+            lmk = _started(map, rob, sen, lmks, id, raw.y[i], sen.model.R if raw.R is None else raw.R[i], opt)
         except MapFull:
             events.append(Event("refused", rob.id, sen.id, id))
             continue
-        events.append(Event("initialisation", rob.id, sen.id, id))
+        if lmk is not None:
+            lmks[id] = lmk
+            events.append(Event("initialisation", rob.id, sen.id, id))
     return events
 
 
 def _started(map, rob, sen, lmks, id, y, R, opt):
-    """One new landmark in the map, from one measurement: see `slam.add_landmark`."""
-    if opt.max_lmks is not None and len(lmks) >= opt.max_lmks:
-        raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
+    """One new landmark in the map, from one measurement, None if that is not well inside: see `slam.add_landmark`."""
+    y, R = np.asarray(y, float), np.asarray(R, float)
     kind = sen.lmk_type or opt.lmk_type or EUCLIDEAN[sen.frame_type.dim]
-    Rf, Sf = frame_of(map, rob, rob.motion.frame), frame_of(map, sen, sen.frame_type)
     n, N = (opt.n, opt.N) if sen.model.bearing_only else NOTHING
-    R = sen.model.R if R is None else np.asarray(R, float)
+    full = opt.max_lmks is not None and len(lmks) >= opt.max_lmks
+    looked = full or opt.init_margin > 0
+    if looked and not _well_inside(sen.model, y, opt.init_margin):
+        return None
+    if full:
+        raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
 
     if map.compiled and rob.first is None and not opt.first_estimates:
-        r = compiled().born(map, Rf, Sf, sen.model, kind, y, n, R, N, rob.r, sen.r)
+        x = state_of(map, rob), state_of(map, sen)
+        r = compiled().born(map, rob, sen, x, kind, y, n, R, N)  # which looks whether y is inside
         if r is not None:
-            return _in_a_slot(map, lmks, Lmk(id, kind, r=r, n=n, N=N))
+            return _in_a_slot(map, lmks, Lmk(id, kind, r=r, n=n, N=N)) if r else None
+    if not looked and not _well_inside(sen.model, y, 0.0):
+        return None
+    Rf, Sf = frame_of(map, rob, rob.motion.frame), frame_of(map, sen, sen.frame_type)
     l, L_r, L_s, L_y, L_n = retro_projected(Rf, Sf, sen.model, kind, y, n)
     if opt.first_estimates:
         check_first_estimates(rob.motion.frame, [kind])
@@ -81,9 +90,6 @@ def _in_a_slot(map, lmks, lmk):
     return lmk
 
 
-def _well_inside(map, sensor, y, margin):
+def _well_inside(sensor, y, margin):
     """Return True if a measurement would still be visible if each of its numbers were off by the margin."""
-    if margin or y.shape != (len(sensor.R),):
-        return well_inside(sensor, y, margin)
-    seen = compiled().inside(sensor, y) if map.compiled else None
-    return inside(sensor, y) if seen is None else seen
+    return well_inside(sensor, y, margin) if margin or y.shape != (len(sensor.R),) else inside(sensor, y)

@@ -10,19 +10,22 @@ from .filter import transform
 from .straight import oriented
 
 
+def state_of(map, obj):
+    """Return the state of a robot or a sensor, an array of floats, not to be written to."""
+    if obj.r is not None:
+        return map.state(obj.r)
+    return obj.x if type(obj.x) is np.ndarray and obj.x.dtype == float else np.asarray(obj.state(map), float)
+
+
 def frame_of(map, obj, kind):
     """Return the frame, of this kind, that the state of a robot or a sensor begins with."""
-    noted = map.notes.of(obj)
-    last, known = noted.frame, obj.r is None
-    if known and type(x := obj.x) is np.ndarray and x.dtype == float:
-        if last is not None and type(last) is kind and last.x.tobytes() == x.tobytes():
-            return last
-    x = np.asarray(obj.state(map), float) if known else map.state(obj.r)
+    noted, x = map.notes.of(obj), state_of(map, obj)
+    last = noted.frame
     if len(x) != kind.size:
-        x = x[: kind.size]
+        x = x[: kind.size] if len(x) > kind.size else kind(x).x  # which refuses it
     if last is None or type(last) is not kind or last.x.tobytes() != x.tobytes():
         noted.frame = last = object.__new__(kind)  # it need not be looked at again
-        vars(last)["x"] = x
+        vars(last)["x"] = x.copy() if obj.r is None else x  # who holds a known state may write to it
     return last
 
 

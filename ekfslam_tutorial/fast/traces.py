@@ -46,7 +46,7 @@ def trace_inside(sensor):
 
 
 def trace_birth(frame, sensor, kind):
-    """`retro_project` by frames rf[.], sf[.] of y[.] and n[.]: l, L = [L_r L_s], L_y, L_n."""
+    """`retro_project` by frames rf[.], sf[.] of y[.] and n[.]: l, L = [L_r L_s], L_y, L_n; and `seen`, if y is."""
     tape, n_f, n_l = Tape(), frame.size, kind.size
     m, n_n = len(sensor.R), 1 if sensor.bearing_only else 0
     Rf, Sf = frame(tape.inputs("rf[{}]", n_f)), frame(tape.inputs("sf[{}]", n_f))
@@ -54,7 +54,8 @@ def trace_birth(frame, sensor, kind):
     l, *Ls = retro_project(Rf, Sf, sensor, kind, y[None], n[None])
     L_r, L_s, L_y, L_n = (_single(L, 2) for L in Ls)
     _check_shapes((l[0], n_l), (L_r, n_l, n_f), (L_s, n_l, n_f), (L_y, n_l, m), (L_n, n_l, n_n))
-    return tape, {"l": l[0], "L": np.concatenate([L_r, L_s], -1), "L_y": L_y, "L_n": L_n}
+    seen = np.asarray(sensor.visible(y[None], sensor.retro(y[None])[0]))[0]
+    return tape, {"seen": seen, "l": l[0], "L": np.concatenate([L_r, L_s], -1), "L_y": L_y, "L_n": L_n}
 
 
 def _single(a, ndim):

@@ -172,3 +172,19 @@ def test_without_numba_one_sentence_says_what_to_install(monkeypatch, tmp_path, 
 def test_the_command_line_compiles_if_it_is_asked_to(tmp_path, capsys):
     words = ["--set", "options.compiled=true", "--set", "time.last=3"]
     assert main(["run", "range_bearing_2d", "--out", str(tmp_path), *words]) == 0
+
+
+@pytest.mark.parametrize("who", ["robot", "sensor"])
+def test_a_known_frame_with_too_few_numbers(pair, who):
+    """Machine code would read past its end."""
+    for scene in pair.all:
+        if who == "robot":
+            scene.map.remove(scene.rob.r)
+            scene.rob.r, scene.rob.x = None, np.zeros(2)
+        else:
+            scene.sen.x = np.zeros(2)
+    wanted = "Frame2 needs 3 numbers [x, y, theta]"
+    assert wanted in fails(pair, look(pair, np.ones((2, 2))))
+    new = raw([50, 51], np.array([[2.0, 0.1], [3.0, 0.2]]))
+    start = lambda s: s.engine.init_new_lmks(s.map, s.rob, s.sen, s.lmks, new, [0, 1], s.opt)
+    assert wanted in fails(pair, start)

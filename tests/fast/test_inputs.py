@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from ekfslam_tutorial.ekf.covariances import check_covariance
+from ekfslam_tutorial.fast import FastMap
 from ekfslam_tutorial.fast.compiled import program, step
 from ekfslam_tutorial.fast.refused import clearly_covariance
-from ekfslam_tutorial.geometry import Frame2
+from ekfslam_tutorial.geometry import Frame2, Frame3
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt
+from ekfslam_tutorial.models.observation import expect
 from ekfslam_tutorial.models.sensors import BearingOnly2, PinHole, RangeBearing
 from ekfslam_tutorial.slam import Lmk, Options, Rob, Sen, correct_known_lmks
 
@@ -63,8 +65,10 @@ def test_parameters_of_sensors(form, interpreted):
         return  # the parameters are other numbers then
     given = AS[form]
     lens = PinHole(k=given([320.0, 240.0, 300.0, 300.0]), d=given([1.0, 2.0]), c=given([0.0, 1.0]))
-    y = np.array([[100.0, 200.0]])
-    assert step.inside(lens, y[0]) == lens.visible(y, lens.retro(y)[0])[0]
+    F, p = Frame3(np.eye(7)[3]), np.array([[0.1, -0.2, 2.0]])
+    e, v, visible, *_ = step.expected(FastMap(), F, F, lens, EucPnt(3), p, None, None, None, True)
+    want = expect(F, F, lens, EucPnt(3), p)
+    assert np.allclose(e, want[0], rtol=1e-12) and visible == lens.visible(e, v)
 
 
 @pytest.mark.parametrize("form", AS)

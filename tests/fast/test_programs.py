@@ -11,6 +11,7 @@ import pytest
 
 from ekfslam_tutorial.fast import FastMap, augment, covariance, cross
 from ekfslam_tutorial.fast.compiled import step
+from ekfslam_tutorial.fast.straight import inside
 from ekfslam_tutorial.geometry import Frame2, Frame3, e2q
 from ekfslam_tutorial.models import retro_project
 from ekfslam_tutorial.models.landmarks import AhmPnt, EucPnt, HmgPnt, IdpPnt
@@ -36,6 +37,7 @@ from ekfslam_tutorial.models.sensors import (
     RangeBearingElevation,
     StereoPinHole,
 )
+from ekfslam_tutorial.slam import Rob, Sen
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -68,6 +70,11 @@ EXACT = "PinHole, d", "PinHoleDepth, d", "OmniCam"
 """The inverse of the lens is found by Newton's method, which ends by itself: not traceable."""
 
 PAIRS = [pytest.param(name, kind, id=f"{name}-{kind}") for name, s in SENSORS.items() for kind in KINDS[s.dim]]
+
+
+MOTION_IN = {2: Odometry2(), 3: Odometry3()}
+SEEN_OR_NOT = (slice, True), (bool, False)
+NOT_COMPILED = (type(None), True), (type(None), False)
 
 
 def compilable(name, kind):
@@ -176,7 +183,8 @@ def test_the_same_are_visible_where_a_model_is_singular(name, kind):
 def test_new_landmarks_are_those_of_the_model_wherever_they_can_be_compiled(name, kind, rng):
     sensor = SENSORS[name]
     N, m = (np.array([[0.2]]), len(sensor.R)) if sensor.bearing_only else (np.zeros((0, 0)), len(sensor.R))
-    for _ in range(10):
+    seen = 0
+    for _ in range(20):
         Rf, Sf = frames(sensor.dim, rng)
         map, r, s = FastMap(), *(None, None)
         r, s = map.add(Rf.x, np.eye(Rf.size)), map.add(Sf.x, np.eye(Sf.size))
@@ -185,16 +193,22 @@ def test_new_landmarks_are_those_of_the_model_wherever_they_can_be_compiled(name
         y = rng.uniform(*{1: ([-4], [4]), 2: ([1, -4], [9, 4]), 3: ([0, 0, 1], [640, 480, 9])}[m])
         if sensor.dim == 3:
             y[:2] = rng.uniform([100, 100], [540, 380])
+        if name == "RangeBearingElevation":
+            y = rng.uniform([-1, -4, -2], [10, 4, 2])
         n, R = np.full(len(N), 0.3), 2.0 * sensor.R
         other = copy.deepcopy(map)
-        got = step.born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s)
-        assert (got is not None) == compilable(name, kind)
-        if got is None:
+        rob, sen = Rob(1, MOTION_IN[sensor.dim], r=r), Sen(1, 1, sensor, type(Sf), r=s)
+        got = step.born(map, rob, sen, (Rf.x, Sf.x), kind, y, n, R, N)
+        visible = bool(np.all(sensor.visible(y, sensor.retro(y)[0])))
+        assert (type(got), visible) in (SEEN_OR_NOT if compilable(name, kind) else NOT_COMPILED)
+        seen += visible
+        if not got:
             assert map.n == other.n
-            return
+            continue
         l, L_r, L_s, L_y, L_n = retro_project(Rf, Sf, sensor, kind, y, n)
         assert got == augment(other, l, ((r, L_r), (s, L_s)), L_y @ R @ L_y.T + L_n @ N @ L_n.T)
         assert same(map.x, other.x) and same(map.P, other.P) and np.array_equal(map.P, map.P.T)
+    assert seen
 
 
 @pytest.mark.parametrize("name", SENSORS)
@@ -205,12 +219,9 @@ def test_a_measurement_is_inside_where_the_model_says_so(name, rng):
     low, high = (low[1:], high[1:]) if len(sensor.R) == 1 else (low, high)
     low, high = ([-1, -4, -2], [10, 4, 2]) if name == "RangeBearingElevation" else (low, high)
     Y = rng.uniform(low, high, (60, len(sensor.R)))
-    got = [step.inside(sensor, y) for y in Y]
-    if name in EXACT:
-        assert got == [None] * len(Y)
-    else:
-        assert got == [bool(sensor.visible(y, sensor.retro(y)[0])) for y in Y]
-        assert all(type(each) is bool for each in got) and (all(got) or len(set(got)) == 2)
+    got = [inside(sensor, y) for y in Y]
+    assert got == [bool(sensor.visible(y, sensor.retro(y)[0])) for y in Y]
+    assert all(type(each) is bool for each in got) and (all(got) or len(set(got)) == 2)
 
 
 @pytest.mark.parametrize("name", SENSORS)

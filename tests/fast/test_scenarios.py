@@ -173,4 +173,4 @@ def test_the_same_with_numba(name, joint, kind):
     data = data if kind is None else replace(data, landmark=replace(data.landmark, model=kind))
     assert_same_runs(data, frames=25, hows=(HOW["compiled"],))
     made = {write for (write, *_), (_, program) in programs.known.items() if program}
-    assert {step._write_expected, step._write_born, step._write_inside} <= made
+    assert {step._write_expected, step._write_born} <= made

@@ -28,7 +28,7 @@ from .maps import (
     spots,
     subtract,
 )
-from .step import born, correct_found, expected, in_view, inside, left_out, move, normalized
+from .step import born, correct_found, expected, in_view, left_out, move, normalized
 
 __all__ = [
     "between",
@@ -40,7 +40,6 @@ __all__ = [
     "expected",
     "explained",
     "follow",
-    "inside",
     "joined",
     "left_out",
     "mirror",

@@ -3,10 +3,10 @@
 import numpy as np
 
 from .. import programs
-from ..core import Tape
+from ..core import MapFull, Tape
 from ..expectation import may_be_seen
 from ..programs import program
-from ..traces import straight_code, trace_birth, trace_expectation, trace_inside, trace_move, trace_orientation
+from ..traces import straight_code, trace_birth, trace_expectation, trace_move, trace_orientation
 from .filter import MANY_ROWS, NO_INDICES, RANGE, floats, noises, start_of
 from .program import build
 
@@ -225,64 +225,58 @@ def _write_correction(sensor):
 # --- new landmarks ---------------------------------------------------------------------------------------------------
 
 
-def inside(sensor, y):
-    """Return True if a measurement is one of something visible, as `straight.inside`. None if not compiled."""
-    run = program(_write_inside, sensor)
-    return None if run is None else run(floats(y))
+def born(map, rob, sen, x, kind, y, n, R, N):
+    """`retro_project` and `augment`: the range of a new landmark in the map, False if what was measured is out of view.
 
-
-def _write_inside(sensor):
-    tape, found = trace_inside(sensor)
-    return build("b1(f8[::1])", "y", [*straight_code(tape, [("seen", found["seen"])])[0], "return bool(seen)"])
-
-
-def born(map, Rf, Sf, sensor, kind, y, n, R, N, r, s):
-    """`retro_project` and `augment`: the range of a new landmark in the map. None if that could not be.
-
-    n and N are those of `Options`, arrays of float.
-
-    Raises
-    ------
-    MapFull
-        As `augment`.
+    x has the states of both; y, n, R, N are arrays of float. None if that could not be, for one if the map is full.
     """
-    found = program(_write_born, type(Rf), sensor, kind)
-    if found is None or type(Sf) is not type(Rf):
+    found = program(_write_born, rob.motion.frame, sen.model, kind)
+    if found is None or sen.frame_type is not rob.motion.frame:
         return None
     run, size, shapes = found
-    y, R = floats(y), floats(R)
-    if (y.shape, n.shape, R.shape, N.shape) != shapes:
+    size_f = rob.motion.frame.size
+    if (y.shape, n.shape, R.shape, N.shape) != shapes or len(x[0]) < size_f or len(x[1]) < size_f:
         return None
-    r, s, _ = map.spots(r, s)
+    r, s, _ = map.spots(rob.r, sen.r)
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
         return None
-    at, l = map.free(size), np.empty(size)
+    try:
+        at, l = map.free(size), np.empty(size)
+    except MapFull:
+        return None
+    x_r, x_s = floats(x[0]), floats(x[1])
     _, P, n_states, lower = map.storage
-    if run(Rf.x, Sf.x, y, n, R, N, P, n_states, lower, start_of(r), start_of(s), at.start, l):
+    done = run(x_r, x_s, floats(y), n, floats(R), N, P, n_states, lower, start_of(r), start_of(s), at.start, l)
+    if done == BORN:
         return map.occupy(at, l)
-    return None  # numpy says what is wrong
+    return False if done == OUT_OF_VIEW else None  # numpy says what is wrong
+
+
+OUT_OF_VIEW, BORN = 1, 2
 
 
 def _write_born(frame, sensor, kind):
     tape, found = trace_birth(frame, sensor, kind)
     n_f, n_l, m, n_n = frame.size, kind.size, found["L_y"].shape[1], found["L_n"].shape[1]
     places = {"l": "l[{}]", "L": "L[{}, {}]", "L_y": "L_y[{}, {}]", "L_n": "L_n[{}, {}]"}
-    outputs = [(place, found[name]) for name, place in places.items()]
+    outputs = [("seen", found["seen"]), *((place, found[name]) for name, place in places.items())]
     lines = [
         f"L, Q_n = np.empty(({n_l}, {2 * n_f})), np.empty(({n_l}, {n_l}))",
         f"L_y, L_n = np.empty(({n_l}, {m})), np.empty(({n_l}, {n_n}))",
         f"P_lm, P_ll = np.empty(({n_l}, n_states)), np.empty(({n_l}, {n_l}))",
         *straight_code(tape, outputs)[0],
+        "if not seen:",
+        f"    return {OUT_OF_VIEW}",
         "sandwich(L_y, R, P_ll)",
         "sandwich(L_n, N, Q_n)",
         "P_ll += Q_n",
-        f"finite = join(P, n_states, lower, r, s, {n_f}, {n_f}, L, P_lm, P_ll) and isfinite(np.sum(l))",
-        "if finite:",
-        "    put(P, n_states, lower, at, P_lm, P_ll)",
-        "return finite",
+        f"if not join(P, n_states, lower, r, s, {n_f}, {n_f}, L, P_lm, P_ll) or not isfinite(np.sum(l)):",
+        "    return 0",
+        "put(P, n_states, lower, at, P_lm, P_ll)",
+        f"return {BORN}",
     ]
     signature = (
-        "b1(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1, :], i8, b1, i8, i8, i8, f8[::1])"
+        "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1, :], i8, b1, i8, i8, i8, f8[::1])"
     )
     arguments = "rf, sf, y, n, R, N, P, n_states, lower, r, s, at, l"
     return build(signature, arguments, lines), n_l, ((m,), (n_n,), (m, m), (n_n, n_n))
