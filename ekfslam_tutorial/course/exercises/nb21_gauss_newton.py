@@ -74,5 +74,6 @@ exercise = table(
     information with R | return dx, A -> return dx, H.T @ R @ H | A = H' R^-1 H: a large variance tells less, so R^-1, not R.
     mean of the information | return dx, A -> return dx, A / len(z) | Information adds up: A is a sum over the measurements, no mean. Do not divide it by their number.
     twice the information | return dx, A -> return dx, 2 * A | A = H' R^-1 H, without a factor 2.
+    damped, or a prior | A = H.T @ W -> A = H.T @ W + np.eye(H.shape[1]) | Nothing else is known of the unknowns: A = H' R^-1 H, no identity and no damping is added.
     """,
 )

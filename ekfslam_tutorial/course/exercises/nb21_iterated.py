@@ -57,8 +57,6 @@ def farther(x, P, y, R, sight, iterations):
     return x, P, y + [5.0, 0.0], R, sight, iterations
 
 
-_right = iterated_correct  # in an edit `iterated_correct` is the wrong answer itself
-
 exercise = table(
     "21.1 Iterated correction",
     iterated_correct,
@@ -110,7 +108,7 @@ exercise = table(
     degrees | wrap(y[1] - e[1]) -> np.degrees(wrap(y[1] - e[1])) | All angles are in radians already: no conversion.
     R forgotten | H.T + R -> H.T + 1e-12 * R | Z = H P H' + R.
     prior not corrected | return at, P_new -> return at, P | Return the corrected P as well: P - K H P.
-    P with a new Jacobian at the end | return at, P_new -> return at, _right(x, P, y, R, observe, iterations + 1)[1] | Use the K and H of the last iteration for P, together.
+    P with a new Jacobian at the end | return at, P_new -> H = observe(at)[1]; return at, P - np.linalg.solve(H @ P @ H.T + R, H @ P).T @ H @ P | Use the K and H of the last iteration for P, together.
     P falls with each iteration | P - K @ H @ P -> P_new - K @ H @ P_new | The measurement is used once: P is that of the prior, P - K H P with the last K and H. Yours falls again in every iteration.
     P corrected twice | return at, P_new -> return at, (P_new - K @ H @ P_new) | One measurement, one correction of P: P - K H P, with the last K and H, once.
     pushed away from the prior | x + K @ (z - H @ (x - at)) -> at + K @ z + (np.eye(len(x)) - K @ H) @ (at - x) | The prior pulls back: with H' R^-1 z in the step there is P^-1 (x - at), prior minus last result. Yours has the other sign.

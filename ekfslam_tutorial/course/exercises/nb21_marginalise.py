@@ -66,14 +66,15 @@ exercise = table(
     plus in b | b[keep] - S -> b[keep] + S | In b it is minus, too: b_k - A_kg A_gg^-1 b_g.
     inverse forgotten | np.linalg.solve(A_gg, A_kg.T).T -> A_kg @ A_gg | Between the two off-diagonal blocks stands the *inverse* of A_gg.
     A_gg left out | np.linalg.solve(A_gg, A_kg.T).T -> A_kg | Between the two off-diagonal blocks stands the inverse of A_gg.
-    a block of the covariance | return A_new, b_new -> return np.linalg.inv(A)[np.ix_(keep, keep)], np.linalg.solve(A, b)[keep] | That is the covariance of those that stay. Its inverse is their information.
-    mean instead of b | return A_new, b_new -> return A_new, np.linalg.solve(A, b)[keep] | b is the information vector, A times the mean, not the mean.
+    a block of the covariance | return A_new, b_new -> return np.linalg.inv(A)[np.ix_(keep, keep)], np.linalg.solve(A, b)[keep] | These are the covariance and the mean of those that stay. A is the inverse of that covariance, b is this A times the mean.
+    mean instead of b | b[keep] - S @ b[gone] -> np.linalg.solve(A, b)[keep] | b is the information vector, A times the mean, not the mean.
     only the diagonal of A_gg | solve(A_gg, -> solve(np.diag(np.diag(A_gg)), | The unknowns that go are correlated: take the inverse of the whole block.
     keep sorted | gone = [i -> keep = sorted(keep); gone = [i | Keep the order that is asked for: A[np.ix_(keep, keep)].
     fill-in dropped | return A_new, b_new -> return np.diag(np.diag(A_new)), b_new | The Schur complement connects unknowns that were not connected: do not drop these entries.
     keep and gone swapped | gone = [i for i in range(len(A)) if i not in keep] -> gone, keep = keep, [i for i in range(len(A)) if i not in keep] | `keep` holds the indices that stay.
     the last ones dropped | gone = [i -> keep = list(range(len(keep))); gone = [i | Any of the unknowns may go: `keep` holds the indices that stay, in their order.
     plus in A | A_kk - S -> A_kk + S | Information is lost, not won: minus A_kg A_gg^-1 A_gk.
+    covariance for A | A_kk - S @ A_kg.T -> np.linalg.inv(A)[np.ix_(keep, keep)] | That is the covariance of those that stay. Its inverse is their information.
     """,
 )
 
