@@ -104,6 +104,7 @@ correction = table(
     column instead of vector | return x + K @ z, -> return (x + K @ z)[:, None], | Vectors have one axis here: x has shape (n,), no columns.
     sizes of the pose only | P - K @ Z @ K.T -> (np.eye(3) - K @ H) @ P | Write np.eye(len(x)), not np.eye(3): the state may have any size.
     whole state wrapped | x + K @ z, -> (x + K @ z + np.pi) % (2 * np.pi) - np.pi, | x and y are lengths, not angles: a state is not wrapped as a whole.
+    gain and Z of the new P | x + K @ z -> x + (Q := P - K @ Z @ K.T) @ H.T @ np.linalg.inv(H @ Q @ H.T + R) @ z | K = P H' inv(Z), with Z = H P H' + R, has the P before the correction, for x as for P. Yours takes the new P for x.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

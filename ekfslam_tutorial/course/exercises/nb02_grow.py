@@ -86,6 +86,8 @@ grown = table(
     old covariance lost, an identity in its place: The old landmarks keep their covariance: P comes into the first n rows and columns, in the place of the identity.
         np.zeros((n + 2, n + 2)) -> np.eye(n + 2)
         P_new[:n, :n] = P -> pass
+    correlated with the last one: The pose is known: the error of the new landmark has nothing to do with that of the last one. Zeros.
+        P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, :n], P_new[:n, n:] = P[-2:, :] if n else 0, P[:, -2:] if n else 0; P_new[n:, n:] = L_y @ R @ L_y.T
     """,
 )
 

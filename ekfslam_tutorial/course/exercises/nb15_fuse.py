@@ -86,6 +86,7 @@ exercise = table(
     mean of both | P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> (xa + xb) / 2 | The mean must lean to the better one: use the formula for x.
     mean not multiplied by P | P @ (w * Ia -> (w * Ia | w inv(Pa) xa + (1 - w) inv(Pb) xb is the information vector: x is P times it.
     each with the information of the other | w * Ia @ xa + (1 - w) * Ib @ xb -> w * Ib @ xa + (1 - w) * Ia @ xb | Each estimate is weighted with its own information: Ia with xa, Ib with xb.
+    weights of the traces, the wrong way round | w, P = ws[i], Ps[i] -> w = np.trace(Pa) / np.trace(Pa + Pb); P = np.linalg.inv(w * Ia + (1 - w) * Ib) | w is searched: the one with the least trace of P. Yours comes from the traces, and gives the worse one the larger weight.
     """,
 )
 

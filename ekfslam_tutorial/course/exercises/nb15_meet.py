@@ -84,5 +84,6 @@ exercise = table(
         robot2.compose(back)[0].x -> F1.compose(back)[0].compose(Frame2(np.array([r * np.cos(b12), r * np.sin(b12), b12 + np.pi - b21])))[0].x
     heading of robot 1 forgotten in theta only | robot2.compose(back)[0].x -> robot2.compose(back)[0].x - np.array([0, 0, F1.theta]) | Bearings count from the robot's own x axis: add the heading of robot 1 to theta, too.
     F2 added to the heading, not its inverse | F2.inverse()[0] -> Frame2(np.array([*F2.inverse()[0].x[:2], F2.theta])) | The heading of map 2 is that of robot 2 in map 1 *less* that in map 2: F2.inverse() has -F2.theta.
+    place of F2 added | robot2.compose(back)[0].x -> np.array([*(p + Frame2(np.array([0, 0, theta - F2.theta])).from_frame(F2.t)[0]), theta - F2.theta]) | The origin of map 2 is F2.t behind robot 2: turned into map 1, that is subtracted from the place of robot 2.
     """,
 )

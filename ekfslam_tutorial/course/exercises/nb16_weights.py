@@ -68,6 +68,7 @@ weighed = table(
     added | new = np.exp(log_w - np.max(log_w)) -> new = w + np.exp(-0.5 * z**2 / Z) / np.sqrt(2 * np.pi * Z) | Weight *times* likelihood: in logarithms this is a sum, in the weights it is not.
     added to the scaled likelihood | new = np.exp(log_w - np.max(log_w)) -> new = w + np.exp(log_w - np.log(w) - np.max(log_w - np.log(w))) | Weight *times* likelihood: in logarithms this is a sum, in the weights it is not.
     winner takes all | return new / new.sum() -> return np.eye(len(w))[np.argmax(new)] | One measurement seldom decides. Keep the weights of all hypotheses.
+    w for its logarithm | np.log(w) - 0.5 -> w - 0.5 | The logarithm of a product is the sum of both logarithms: log w + log L, not w + log L.
     """,
 )
 

@@ -100,6 +100,7 @@ tangent = table(
     covariance of a plain error | np.linalg.solve(C, e[..., None])[..., 0] -> e | The error is not scaled by its covariance: e' C^-1 e, not e' e.
     only the variances of C | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.eye(6) | The six errors are correlated: use the whole C.
     one number for all | [..., 0]).sum(-1) -> [..., 0]).sum(-1).mean() + np.zeros(len(e)) | One NEES for each pose: no mean over them.
+    the mean only | .sum(-1) -> .sum(-1).mean() | Return one NEES for each pose, shape (N,), and not their mean.
     """,
 )
 

@@ -93,6 +93,7 @@ both = table(
     P corrected once | P - K @ Z @ K.T -> P - K @ H | K goes on both sides: P - K Z K', or P - K H P.
     sign of E_b | = E_a, E_b -> = E_a, -E_b | E_b is a derivative already, with its sign: H[:, b] = E_b.
     Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
+    only the blocks of the two robots | P - K @ Z @ K.T -> P - _rows(K, a, b) @ Z @ _rows(K, a, b).T | All of P changes: P - K Z K'. What is correlated with the two robots is known better, too.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

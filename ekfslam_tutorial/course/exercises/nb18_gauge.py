@@ -91,6 +91,8 @@ gauge = table(
     no root | np.sqrt(np.mean(d)) -> np.mean(d) | That is the mean squared distance, in square metres. Take the root.
     mean over x and y | np.mean(d) -> np.mean(d) / 2 | One distance for each instant: add x and y before the mean.
     one number for all | for d in d2]) -> for d in [np.concatenate(d2)] * len(d2)]) | One ATE for each robot: use its own instants.
+    each centred on its own | a, b = p - p.mean(axis=0), q - q.mean(axis=0) -> a, b = (np.concatenate([k - k.mean(axis=0) for k in some]) for some in (paths, truths)) | One rigid motion for all: subtract the mean of all positions of all robots, not that of each robot.
+    divided by all positions | np.mean(d) -> np.sum(d) / len(p) | Each robot has its own n_i: the mean over its own positions.
     """,
 )
 

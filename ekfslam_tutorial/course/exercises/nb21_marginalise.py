@@ -74,7 +74,6 @@ exercise = table(
     keep and gone swapped | gone = [i for i in range(len(A)) if i not in keep] -> gone, keep = keep, [i for i in range(len(A)) if i not in keep] | `keep` holds the indices that stay.
     the last ones dropped | gone = [i -> keep = list(range(len(keep))); gone = [i | Any of the unknowns may go: `keep` holds the indices that stay, in their order.
     plus in A | A_kk - S -> A_kk + S | Information is lost, not won: minus A_kg A_gg^-1 A_gk.
-    covariance for A | A_kk - S @ A_kg.T -> np.linalg.inv(A)[np.ix_(keep, keep)] | That is the covariance of those that stay. Its inverse is their information.
     """,
 )
 

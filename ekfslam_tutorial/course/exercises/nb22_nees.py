@@ -83,5 +83,6 @@ free = table(
     the first four rows, the scale taken off: The first two rows of svd (the first two columns, for A transposed) lie along truth and [v; n] themselves. Take those from 2 on: they are across both.
         [2][2:] -> [2][:4]
         e = B @ l -> e = B @ (l - l @ truth / (truth @ truth) * truth)
+    P by the scale, not by its square | e = B @ l -> k = np.linalg.norm(truth) / np.linalg.norm(l); e, P = B @ (k * l), k * P | If l is multiplied by k, its covariance is multiplied by k^2.
     """,
 )

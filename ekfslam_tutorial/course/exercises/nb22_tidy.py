@@ -80,5 +80,8 @@ tidied = table(
     brought to length one, too | return np.concatenate([n, v - s * n]), -> return np.concatenate([n, v - s * n]) / np.linalg.norm(n), | Nothing but the part of v along n is taken away: n keeps its length, and v is not divided by it.
     derivative at the tidied line: J is the derivative at the line that came in, where s is not zero yet: -s I - n (v - 2 s n)' / n'n by n.
         D_n = -s * np.eye(3) - np.outer(n, v - 2 * s * n) / (n @ n) -> D_n = -np.outer(n, v - s * n) / (n @ n)
+    n gives way, in the derivative, too: Here n was measured, and v was a prior. Take the part away from v, and leave n as it is.
+        J = np.block([[np.eye(3), np.zeros((3, 3))], [D_n, D_v]]) -> r = n @ v / (v @ v); J = np.block([[np.eye(3) - np.outer(v, v) / (v @ v), -r * np.eye(3) - np.outer(v, n - 2 * r * v) / (v @ v)], [np.zeros((3, 3)), np.eye(3)]])
+        np.concatenate([n, v - s * n]) -> np.concatenate([n - r * v, v])
     """,
 )

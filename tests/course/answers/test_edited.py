@@ -306,7 +306,7 @@ WRONG = r"""
     at, P_new = np.array(x, float), P -> at, P_new = np.zeros(len(x)) + x[0], P
 21.2 R on the right side squared: R\^-1|variance
     W.T @ z -> np.linalg.solve(R, W).T @ z
-21.2 damped, as by Levenberg: least squares
+21.2 damped, as by Levenberg: no damping
     A = H.T @ W -> A = H.T @ W + np.eye(H.shape[1])
 21.3 A of those that go: stay|keep
     A_kk - S @ A_kg.T -> A_gg[: len(keep), : len(keep)] if len(gone) >= len(keep) else A_kk
