@@ -133,6 +133,7 @@ correction = table(
     K H subtracted | K @ Z @ K.T -> K @ H | K H has no unit: it is K H P, or K Z K', that is taken off P.
     only the variances of P | return x, P -> return x, np.diag(np.diag(P)) | A correction does not make the states independent: keep all of P, not only its diagonal.
     shift not undone | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
+    bearing without its sign | wrap(y[1] - e[1]) -> abs(wrap(y[1] - e[1])) | The innovation of the bearing has a sign: to the left is positive, to the right is negative.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

@@ -149,6 +149,7 @@ frame = table(
         x, P = augment(x, P, y, R) -> pass
         e, H = observe( -> x, P = predict(x, P, u, U); e, H = observe(
         new.append((id, y)) -> x, P = augment(*predict(x, P, u, U), y, R); new.append((id, y))
+    the robot moves twice | x, P = predict(x, P, u, U) -> x, P = predict(*predict(x, P, u, U), u, U) | The robot moves once in a frame: one predict.
     """,
 )
 

@@ -65,6 +65,8 @@ corr = table(
     multiplied | P / np.outer(s, s) -> P * np.outer(s, s) | Divide by the standard deviations, do not multiply.
     np.corrcoef of P | P / np.outer(s, s) -> np.reshape(np.corrcoef(P), P.shape) if len(P) > 1 else np.ones((1, 1)) | np.corrcoef wants samples, not a covariance matrix.
     zeros on the diagonal | P / np.outer(s, s) -> P / np.outer(s, s) * (1 - np.eye(len(P))) | Every number is fully correlated with itself: C[i, i] = 1, not 0.
+    in per cent | P / np.outer(s, s) -> 100 * P / np.outer(s, s) | A correlation is a number between -1 and 1: no per cent.
+    sum of the sigmas | np.outer(s, s) -> np.add.outer(s, s) | Divide by the product s[i] s[j], not by the sum of both.
     """,
 )
 
