@@ -92,5 +92,6 @@ barcodes = table(
     number of the row for the time | rows[keep, 0] -> np.flatnonzero(keep) * 1.0 | The time is in column 0 of the row: rows[keep, 0].
     barcodes of the rows that stay | subjects[keep] -> rows[keep, 1].astype(int) | Return the subject that wears the barcode, not the barcode.
     first sighting only | return rows[keep, 0], -> keep &= np.isin(np.arange(len(rows)), [np.flatnonzero(keep & (subjects == s))[0] for s in set(subjects[keep].tolist())]); return rows[keep, 0], | A landmark is seen many times: each of its rows stays, not the first one only.
+    bearing in degrees | rows[keep, 2:] -> rows[keep, 2:] * [1, 180 / np.pi] | The measurements stay as they are in the rows: the bearing in radians.
     """,
 )

@@ -99,6 +99,8 @@ times = table(
     latest first, else in order | return rows, late -> return rows[np.argsort(-rows[:, 0], kind="stable")], late | Time must rise from row to row.
     longest step of the file, either way | late, np.max(np.diff(rows[:, 0])) -> late, gap | Rows out of order make steps that never were. Sort first, then look for the longest step.
         late = int( -> gap = np.max(np.abs(np.diff(rows[:, 0]))); late = int(
+    whether any is late | int(np.sum(np.diff(rows[:, 0]) < 0)) -> int(np.any(np.diff(rows[:, 0]) < 0)) | *How many* rows are late: count them. Yours says only whether there is one.
+    rows in order counted | < 0)) -> >= 0)) | A row is late if its stamp is *earlier* than that of the row before: count the steps below zero.
     """,
 )
 

@@ -95,5 +95,7 @@ exercise = table(
     conjugate of the left factor | q_prod(F[3:], -> q_prod(q2qc(F[3:])[0], | With the conjugate of q_F you turn back. Local to global: q_F q_G.
     position of F forgotten | F[:3] + R -> R | The origin of F is not that of the parent: add t_F.
     position of F turned, too | t = F[:3] + R @ G[:3] -> t = R @ (F[:3] + G[:3]) | F stands in the parent already: turn the position of G alone, then add that of F.
+    position with a minus | F[:3] + R @ G[:3] -> F[:3] - R @ G[:3] | From the parent to F, and on to G: the two ways add up, t_F + R_F t_G.
+    quaternion first | [t, q] -> [q, t] | A frame is [t, q]: the position comes first, in the result, too.
     """,
 )

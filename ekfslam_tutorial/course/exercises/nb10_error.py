@@ -79,6 +79,7 @@ exercise = table(
     position in the axes of the robot | x[:3] - truth[:3] -> Frame3(truth).to_frame(x[:3])[0] | The position error is asked in the axes of the world: t - t_truth.
     position the other way | x[:3] - truth[:3] -> truth[:3] - x[:3] | The position error is estimate minus truth, t - t_truth.
     degrees | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = np.degrees(q2v(dq if dq[0] >= 0 else -dq)[0]) | The rotation vector is asked in radians: q2v gives radians.
+    orientation first | [x[:3] - truth[:3], v] -> [v, x[:3] - truth[:3]] | The error of the position comes first, then the rotation vector.
     """,
 )
 

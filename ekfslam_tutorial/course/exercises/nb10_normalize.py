@@ -69,5 +69,10 @@ exercise = table(
         [x[:3], u] -> [x[:3], u / n]
     divided twice | np.outer(u, u)) / n -> np.outer(u, u)) / n**2 | u has been divided by |q| already: U_q = (I - u u') / |q|, once.
     position lost in J | J = np.eye(7) -> J = np.zeros((7, 7)) | The position stays as it is: its derivative by itself is the identity, not zero.
+    multiplied by the norm | np.outer(u, u)) / n -> np.outer(u, u)) * n | U_q = (I - u u') / |q|: divided by |q|, not multiplied.
+    x as it was | np.concatenate([x[:3], u]) -> x.copy() | Return the new x, too: the position, and the quaternion u = q / |q|.
+    one of the two cross blocks: P_tq changes, and P_qt with it: use one J for all of P, or P is not symmetric any more.
+        return np.conc -> Q = J @ P @ J.T; Q[:3, 3:] = P[:3, 3:]; return np.conc
+        u]), J @ P @ J.T -> u]), Q
     """,
 )

@@ -89,5 +89,8 @@ exercise = table(
     PF_p with a minus | -R.T, R.T -> -R.T, -R.T | When the point goes forward, it does so in the frame, too: PF_p = R', with a plus.
     PF_p without rotation | -R.T, R.T -> -R.T, np.eye(3) | p passes through R': PF_p = R'.
     t turned by R | pf = R.T @ (p - t) -> pf = R.T @ p - R @ t | R' takes both p and t into the frame: R' p - R' t. R takes them out of it.
+    PF_p not transposed | -R.T, R.T -> -R.T, R | p passes through R', the transpose: PF_p = R'.
+    PF_t not transposed | -R.T, R.T -> -R, R.T | t passes through R', the transpose: PF_t = -R'.
+    PF_t forgotten | -R.T, R.T -> np.zeros((3, 3)), R.T | When the frame moves, the point moves in it: PF_t = -R', not zero.
     """,
 )
