@@ -273,7 +273,7 @@ class Exercise:
             name, hint = besides.misconception, f"{hint} And besides: {besides.hint}" if besides.misconception else hint
         if len(known) == 1:
             tested = hint if at[0] is self.links[0] else at[0].help
-            slip = isinstance(known[0], slips.Slip)
+            slip = not known[0].edits
             hint = f"{known[0].hint} What is tested here: {tested}" if slip else known[0].hint
         elif known:
             tested = f" What is tested here: {at[0].help}" if not any(m.edits for m in known) else ""

@@ -121,7 +121,7 @@ def composed(solution, one, other):
         return
     if isinstance(one, Outer) or isinstance(other, Outer):
         inner, outer = (other, one) if isinstance(one, Outer) else (one, other)
-        if not isinstance(inner, Outer) and inner.answer is not None:
+        if inner.answer is not None:
             yield outer.around(inner.answer)
         return
     bodies = [{one.function: one.body, other.function: other.body}]
@@ -185,12 +185,12 @@ class Outer:
         Which of several results.
     hint : str
     made, undone : callable
-        What becomes of the result, and the way back.
+        What becomes of the result, and the way back, if there is one.
     """
 
-    listed, function = False, None
+    listed, function, size = False, None, 0
 
-    def __init__(self, exercise, part, hint, made, undone):
+    def __init__(self, exercise, part, hint, made, undone=None):
         self.part, self.hint, self.made, self.undone = part, hint, made, undone
         self.name = f"slip: {hint}"
         self.mistake, self.edits, self.answer = self, (), self.around(exercise.solution)
@@ -198,6 +198,10 @@ class Outer:
     def around(self, answer):
         """The answer with the slip in its results."""
         return lambda *args: self.of(answer(*args), self.made)
+
+    def results(self, calls, keys):
+        """Return what the solution with the slip answers to each call."""
+        return [_called(self.answer, call.args) for call in calls]
 
     def of(self, result, how):
         """The results with one of them changed."""
@@ -233,6 +237,12 @@ OUTER = (
 )
 
 
+ALWAYS = (
+    ("In yours `{}` is zero, whatever goes in.", (1, 2), np.zeros_like),
+    ("In yours `{}` is the identity, whatever goes in.", (2,), lambda a: np.eye(*a.shape)),
+)
+
+
 class Beside:
     """A slip in the text of a listed mistake: it is there only with that mistake.
 
@@ -261,6 +271,25 @@ def outers(exercise, right, kinds=OUTER):
         if numbers is not None and numbers.dtype.kind == "f":
             name = names[k] if k < len(names) else "the result"
             found += [Outer(exercise, k if several else None, hint.format(name), *ways) for hint, *ways in kinds]
+    return found
+
+
+def always(exercise, calls, right):
+    """Return the slips that make one of several results, an array, the same in all calls: zero, or the identity.
+
+    A formula hardly ever comes to that by a slip, and two slips that do, such as R R' in place of R R, are chance.
+    """
+    found, results = [], [call.result for call in calls]
+    if not all(isinstance(r, tuple) and len(r) == len(exercise.returns) for r in (*right, *results)):
+        return []
+    for k, name in enumerate(exercise.returns):
+        given, wanted = ([_floats(r[k]) for r in all_of] for all_of in (results, right))
+        if not all(_is_floats(a) and _is_floats(b) and a.shape == b.shape for a, b in zip(given, wanted, strict=True)):
+            continue
+        for hint, axes, made in ALWAYS:
+            fits = lambda a, axes=axes, made=made: a.size > 1 and a.ndim in axes and _near(a, made(a)).all()
+            if all(map(fits, given)) and not all(map(fits, wanted)):
+                found.append(Outer(exercise, k, hint.format(name), made))
     return found
 
 
@@ -298,10 +327,12 @@ class Table:
         self.blank = list(map(_blank, self.kinds))
         keys = [_key(call.args) for call in self.calls]
         self.unlike = any(isinstance(given, guard.Raised) for kind in self.kinds for _, given, _ in kind)
+        constants = always(exercise, self.calls, self.right)
+        constant = np.isin(self.parts, [outer.part for outer in constants])
         rows, values = {}, []
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")  # of changes that make nonsense
-            for change in all_changes:
+            for change in (*constants, *all_changes):
                 if time.process_time() > end:
                     break
                 if change.answer is None:
@@ -310,11 +341,14 @@ class Table:
                 if results is None:
                     continue
                 v = np.concatenate([self.numbers(result, k) for k, result in enumerate(results)])
+                slip = not (change.listed or change in constants)
+                if slip and not _near(v, self.t)[constant].all() and not _near(v, self.s).all():
+                    continue
                 key = np.round(v, 7).tobytes()
                 if key not in rows:
                     values.append(v)
                 rows.setdefault(key, []).append(change)
-        self.rows = list(rows.values())
+        self.rows = [sorted(row, key=lambda change: not change.listed) for row in rows.values()]
         self.row_of = {change: k for k, row in enumerate(self.rows) for change in row}
         self.V = np.array(values).reshape(len(values), len(self.t))
         self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s)
@@ -714,7 +748,7 @@ def _tried(table, which):
     rows, two slips are the last to be believed.
     """
     good = ((i, j) for i, j in table.pairs if which(i, j))
-    goes = lambda one, other: one.function is not other.function or _merged(one, other)
+    goes = lambda one, other: one.function is not other.function or one.function is None or _merged(one, other)
     both = lambda i, j: itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j)))
     first = [pair for rows in itertools.islice(good, FIRST) for pair in both(*rows) if goes(*pair)]
     yield from sorted(first, key=lambda pair: 2 - pair[0].listed - pair[1].listed)

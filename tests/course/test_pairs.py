@@ -256,3 +256,29 @@ def test_each_loop_of_a_solution_counts_its_turns():
         for text in texts:
             loops = sum(isinstance(node, ast.For | ast.While) for node in ast.walk(ast.parse(head + text)))
             assert len(edits.LOOP.findall(text)) == loops, f"{exercise.id}: {text}"
+
+
+def seen(change):
+    """Exercise 10.5 with some of its results changed, ps, PS_r, PS_s, PS_p."""
+    exercise = registry.get("10.5")
+
+    def see(Rf, Sf, p):
+        return change(*exercise.solution(Rf, Sf, p), Rf, p)
+
+    return exercise.judge(see).hint
+
+
+ZERO, IDENTITY = "In yours `{}` is zero, whatever goes in.", "In yours `{}` is the identity, whatever goes in."
+
+
+def test_a_result_that_is_always_zero_or_the_identity_is_told_as_that():
+    """PR_p PR_p' is the identity: two slips of the formula come to it, and no student has written them."""
+    assert seen(lambda ps, r, s, p, *_: (ps, r, s, np.eye(3))).startswith(IDENTITY.format("PS_p"))
+    assert seen(lambda ps, r, s, p, *_: (ps, r, np.zeros((3, 7)), p)).startswith(ZERO.format("PS_s"))
+
+
+def test_beside_another_mistake_it_is_told_too():
+    hint = seen(lambda ps, r, s, p, Rf, point: (ps, Rf.to_frame(point)[1], np.zeros((3, 7)), p))
+    assert ZERO.format("PS_s") in hint and "the names must chain, PS_pr @ PR_r" in hint
+    hint = seen(lambda ps, r, s, p, *_: (ps, np.zeros((3, 7)), s, np.eye(3)))
+    assert ZERO.format("PS_r") in hint and IDENTITY.format("PS_p") in hint

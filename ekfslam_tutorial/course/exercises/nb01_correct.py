@@ -94,7 +94,7 @@ correction = table(
     gain of the new P | x + K @ z -> x + (P - K @ Z @ K.T) @ H.T @ np.linalg.inv(Z) @ z | K = P H' inv(Z) has the P before the correction, for x as for P. Yours takes the new P for x.
     K R K' subtracted | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
     K Z subtracted | K @ Z @ K.T -> K @ K.T | P - K Z K': Z stands between two gains, else the sizes fit by chance only.
-    half of Joseph's form | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T | Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.
+    half of Joseph's form | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     P (I - K H) | P - K @ Z @ K.T -> P @ (np.eye(len(P)) - K @ H) | The order matters: (I - K H) P. Yours is not symmetric.
     K H transposed | P - K @ Z @ K.T -> P - (K @ H).T @ P | K H P, in this order and not transposed: yours is P - (K H)' P.
     P - K H | P - K @ Z @ K.T -> P - K @ H | The last P is missing: P - K H P.

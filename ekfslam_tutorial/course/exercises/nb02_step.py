@@ -140,7 +140,7 @@ step = table(
     id - 1 taken for the index | ids.index(id) -> (id - 1) % len(ids) | The id of a landmark is its name. Its place in x is ids.index(id), not id - 1.
     place in seen | ids.index(id) -> seen.index(id) | The place of a landmark in x is its place in `ids`, not in `seen`: ids.index(id).
     motion noise in the map | ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P)) | The landmarks do not move: the prediction adds nothing to P.
-    Joseph without the noise | P = P - K @ Z @ K.T -> P = (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
+    Joseph without the noise | P = P - K @ Z @ K.T -> P = (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

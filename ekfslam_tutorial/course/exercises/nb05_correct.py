@@ -120,7 +120,7 @@ correction = table(
     covariance added | P = P - K -> P = P + K | The measurement brings information: K Z K' is subtracted.
     K R K' subtracted | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
     K H P H' K' subtracted | K @ Z @ K.T -> K @ (Z - R) @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
-    half of Joseph's form | P = P - K @ Z @ K.T -> A = np.eye(len(P)) - K @ H; P = A @ P @ A.T | Joseph's form has two terms: (I - K H) P (I - K H)' + K R K'.
+    half of Joseph's form | P = P - K @ Z @ K.T -> A = np.eye(len(P)) - K @ H; P = A @ P @ A.T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     I - K H | P = P - K @ Z @ K.T -> P = np.eye(len(P)) - K @ H | I - K H is only the factor: multiply it by P.
     P (I - K H) | P = P - K @ Z @ K.T -> P = P @ (np.eye(len(P)) - K @ H) | The order matters: (I - K H) P. Yours is not symmetric.
     only the seen block of P | P = P - K @ Z @ K.T -> P = P - np.outer(H.any(0), H.any(0)) * (K @ Z @ K.T) | All of P changes: the other landmarks and their covariances, too.

@@ -119,7 +119,7 @@ fej = table(
         observe(x_first, i) -> observe(x_first, 0)
     gain at x, covariance at x_first | return x + K @ z -> G = observe(x, i)[1]; return x + P @ G.T @ np.linalg.inv(G @ P @ G.T + R) @ z | One H, taken at x_first, for the gain and for the covariance.
     gain at x_first, covariance at x | P - K @ Z @ K.T -> P - P @ (G := observe(x, i)[1]).T @ np.linalg.inv(G @ P @ G.T + R) @ G @ P | One H, taken at x_first, for the gain and for the covariance.
-    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
+    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     shifted, as by an iterated filter | Z = H @ P -> d = x_first - x; d[2] = wrap(d[2]); z = z - H @ d; Z = H @ P | The innovation is y - e, with e at the present x, and nothing more: only the Jacobian is taken at x_first.
     R missing in the new P | P - K @ Z @ K.T -> P - P @ H.T @ np.linalg.inv(H @ P @ H.T) @ H @ P | P - K H P has the gain K = P H' inv(H P H' + R) in it: R is missing there.
     """,

@@ -77,7 +77,7 @@ corrected = table(
     K H taken off | (1 - K * H) * P -> P - K * H | K H is a share, and no variance: P - K H P.
     P grows | (1 - K * H) * P -> (1 + K * H) * P | Information is gained: (1 - K H) P, with a minus.
     innovation turned round | y - e -> e - y | The innovation is measured minus expected, y - e.
-    Joseph without the noise | (1 - K * H) * P -> (1 - K * H) ** 2 * P | Joseph's form has a second term: (1 - K H)^2 P + K^2 var.
+    Joseph without the noise | (1 - K * H) * P -> (1 - K * H) ** 2 * P | (1 - K H) stands twice in your variance. Once is right: (1 - K H) P. Squared, as in Joseph's form, a second term belongs there: + K^2 var.
     rho taken for the depth, by arctan2 | np.arctan(b * rho) -> np.arctan2(b, rho) | rho is one over the depth: b / d = b rho.
     rho made positive | e = np -> rho = np.abs(rho); e = np | A negative rho is an estimate like others, beyond infinity: it keeps its sign.
     new rho made positive | return rho + K * (y - e), -> return np.abs(rho + K * (y - e)), | A negative rho is an estimate like others, beyond infinity: it keeps its sign.

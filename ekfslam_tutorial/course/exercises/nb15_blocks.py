@@ -99,7 +99,7 @@ exercise = table(
         np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks))
     gain by the own block of P | np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks)) | K = P H' inv(Z) with all of P: the rows of a state take its covariance with *all* states that were measured, not its own block of P alone.
     R counted twice | H.T + R -> H.T + 2 * R | The noise of a measurement counts once, however many states it depends on: Z = H P H' + R.
-    Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
+    Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     stops at a known state | in blocks: -> in blocks[: next((i for i, (r, _) in enumerate(blocks) if r is None), len(blocks))]: | Only the block of the known state (r = None) is skipped, those behind it count: `continue`, not `break`.
     only the last block kept | H[:, r] = E_r -> H[:] = 0; H[:, r] = E_r | H is made once, before the loop: each block comes into it, and none is lost.
     """,

@@ -92,7 +92,7 @@ both = table(
     the first two robots always | H[:, a], H[:, b] = E_a, E_b -> H[:, 0:3], H[:, 3:6] = E_a, E_b | a and b are slices: H[:, a] = E_a and H[:, b] = E_b, not 0:3 and 3:6.
     P corrected once | P - K @ Z @ K.T -> P - K @ H | K goes on both sides: P - K Z K', or P - K H P.
     sign of E_b | = E_a, E_b -> = E_a, -E_b | E_b is a derivative already, with its sign: H[:, b] = E_b.
-    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | Joseph's form has a second term: (I - K H) P (I - K H)' + K R K'.
+    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     only the blocks of the two robots | P - K @ Z @ K.T -> P - _rows(K, a, b) @ Z @ _rows(K, a, b).T | All of P changes: P - K Z K'. What is correlated with the two robots is known better, too.
     """,
     forms="""
