@@ -73,5 +73,6 @@ cut = table(
     mean not taken off | np.std(patch) -> np.sqrt(np.mean(patch**2)) | The contrast is the spread about the mean: take the mean off before the squares.
     one pixel too far up and left | image[v - h : v + h + 1, u - h : u + h + 1] -> image[v - h - 1 : v + h, u - h - 1 : u + h] | The pixel is in the middle: rows v - h to v + h, both of them included, and so with the columns.
     upside down | u - h : u + h + 1].astype(float) -> u - h : u + h + 1].astype(float)[::-1] | v counts downwards, as the rows of the image do: leave them in their order.
+    sum of the squares | np.std(patch) -> np.sqrt(np.sum((patch - np.mean(patch)) ** 2)) | The root of the *mean* of the squares: divide their sum by the number of pixels.
     """,
 )
