@@ -141,6 +141,7 @@ always 3 sigma | k * V -> 3 * V | The size of the ellipse is the argument k; 3 i
 k squared | k * V -> k**2 * V | k squared belongs to the squared distance, (p - mean)' P^-1 (p - mean) = k^2. The half axis is k sigma.
 rows of V | np.linalg.eigh -> np.linalg.eig | The eigenvectors are the *columns* of V. Its rows turn the ellipse the other way.
     k * V -> k * V.T
+mean scaled, too | return mean + (k -> return k * mean + (k | Only the circle grows with k: scale it first, then move it to the mean.
 columns for points | return mean + (k -> return mean[:, None] + (k | One row for each point, shape (n, 2): yours has them in columns: transpose the result, `.T`.
     circle).T -> circle)
 axes swapped | np.sqrt(D) -> np.sqrt(D[::-1]) | eigh sorts: D[j] belongs to column j of V. Yours has the long axis where the short one should be.

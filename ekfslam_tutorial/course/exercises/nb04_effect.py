@@ -92,6 +92,7 @@ effect = table(
     Z with the robot's block only | Z = H @ PHt + R -> Z = H[:, :3] @ P[:3, :3] @ H[:, :3].T + R | Landmark A is uncertain as well, and shares errors with the robot: Z = H P H' + R with the whole P.
     Z without the covariances | Z = H @ PHt + R -> Z = H @ (P * np.eye(len(P))) @ H.T + R | Robot and landmark share errors: Z = H P H' + R with the whole P, not with its diagonal.
     the robot's part of the gain only | K_b = PHt[b] @ -> K_b = P[b, :3] @ H[:, :3].T @ | B is correlated with the landmark that is seen, too, not with the robot alone: the whole rows of P, P[b] @ H.T.
+    half of Joseph's form | P[b, b] - K_b @ Z @ K_b.T -> ((A := np.eye(len(P)) - PHt @ np.linalg.inv(Z) @ H) @ P @ A.T)[b, b] | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     """,
     forms="""
     rows of K H P | P[b, b] - K_b @ Z @ K_b.T -> P[b, b] - K_b @ PHt[b].T | P - K H P
