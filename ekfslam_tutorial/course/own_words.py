@@ -68,6 +68,16 @@ def written(mistake, own: Counter) -> bool:
     return own[wrong] > 0 or not own[belongs]
 
 
+def not_subtracted(mistake, own: Counter | None) -> bool:
+    """Return True if a slip is a minus before a name, `-(E_a)`, and the student has no minus before that name."""
+    quoted = getattr(mistake, "quoted", None)
+    if not own or not quoted:
+        return False
+    belongs, wrong = (set(re.findall(r"-\((\w+)\)", text)) for text in quoted)
+    names = wrong - belongs
+    return bool(names) and not any(own[f"minus {name}"] for name in names)
+
+
 def as_near(own: Counter | None, form, solution) -> bool:
     """Return True if the student has written as many formulas of one form of the solution as of the other one."""
     common = lambda known: sum(n for key, n in (own & known[1]).items() if not key.startswith(AS_IT_STANDS))
@@ -169,11 +179,21 @@ def _counted(function) -> Counter:
             found[AS_IT_STANDS + _normal(node, names)] += 1
         if isinstance(node, ast.Name):
             found[f"name {node.id}"] += 1
+        for part in ast.walk(_taken_away(node)):
+            if isinstance(part, ast.Name):
+                found[f"minus {part.id}"] += 1
         called = getattr(node, "attr", getattr(node, "id", ""))
         found[DIVIDED] += called in DIVIDES or isinstance(node, ast.Div | ast.Pow)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
             found[TWO] += any(isinstance(n, ast.Constant) and n.value == 2 for n in (node.left, node.right))
     return found
+
+
+def _taken_away(node):
+    """What has a minus before it in an operation; nothing in another one."""
+    if isinstance(getattr(node, "op", None), ast.Sub | ast.USub):
+        return getattr(node, "right", getattr(node, "operand", getattr(node, "value", ast.Pass())))
+    return ast.Pass()
 
 
 def _meanings(function) -> dict:

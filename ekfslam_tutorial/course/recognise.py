@@ -78,6 +78,7 @@ def recognise_more(exercise, calls, part, known, formulas=lambda: None):
         alone = []  # several slips come to the same: nobody knows which one it is
     if alone and (not few or not table.constant(table.wrong) and table.bits() >= SURE_BITS + np.log2(len(table.rows))):
         as_if = own_words.of_a_step(alone[0]) and not (own and own_words.written(alone[0], own))
+        as_if = as_if or own_words.not_subtracted(alone[0], own)
         if as_if and table.tells:  # rather what students do: two mistakes, or one in another form
             listed = [mistake for mistake in pairs.in_another_form(exercise, calls, own) if mistake.edits]
             return pairs.two_listed(table, calls) or listed or alone[:1]

@@ -282,3 +282,23 @@ def test_beside_another_mistake_it_is_told_too():
     assert ZERO.format("PS_s") in hint and "the names must chain, PS_pr @ PR_r" in hint
     hint = seen(lambda ps, r, s, p, *_: (ps, np.zeros((3, 7)), s, np.eye(3)))
     assert ZERO.format("PS_r") in hint and IDENTITY.format("PS_p") in hint
+
+
+def test_a_minus_is_told_of_the_name_that_the_student_has_it_before():
+    """-E_b and x - K z give the same as -E_a alone, and no minus stands before E_a: two mistakes, not one."""
+
+    def correct_both(x, P, a, b, z, E_a, E_b, R):
+        PHt = P[:, a] @ E_a.T - P[:, b] @ E_b.T
+        K = PHt @ np.linalg.inv(E_a @ PHt[a, :] - E_b @ PHt[b, :] + R)
+        return x - K @ z, P - K @ PHt.T
+
+    hint = registry.get("18.2").judge(correct_both).hint
+    assert "the correction is added" in hint and "E_b is a derivative already" in hint
+
+    def with_the_minus_itself(x, P, a, b, z, E_a, E_b, R):
+        PHt = P[:, b] @ E_b.T - P[:, a] @ E_a.T
+        K = PHt @ np.linalg.inv(E_b @ PHt[b, :] - E_a @ PHt[a, :] + R)
+        return x + K @ z, P - K @ PHt.T
+
+    hint = registry.get("18.2").judge(with_the_minus_itself).hint
+    assert "`-(E_a), E_b` stood where `E_a, E_b` belongs" in hint
