@@ -68,6 +68,21 @@ def written(mistake, own: Counter) -> bool:
     return own[wrong] > 0 or not own[belongs]
 
 
+def unlikely(mistake, own: Counter | None) -> bool:
+    """Return True if a slip is one name for another, and what would be wrong is not in what the student has written.
+
+    Such a slip may come to the same as another one: with E n = 0, `n` for a term is that term left out.
+    """
+    quoted = getattr(mistake, "quoted", None)
+    known = _solution(mistake.solution) if own and quoted and mistake.name.startswith("slip: `") else None
+    if own is None or known is None:
+        return False
+    try:
+        return not own[_normal(ast.parse(quoted[1]).body[0], known[0])]
+    except (SyntaxError, IndexError):
+        return False
+
+
 def not_subtracted(mistake, own: Counter | None) -> bool:
     """Return True if a slip is a minus before a name, `-(E_a)`, and the student has no minus before that name."""
     quoted = getattr(mistake, "quoted", None)

@@ -344,11 +344,11 @@ class Table:
                 slip = not (change.listed or change in constants)
                 if slip and not _near(v, self.t)[constant].all() and not _near(v, self.s).all():
                     continue
-                key = np.round(v, 7).tobytes()
+                key = (np.round(v, 7) + 0.0).tobytes()  # no zero with a minus
                 if key not in rows:
                     values.append(v)
                 rows.setdefault(key, []).append(change)
-        self.rows = [sorted(row, key=lambda change: not change.listed) for row in rows.values()]
+        self.rows = [sorted(row, key=self.rank) for row in rows.values()]
         self.row_of = {change: k for k, row in enumerate(self.rows) for change in row}
         self.V = np.array(values).reshape(len(values), len(self.t))
         self.changed, self.fits = ~_near(self.V, self.t), _near(self.V, self.s)
@@ -404,6 +404,10 @@ class Table:
     def single(self):
         """The changes that alone give all that the student gave; none if there is no such row."""
         return self._told(np.flatnonzero(self.fits.all(1)))
+
+    def rank(self, change):
+        """By what the first of several changes with the same results is chosen: the listed ones, the likely ones."""
+        return not change.listed, own_words.unlikely(change.mistake, self.own)
 
     def _told(self, rows):
         """The changes of the first of these rows of which one may be told."""
@@ -749,7 +753,7 @@ def _tried(table, which):
     """
     good = ((i, j) for i, j in table.pairs if which(i, j))
     goes = lambda one, other: one.function is not other.function or one.function is None or _merged(one, other)
-    both = lambda i, j: itertools.product(*(_plain(table.rows[k], table.few) for k in (i, j)))
+    both = lambda i, j: itertools.product(*(_plain(table, table.rows[k]) for k in (i, j)))
     first = [pair for rows in itertools.islice(good, FIRST) for pair in both(*rows) if goes(*pair)]
     yield from sorted(first, key=lambda pair: 2 - pair[0].listed - pair[1].listed)
     for rows in good:
@@ -773,10 +777,10 @@ def _beside(table):
                 yield change, Beside(slip)
 
 
-def _plain(row, few):
-    """Of changes that have the same results those to be tried: the listed ones, then those that change least."""
-    row = [change for change in row if change.listed or not few]
-    return sorted(row, key=lambda change: (not change.listed, change.size))[:TRIED] if len(row) > 1 else row
+def _plain(table, row):
+    """Of changes that have the same results those to be tried: the first by rank, then those that change least."""
+    row = [change for change in row if change.listed or not table.few]
+    return sorted(row, key=lambda change: (*table.rank(change), change.size))[:TRIED] if len(row) > 1 else row
 
 
 def _with_outer(table):

@@ -14,6 +14,8 @@ from ekfslam_tutorial.course import edits, registry
 from ekfslam_tutorial.course import pairs as search
 from ekfslam_tutorial.course.exercise import Exercise
 from ekfslam_tutorial.course.exercises import nb02_ellipse, nb05_frame
+from ekfslam_tutorial.geometry import hat, unit
+from ekfslam_tutorial.models.landmarks.lines import plane_base
 
 from .test_held_back import ANSWERS
 from .test_mutants import inputs
@@ -302,3 +304,19 @@ def test_a_minus_is_told_of_the_name_that_the_student_has_it_before():
 
     hint = registry.get("18.2").judge(with_the_minus_itself).hint
     assert "`-(E_a), E_b` stood where `E_a, E_b` belongs" in hint
+
+
+def test_of_slips_that_come_to_the_same_the_one_is_told_that_nobody_needs_to_have_written():
+    """E2_n left out is the same as `n` for E2_n: the normal has no part along its own derivative."""
+
+    def new_line(camera, y, b):
+        m, M_y = camera.retro(y)
+        n, N_c = unit(hat(m[3:]) @ m[:3])
+        N_y = N_c @ np.hstack([hat(m[3:]), -hat(m[:3])]) @ M_y
+        e1, e2, E1_n, _ = plane_base(n)
+        L_b = np.zeros((6, 2))
+        L_b[3:, 0], L_b[3:, 1] = e1, e2
+        return np.hstack([n, b[0] * e1 + b[1] * e2]), np.vstack([N_y, b[0] * E1_n @ N_y]), L_b
+
+    hint = registry.get("22.3").judge(new_line).hint
+    assert "m1 x m2" in hint and "as if `b[0] * E1_n` stood where `b[0] * E1_n + b[1] * E2_n` belongs" in hint

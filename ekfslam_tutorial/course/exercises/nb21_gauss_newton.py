@@ -75,5 +75,6 @@ exercise = table(
     mean of the information | return dx, A -> return dx, A / len(z) | Information adds up: A is a sum over the measurements, no mean. Do not divide it by their number.
     twice the information | return dx, A -> return dx, 2 * A | A = H' R^-1 H, without a factor 2.
     damped, or a prior | A = H.T @ W -> A = H.T @ W + np.eye(H.shape[1]) | Nothing else is known of the unknowns: A = H' R^-1 H, no identity and no damping is added.
+    root of the weights on the right | W.T @ z -> H.T @ np.linalg.solve(np.linalg.cholesky(R), z) | On the right, too, stands R^-1 itself: H' R^-1 z, not the root of it.
     """,
 )

@@ -100,6 +100,7 @@ exercise = table(
     always the first H | z = np -> H = observe(x)[1]; z = np | Take H anew at each point: e, H = observe(at).
     Z left out | P - K @ H @ P -> P - K @ K.T | P falls by K Z K', which is K H P: Z stands between the two gains.
     covariance of the first iteration | P - K @ H @ P -> P - K @ H @ P if P_new is P else P_new | The P of the result comes from the last K and H, not from the first.
+    correction added to the last result | x + K @ (z - H @ (x - at)) -> at + K @ (z - H @ (x - at)) | The correction is that of the prior: x + K (z - H (x - at)), with the prior x in front, too.
     one iteration only | range(iterations) -> range(1) | Repeat: linearise again at the corrected state. Is `return` inside the loop?
     one iteration too many | range(iterations) -> range(iterations + 1) | iterations = 1 is the ordinary EKF.
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | y and e may differ by 2 pi near the seam: wrap the bearing of z.

@@ -74,6 +74,8 @@ exercise = table(
     keep and gone swapped | gone = [i for i in range(len(A)) if i not in keep] -> gone, keep = keep, [i for i in range(len(A)) if i not in keep] | `keep` holds the indices that stay.
     the last ones dropped | gone = [i -> keep = list(range(len(keep))); gone = [i | Any of the unknowns may go: `keep` holds the indices that stay, in their order.
     plus in A | A_kk - S -> A_kk + S | Information is lost, not won: minus A_kg A_gg^-1 A_gk.
+    inverse forgotten in b | b[keep] - S @ b[gone] -> b[keep] - A_kg @ A_gg @ b[gone] | In b, too, the *inverse* of A_gg stands between: b_k - A_kg A_gg^-1 b_g.
+    b in rising order | b[keep] - S -> b[sorted(keep)] - S | b has the order of `keep`, as A has: b[keep].
     """,
 )
 

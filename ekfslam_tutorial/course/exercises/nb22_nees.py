@@ -84,5 +84,6 @@ free = table(
         [2][2:] -> [2][:4]
         e = B @ l -> e = B @ (l - l @ truth / (truth @ truth) * truth)
     P by the scale, not by its square | e = B @ l -> k = np.linalg.norm(truth) / np.linalg.norm(l); e, P = B @ (k * l), k * P | If l is multiplied by k, its covariance is multiplied by k^2.
+    l laid on the truth, P not | e = B @ l -> e = B @ (l * (truth @ truth) / (l @ truth)) | If l is multiplied by k, its covariance is multiplied by k^2. Or leave both as they are: the scale has no part in e = B l.
     """,
 )
