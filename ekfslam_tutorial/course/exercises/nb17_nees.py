@@ -101,6 +101,8 @@ tangent = table(
     only the variances of C | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.eye(6) | The six errors are correlated: use the whole C.
     one number for all | [..., 0]).sum(-1) -> [..., 0]).sum(-1).mean() + np.zeros(len(e)) | One NEES for each pose: no mean over them.
     the mean only | .sum(-1) -> .sum(-1).mean() | Return one NEES for each pose, shape (N,), and not their mean.
+    orientation only | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, E_x = e[:, 3:], E_x[:, 3:]; C = E_x @ P @ np.swapaxes(E_x, -1, -2) | That is the NEES of the orientation alone: all six numbers of e count.
+    derivative of the first pose | C = E_x -> E_x = E_x[:1]; C = E_x | Each pose has its own E_x: yours takes that of the first for all.
     """,
 )
 
