@@ -81,5 +81,7 @@ projected = table(
     pin_hole at lr | U_r = U_ls -> U_ls = pin_hole(lr, k, d)[1]; U_r = U_ls | The camera sees ls, the point in its own frame, not lr.
     from_frame for the camera | Sf.to_frame(lr) -> Sf.from_frame(lr) | Both steps go into a frame: to_frame, for the camera, too.
     from_frame for the robot | Rf.to_frame(l) -> Rf.from_frame(l) | Both steps go into a frame: to_frame, for the robot, too.
+    U_r: orientation forgotten | U_r = U_ls @ LS_lr @ LR_r -> U_r = U_ls @ LS_lr @ (LR_r * [1, 1, 1, 0, 0, 0, 0]) | A robot that turns sees the point elsewhere, too: the last four columns of U_r are not zero.
+    U_s: orientation forgotten | U_s = U_ls @ LS_s -> U_s = U_ls @ (LS_s * [1, 1, 1, 0, 0, 0, 0]) | A camera that turns sees the point elsewhere, too: the last four columns of U_s are not zero.
     """,
 )

@@ -83,6 +83,10 @@ corrected = table(
     new rho made positive | return rho + K * (y - e), -> return np.abs(rho + K * (y - e)), | A negative rho is an estimate like others, beyond infinity: it keeps its sign.
     negative rho set to zero | return rho + K * (y - e), -> return np.maximum(rho + K * (y - e), 0), | A negative rho is an estimate like others, beyond infinity: it is not cut off at zero.
     K var K taken off | (1 - K * H) * P -> P - K * var * K | P falls by K Z K with the whole Z = H P H + var, not with var alone.
+    b and rho the wrong way | np.arctan(b * rho) -> np.arctan(rho / b) | The expected angle is arctan(b rho): a product.
+    1 - K | (1 - K * H) * P -> (1 - K) * P | The variance shrinks by 1 - K H: the derivative H belongs to it.
+    root of the derivative | H = b / (1 + (b * rho) ** 2) -> H = b / np.sqrt(1 + (b * rho) ** 2) | The derivative of arctan(s) is 1 / (1 + s^2), without a root.
+    gain of the new rho for P | return rho + K * (y - e), (1 - K * H) * P -> rho = rho + K * (y - e); H = b / (1 + (b * rho) ** 2); return rho, (1 - P * H / (H * P * H + var) * H) * P | One H and one K, at the rho before the correction, for rho and for P.
     """,
     forms="""
     P - K Z K | (1 - K * H) * P -> P - K * (H * P * H + var) * K | P - K Z K

@@ -102,6 +102,7 @@ exercise = table(
     Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     stops at a known state | in blocks: -> in blocks[: next((i for i, (r, _) in enumerate(blocks) if r is None), len(blocks))]: | Only the block of the known state (r = None) is skipped, those behind it count: `continue`, not `break`.
     only the last block kept | H[:, r] = E_r -> H[:] = 0; H[:, r] = E_r | H is made once, before the loop: each block comes into it, and none is lost.
+    R once for each block | Z = H @ P @ H.T + R -> Z = H @ P @ H.T + R * max(1, sum(r is not None for r, _ in blocks)) | The measurement has its noise once, whatever the number of states it depends on: Z = H P H' + R.
     """,
     forms="""
     gain by the inverse | np.linalg.solve(Z, H @ P).T -> P @ H.T @ np.linalg.inv(Z) | K = P H' inv(Z)
