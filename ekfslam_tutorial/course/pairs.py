@@ -725,8 +725,9 @@ def _no_guess(table, calls, one, other):
     known = []
     for change, beside in (one, other), (other, one):
         if change in of and beside in of:
-            needed = table.wrong & table.changed[of[change]] & ~table.fits[of[beside]]
-            if not change.listed and needed.any() and table.counted[needed].all():
+            left = table.wrong & ~table.fits[of[beside]]
+            needed = left & table.changed[of[change]]
+            if not change.listed and any(cells.any() and table.counted[cells].all() for cells in (needed, left)):
                 continue
             rivals = [row[0] for row in rows if row[0].listed and row[0].mistake.hint != change.mistake.hint]
             if not table.has_decimals[needed].any() and any(

@@ -705,16 +705,13 @@ def _of_statement(node, text, means):
         yield f"A step is missing: `{whole[:LONGEST]}`.", text.with_(node, "pass", False), whole, "pass"
     if isinstance(node, ast.For):
         over = text.of(node.iter)
-        for which, some in (
-            ("last", "[-1:]"),
-            ("first", "[:1]"),
-            ("all but the first", "[1:]"),
-            ("all but the last", "[:-1]"),
+        for as_if, some in (
+            ("only the last of `{}` counted", "[-1:]"),
+            ("only the first of `{}` counted", "[:1]"),
+            ("the first of `{}` did not count", "[1:]"),
+            ("the last of `{}` did not count", "[:-1]"),
         ):
-            yield (
-                f"Your results are as if only the {which} of `{over}` counted.",
-                text.with_(node.iter, f"[*({over})]{some}"),
-            )
+            yield f"Your results are as if {as_if.format(over)}.", text.with_(node.iter, f"[*({over})]{some}")
     if isinstance(node, ast.AugAssign):
         yield from _of_a_part(node, text)
         target, value = text.of(node.target), text.of(node.value)

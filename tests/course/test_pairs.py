@@ -9,6 +9,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from ekfslam_tutorial.course import edits, registry
 from ekfslam_tutorial.course import pairs as search
@@ -320,3 +321,15 @@ def test_of_slips_that_come_to_the_same_the_one_is_told_that_nobody_needs_to_hav
 
     hint = registry.get("22.3").judge(new_line).hint
     assert "m1 x m2" in hint and "as if `b[0] * E1_n` stood where `b[0] * E1_n + b[1] * E2_n` belongs" in hint
+
+
+def test_a_slip_is_not_told_of_what_another_mistake_leaves_in_an_index_only():
+    """With the root of the distance, one degree of freedom less and a square of the confidence are the same to see."""
+
+    def choose(zs, Zs, confidence):
+        distances = np.array([np.sqrt(z @ np.linalg.inv(Z) @ z) for z, Z in zip(zs, Zs, strict=True)])
+        hits = np.flatnonzero(distances <= chi2.ppf(confidence, max(zs.shape[1] - 1, 1)))
+        return (int(hits[0]) if len(hits) == 1 else None), distances
+
+    hint = registry.get("07.1").judge(choose).hint
+    assert hint.startswith("chi2.ppf is a limit for the *squared* distance") and "confidence" not in hint
