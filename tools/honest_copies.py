@@ -36,7 +36,7 @@ def real(number, robot):
 
 
 def judged(data, log):
-    """NEES per degree of freedom of a run, for how many true poses; the poses; the last map."""
+    """NEES per degree of freedom of a run; its poses; its landmarks at the end, by id."""
     history, poses, s = History(gauge="free"), [], None
     for s in universal_slam(data, log):
         history.add(s)
@@ -88,6 +88,7 @@ def white(covariances, rng):
 def study(number, robot, n, seed=1):
     """NEES per degree of freedom of the real log, how many poses of it are known, and the NEES of n copies, (n,)."""
     data, log = real(number, robot)
+    assert log is not None, "the scenario has no log"
     nees, poses, points = judged(data, log)
     known = int(np.isfinite(log.truth[robot][:, 0]).sum())
     rng = np.random.default_rng([seed, number, robot])

@@ -74,8 +74,10 @@ def unlikely(mistake, own: Counter | None) -> bool:
     Such a slip may come to the same as another one: with E n = 0, `n` for a term is that term left out.
     """
     quoted = getattr(mistake, "quoted", None)
-    known = _solution(mistake.solution) if own and quoted and mistake.name.startswith("slip: `") else None
-    if own is None or known is None:
+    if not own or not quoted or not mistake.name.startswith("slip: `"):
+        return False
+    known = _solution(mistake.solution)
+    if known is None:
         return False
     try:
         return not own[_normal(ast.parse(quoted[1]).body[0], known[0])]
