@@ -123,8 +123,7 @@ def _write_inside(sensor):
 
 
 def _write_birth(frame, sensor, kind):
-    tape, found = trace_birth(frame, sensor, kind)
-    return _of_one("rf, sf, y, n", tape, {name: found[name] for name in ("l", "L", "L_y", "L_n")})
+    return _of_one("rf, sf, y, n", *trace_birth(frame, sensor, kind))
 
 
 def _of_one(arguments, tape, results):

@@ -41,12 +41,11 @@ def trace_expectation(frame, sensor, kind):
 def trace_inside(sensor):
     """Return True of a measurement y[.] of something visible: `sensor.visible` of `sensor.retro`."""
     tape = Tape()
-    y = tape.inputs("y[{}]", len(sensor.R))[None]
-    return tape, {"seen": np.asarray(sensor.visible(y, sensor.retro(y)[0]))[0]}
+    return tape, {"seen": _seen(sensor, tape.inputs("y[{}]", len(sensor.R))[None])}
 
 
-def trace_birth(frame, sensor, kind):
-    """`retro_project` by frames rf[.], sf[.] of y[.] and n[.]: l, L = [L_r L_s], L_y, L_n; and `seen`, if y is."""
+def trace_birth(frame, sensor, kind, look=False):
+    """`retro_project` by frames rf[.], sf[.] of y[.] and n[.]: l, L = [L_r L_s], L_y, L_n; with `look` also `seen`."""
     tape, n_f, n_l = Tape(), frame.size, kind.size
     m, n_n = len(sensor.R), 1 if sensor.bearing_only else 0
     Rf, Sf = frame(tape.inputs("rf[{}]", n_f)), frame(tape.inputs("sf[{}]", n_f))
@@ -54,8 +53,13 @@ def trace_birth(frame, sensor, kind):
     l, *Ls = retro_project(Rf, Sf, sensor, kind, y[None], n[None])
     L_r, L_s, L_y, L_n = (_single(L, 2) for L in Ls)
     _check_shapes((l[0], n_l), (L_r, n_l, n_f), (L_s, n_l, n_f), (L_y, n_l, m), (L_n, n_l, n_n))
-    seen = np.asarray(sensor.visible(y[None], sensor.retro(y[None])[0]))[0]
-    return tape, {"seen": seen, "l": l[0], "L": np.concatenate([L_r, L_s], -1), "L_y": L_y, "L_n": L_n}
+    found = {"l": l[0], "L": np.concatenate([L_r, L_s], -1), "L_y": L_y, "L_n": L_n}
+    return tape, found | ({"seen": _seen(sensor, y[None])} if look else {})
+
+
+def _seen(sensor, y):
+    """Return True of measurements y, shape (1, m), of something visible."""
+    return np.asarray(sensor.visible(y, sensor.retro(y)[0]))[0]
 
 
 def _single(a, ndim):

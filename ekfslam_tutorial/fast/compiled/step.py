@@ -256,7 +256,7 @@ OUT_OF_VIEW, BORN = 1, 2
 
 
 def _write_born(frame, sensor, kind):
-    tape, found = trace_birth(frame, sensor, kind)
+    tape, found = trace_birth(frame, sensor, kind, look=True)
     n_f, n_l, m, n_n = frame.size, kind.size, found["L_y"].shape[1], found["L_n"].shape[1]
     places = {"l": "l[{}]", "L": "L[{}, {}]", "L_y": "L_y[{}, {}]", "L_n": "L_n[{}, {}]"}
     outputs = [("seen", found["seen"]), *((place, found[name]) for name, place in places.items())]
