@@ -48,7 +48,7 @@ import numpy as np
 from . import deadline, edits, guard, own_words, slips
 from .diagnose import LOST_DECIMALS
 from .expect import Failed
-from .recognise import few_values, recognise, recognise_more, right_results, wrong_part
+from .recognise import as_asked, few_values, recognise, recognise_more, right_results, wrong_part
 
 PATIENCE = 3.0  # seconds of the processor after which a search for slips ends, though `pairs` counts its steps
 FEW = 3  # wrong calls of the cases; with fewer, or with none beyond a known mistake, later links are asked, too
@@ -322,7 +322,9 @@ class Exercise:
         explained = known[0].answer if known else self.solution
         left = sum(not self.alike(c.result, self.answered(explained, c)) for c in more.calls)
         if not few and left < (1 if known else FEW):
+            n = len(more.calls)
             self._call_more(lambda: self._go_on(more, failed), min(limit, LATER_S * deadline.SLOWER))
+            more.calls[n:] = as_asked(more.calls[n:], more.calls[:n])
         right = right_results(self, more.calls)
         of_cases = any(not self.alike(call.result, t) for call, t in zip(more.calls, right, strict=True))
         calls = [*more.calls, *f.calls] if few and part is None else more.calls if of_cases else f.calls
@@ -398,7 +400,7 @@ class Exercise:
                 a, b = a[part], b[part]
         except Exception:
             return False
-        return guard.equal(a, b, rtol=1e-6, atol=1e-8)
+        return guard.equal(a, b, rtol=1e-6, atol=None)
 
     def composed(self, one: Misconception, other: Misconception):
         """Return the solution with the edits of two mistakes, or None if they do not go together."""

@@ -155,10 +155,11 @@ def misses_arguments(function, names):
     return None
 
 
-def equal(a, b, rtol=0.0, atol=0.0):
+def equal(a, b, rtol=0.0, atol: float | None = 0.0):
     """Return True if two results are the same: arrays, numbers, lists, dictionaries, objects with attributes.
 
-    A list of numbers equals the array of the same numbers; a column does not equal a vector.
+    A list of numbers equals the array of the same numbers; a column does not equal a vector. With `atol` None small
+    numbers may differ by 1e-8 of the largest one beside them, and of 1 where that is larger.
     """
     A, B = numbers(a), numbers(b)
     if A is not None and B is not None:
@@ -177,9 +178,15 @@ def equal(a, b, rtol=0.0, atol=0.0):
         return False
 
 
+SMALLEST = 1e-4  # of the largest number beside zeros: what rounding leaves of them is smaller than 1e-8 of that
+
+
 def _near(A, B, rtol, atol) -> bool:
     """As `numpy.allclose`, where NaN equals NaN: it is asked a thousand times for one wrong answer, so in few steps."""
     with np.errstate(all="ignore"):
+        if atol is None:
+            largest = float(np.abs(B).max()) if B.size else 0.0
+            atol = 1e-8 * max(largest, SMALLEST) if largest < 1 else 1e-8  # also of what is not finite
         far = ~((np.abs(A - B) <= atol + rtol * np.abs(B)) & np.isfinite(B))
     if not far.any():
         return True

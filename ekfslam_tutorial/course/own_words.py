@@ -56,7 +56,12 @@ def doubtful(mistake, own: Counter | None) -> bool:
 
 def of_a_step(mistake) -> bool:
     """Return True if a slip says of a whole intermediate result that it is as if it were another one."""
-    return mistake.name.startswith("slip: Your results are as if")
+    return _said(mistake).startswith("Your results are as if")
+
+
+def _said(mistake) -> str:
+    """The name of a slip, without the function of another exercise in which it is."""
+    return re.sub(r"^slip: (As in `\w+`\. )?", "", mistake.name)
 
 
 def written(mistake, own: Counter) -> bool:
@@ -74,7 +79,7 @@ def unlikely(mistake, own: Counter | None) -> bool:
     Such a slip may come to the same as another one: with E n = 0, `n` for a term is that term left out.
     """
     quoted = getattr(mistake, "quoted", None)
-    if not own or not quoted or not mistake.name.startswith("slip: `"):
+    if not own or not quoted or not _said(mistake).startswith("`"):
         return False
     known = _solution(mistake.solution)
     if known is None:

@@ -424,6 +424,11 @@ class Table:
         sure = [change for change in (one, other) if not self.doubtful(change)]
         return len(sure) == 2 or len(sure) == 1 and sure[0].listed
 
+    def spoils(self, change) -> bool:
+        """Return True if a slip alone changes numbers that the student has otherwise: then it is none alone."""
+        row = self.row_of.get(change)
+        return not change.listed and row is not None and bool((self.changed[row] & ~self.fits[row]).any())
+
     def of_part(self, part):
         """The changes that give what is wrong in one result, and spoil nothing that the student has otherwise."""
         here = self.wrong & (self.parts == part)
@@ -681,8 +686,16 @@ def find(table, calls, patience):
         found = _sure(table, found, tried)
     if found and isinstance(found[0][1], Beside) and not found[0][1].is_of_the_solution:
         return [found[0][0].mistake]
+    for change in found[0] if found and not table.few else ():
+        alone = getattr(change, "answer", None)  # not of what is beside another one
+        if alone and answers(exercise, alone, calls):  # one is enough, to what counts as rounding in this exercise
+            return [change.mistake]
+    if found and not table.few and not all(change.listed for change in found[0]) and (both := two_listed(table, calls)):
+        return both
     known = _no_guess(table, calls, *found[0]) if found else []
     known = [change for change in known if not table.doubtful(change)]
+    if len(known) == 1 and table.spoils(known[0]):
+        known = []
     mistakes = sorted((change.mistake for change in known), key=exercise.fails_at)
     rows = [table.row_of[change] for change in known if change in table.row_of]
     return list(map(_sure_of, mistakes)) if len(rows) == 2 and table.evident(*rows) else mistakes
@@ -699,14 +712,16 @@ def _sure_of(mistake):
 def two_listed(table, calls):
     """Return two listed mistakes that together answer every call as the student did, the one to mend first first.
 
-    Asked where one slip of a step does so, too, and the student has written that step as it belongs.
+    Asked where one slip of a step does so, too, and the student has written that step as it belongs; and where a pair
+    with a slip does: what is listed is what students do.
     """
     exercise = table.exercise
-    for one, other in itertools.islice(
-        _tried(table, lambda i, j: _are_listed(table, i, j) and table.evident(i, j)), FIRST
-    ):
+    evident = _tried(table, lambda i, j: _are_listed(table, i, j) and table.evident(i, j))
+    hidden = _tried(table, lambda i, j: _are_listed(table, i, j) and not table.evident(i, j))
+    for one, other in itertools.chain(itertools.islice(evident, FIRST), itertools.islice(hidden, FIRST)):
         for answer in composed(exercise.solution, one, other):
-            if _in_time(lambda answer=answer: answers(exercise, answer, calls)):
+            fits = lambda answer=answer: answers(exercise, answer, calls)
+            if _in_time(fits) and table.may_tell(one, other):
                 return sorted((one.mistake, other.mistake), key=exercise.fails_at)
     return []
 

@@ -106,6 +106,20 @@ def _has_numbers(result) -> bool:
     return any(guard.numbers(value) is not None for value in (result if isinstance(result, tuple) else (result,)))
 
 
+def as_asked(calls, cases):
+    """Return the calls in which what is symmetric in all the cases, a covariance, is symmetric, too.
+
+    A link may hand on what the student's function has returned: what that makes of a P that is none says nothing.
+    """
+    places = [k for k, column in enumerate(zip(*(c.args for c in cases), strict=False)) if all(map(_symmetric, column))]
+    return [call for call in calls if all(_symmetric(call.args[k]) for k in places if k < len(call.args))]
+
+
+def _symmetric(value) -> bool:
+    square = isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[0] == value.shape[1]
+    return square and guard.equal(value, value.T, 1e-6, 1e-9)
+
+
 def right_results(exercise, calls):
     """Return what the solution answers to each call."""
     return [exercise.answered(exercise.solution, call) for call in calls]

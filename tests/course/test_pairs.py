@@ -5,6 +5,7 @@ solution and unlike each of the two alone.
 """
 
 import ast
+import copy
 import itertools
 
 import numpy as np
@@ -15,7 +16,8 @@ from ekfslam_tutorial.course import edits, registry
 from ekfslam_tutorial.course import pairs as search
 from ekfslam_tutorial.course.exercise import Exercise
 from ekfslam_tutorial.course.exercises import nb02_ellipse, nb05_frame
-from ekfslam_tutorial.geometry import hat, unit
+from ekfslam_tutorial.course.exercises.nb12_pin_hole import pin_hole
+from ekfslam_tutorial.geometry import hat, q_prod, unit, v2q
 from ekfslam_tutorial.models.landmarks.lines import plane_base
 
 from .test_held_back import ANSWERS
@@ -333,3 +335,87 @@ def test_a_slip_is_not_told_of_what_another_mistake_leaves_in_an_index_only():
 
     hint = registry.get("07.1").judge(choose).hint
     assert hint.startswith("chi2.ppf is a limit for the *squared* distance") and "confidence" not in hint
+
+
+def test_what_a_mistake_makes_of_a_covariance_that_is_none_says_nothing():
+    """A link hands on the student's own P: it is not symmetric any more, and the listed mistake alone fits no more."""
+
+    def moved(P, X_x, X_u, U):
+        P = P.copy()
+        P[:3] = X_x @ P[:3]
+        P[:, :3] = P[:3].T
+        P[:3, :3] = X_x @ P[:3, :3] @ X_x.T + X_u @ U @ X_u.T
+        return P
+
+    hint = registry.get("04.3").judge(moved).hint
+    assert hint.startswith("X_x comes in twice: when P_rr is computed, your columns") and "transposed" not in hint
+
+
+def test_of_a_pair_that_one_of_the_two_explains_alone_the_other_one_is_not_told():
+    """It differs in the last digits only, where the exercise allows for more: `B @ l.T` is `B @ l`."""
+    exercise = copy.copy(registry.get("22.5"))
+    exercise.misconceptions = [
+        m for m in exercise.misconceptions if not m.name.startswith("directions of the estimate")
+    ]
+
+    def line_nees(l, P, truth):
+        B = np.linalg.svd(np.stack([l, np.concatenate([l[3:], l[:3]])]))[2][2:]
+        e = B @ (l - truth)
+        return e @ np.linalg.solve(B @ P @ B.T, e)
+
+    hint = exercise.judge(line_nees).hint
+    assert hint.startswith("`l` and `truth` are exchanged in yours.") and "transpose" not in hint
+
+
+def test_two_listed_mistakes_are_told_before_a_listed_one_with_a_slip():
+    """U_s with a factor too many, and both exchanged: the same as U_r twice, with `LS_s` for `LR_r` in one of them."""
+
+    def proj_euc_pnt(Rf, Sf, k, d, l):
+        lr, LR_r, LR_l = Rf.to_frame(l)
+        ls, LS_s, LS_lr = Sf.to_frame(lr)
+        u, U_ls, U_k, U_d = pin_hole(ls, k, d)
+        U_r, U_s, U_l = (U_ls @ LS_lr @ last for last in (LR_r, LS_s, LR_l))
+        return u, U_s, U_r, U_k, U_d, U_l
+
+    hint = registry.get("12.4").judge(proj_euc_pnt).hint
+    assert "U_s = U_ls LS_s, without LS_lr" in hint and "by the robot's frame first" in hint
+
+
+def test_small_results_are_told_apart():
+    """Variances of 1e-8: gyro_walk**2**2 and the square of what is converted differ by less, and are not the same."""
+
+    def sheet_noise(arw, density, gyro_walk, acc_walk, dt):
+        n = [np.radians(arw) / 60, density * 1e-6 * 9.80665, np.radians(gyro_walk), acc_walk]
+        return np.kron(np.diag(np.square(n) * dt), np.eye(3))
+
+    exercise = copy.copy(registry.get("23.2"))
+    exercise.misconceptions = [m for m in exercise.misconceptions if m.name != "gyro_walk in degrees"]
+    hint = exercise.judge(sheet_noise).hint
+    assert "gyro_walk**2**2" not in hint and "n^2 / dt, not times dt" in hint
+
+
+def test_of_a_mistake_in_another_function_the_likely_one_is_told():
+    """dq' DQ_v is zero: `dq` for `Q_dq` is the same as a block that is left zero, and nobody writes it."""
+
+    def predict(x, P, u, U):
+        q2, Q_q, _ = q_prod(x[3:], v2q(u[3:])[0])
+        A, B = np.eye(7), np.eye(7, 3)
+        A[3:, 3:] = Q_q
+        return np.concatenate([x[:3] + u[:3], q2]), A @ P @ A.T + B @ U[:3, :3] @ B.T
+
+    hint = registry.get("11.2").judge(predict).hint
+    assert "`dq` for `Q_dq`" not in hint and "q2 depends on dv, through v2q" in hint
+
+
+def test_a_slip_is_not_told_alone_that_changes_what_the_student_has_otherwise():
+    """Half of r would halve y as well, and that is of another shape here, not of another size."""
+
+    def beacon_project(p):
+        x, y = np.asarray(p, float)[..., 0], np.asarray(p, float)[..., 1]
+        r, h = lambda a, b: (a * a + b * b) ** 0.5, 1e-5
+        by_x, by_y = (r(x + h, y) - r(x - h, y)) / h, (r(x, y + h) - r(x, y - h)) / h
+        return r(x, y), np.stack([by_x, by_y], axis=-1)[..., None, :]
+
+    exercise = copy.copy(registry.get("16.1"))
+    exercise.misconceptions = [m for m in exercise.misconceptions if m.name != "twice the derivative"]
+    assert "half of" not in exercise.judge(beacon_project).hint
