@@ -169,7 +169,7 @@ ONE = [  # exercise, what is told, places
     # the heading in the middle of the step
     (
         "05.1",
-        r"`x\[2\] \+ u\[2\] / 2` stood where `x\[2\]`",
+        "turn it by the old heading, in X_x and X_u, too",
         ("np.cos(x[2]), np.sin(x[2])", "np.cos(a := x[2] + u[2] / 2), np.sin(a)"),
     ),
     # a matrix of one's own for the noise, used on both sides

@@ -91,7 +91,7 @@ SLIPS = [  # exercise, a part of what is told, the places
     ("13.1", "`H * P` stood where `H * P * H`", ("H * P * H + var", "H * P + var")),
     ("13.1", "`P` is squared", ("    H = b", "    P = P**2; H = b")),
     ("18.4", "`P2 - K @ P1` stood where `P1 - K @ P1`", ("P1 - K @ P1", "P2 - K @ P1")),
-    ("20.3", "`x[2] + r1` stood where `x[2] + r1 + r2`", ("r1 + r2]", "r1]")),
+    ("20.3", "`x[2]` stood where `x[2] + r1` belongs, in `x[:3]`", ("r1 + r2]", "r2]")),
     ("20.3", "`x[2]` stood where `x[2] + r1`", ("np.cos(x[2] + r1), np.sin(x[2] + r1)", "np.cos(x[2]), np.sin(x[2])")),
     ("20.3", "Exchanged in yours: `u[1]` and `u[2]`", ("r1, t, r2 = u", "r1, r2, t = u")),
     ("21.1", "distance, not an angle", ("z[1] = wrap(z[1])", "z = wrap(z)")),

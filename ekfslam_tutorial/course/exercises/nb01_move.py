@@ -100,5 +100,9 @@ motion = table(
     entries of the heading column exchanged | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, d * c], [0, 1, -d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: the two entries of the third column are exchanged.
     cosine for sine in the heading column | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, -d * c], [0, 1, d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: in the third column yours has the cosine where the sine belongs, and the other way round.
     v left in F_u | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[d * c, 0], [d * s, 0], [0, dt]] | The derivative of v dt cos(theta) by v is dt cos(theta): v itself is gone.
+    w left in F_u | [0, dt]]) -> [0, u[1] * dt]]) | The derivative of w dt by w is dt: w itself is gone.
+    F_u multiplied by F_x | return x2, F_x, F_u -> return x2, F_x, F_x @ F_u | F_u is the derivative by the control alone: it is not multiplied by F_x. The robot drives first, then it turns: w moves no position.
+    heading column in the axes of the robot | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, 0], [0, 1, d] | The state is in the world: the way sideways, v dt, is turned with the heading: -v dt sin and v dt cos.
+    dt forgotten in the turn of F_u | [0, dt]]) -> [0, 1]]) | x2 holds w dt: its derivative by w has the factor dt.
     """,
 )

@@ -111,6 +111,8 @@ expected = table(
     turned by theta | H = np.zeros -> c, s = np.cos(x_r[2]), np.sin(x_r[2]); dx, dy = c * dx + s * dy, c * dy - s * dx; H = np.zeros | x is in the map frame, and so are the columns of H. theta only shifts the bearing: it is not in H.
     in degrees | [-dy / r2, dx / r2] -> [np.degrees(-dy / r2), np.degrees(dx / r2)] | The bearing row is in degrees per metre: keep to radians.
     rows swapped | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dy / r2, dx / r2], [dx / r, dy / r]] | The first row of H is the derivative of the range, the second that of the bearing.
+    r^3 for r^2 | [-dy / r2, dx / r2] -> [-dy / r**3, dx / r**3] | The bearing row is divided by r^2: [-dy, dx] / r^2, or [-sin, cos] / r.
+    block under each landmark | return e, H -> return e, np.tile(H[:, 2 * i : 2 * i + 2], len(x) // 2) | The block stands in the two columns of landmark i only: the others are zero.
     """,
 )
 

@@ -82,6 +82,7 @@ born = table(
     the inverse, H instead of L_y | [[c, -r * s], [s, r * c]] -> [[c, s], [-s / r, c / r]] | That is the derivative of the measurement by the landmark, H. Here it is the other way round: dl/dy.
     diagonal | [[c, -r * s], [s, r * c]] -> [[c, 0.0], [0.0, r * c]] | Both x_l and y_l depend on both range and bearing: no entry is zero in general.
     derivative by the pose | [[c, -r * s], [s, r * c]] -> [[1, 0, -r * s], [0, 1, r * c]] | That is dl/dx_r (2 x 3): the pose is known here, the noise is in y. Differentiate by y.
+    arm from the origin | [[c, -r * s], [s, r * c]] -> [[c, -l[1]], [s, l[0]]] | A wrong bearing turns the landmark about the robot, not about the origin: the second column is r [-sin, cos].
     """,
 )
 

@@ -141,6 +141,7 @@ step = table(
     place in seen | ids.index(id) -> seen.index(id) | The place of a landmark in x is its place in `ids`, not in `seen`: ids.index(id).
     motion noise in the map | ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P)) | The landmarks do not move: the prediction adds nothing to P.
     Joseph without the noise | P = P - K @ Z @ K.T -> P = (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
+    place in the sorted ids | ids.index(id) -> sorted(ids).index(id) | `ids` is in the order of x, in which the landmarks came: its place there is ids.index(id), not that among the sorted ids.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

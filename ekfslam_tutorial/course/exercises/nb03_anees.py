@@ -94,5 +94,7 @@ averaged = table(
     always 95 % | (1 - confidence) / 2 -> 0.025 | The third argument is the confidence: 0.95 is only an example.
     N - 1 | np.mean(nees) -> np.divide(np.sum(nees), N - 1) | All N runs count, and no mean was estimated from them: divide the sum by N, not by N - 1.
     N - 1 in the band | chi2.ppf([tail, 1 - tail], N * n) -> chi2.ppf([tail, 1 - tail], (N - 1) * n) | All N runs count, and no mean was estimated from them: N n degrees of freedom, not (N - 1) n.
+    mean error taken off | N, n = np.shape(e) -> e = e - np.mean(e, axis=0); N, n = np.shape(e) | The errors are taken as they are. Without their mean nobody sees that a filter is always wrong on the same side.
+    the other Cholesky factor | np.linalg.solve(P_i, e_i) -> np.linalg.solve(np.linalg.cholesky(P_i).T @ np.linalg.cholesky(P_i), e_i) | With P = L L' the whitened error is L^-1 e, and not the inverse of L' times e.
     """,
 )

@@ -78,5 +78,8 @@ banded = table(
     heading in degrees | return e, w -> return e * [1, 1, 180 / np.pi], w * [1, 1, 180 / np.pi] | All in radians: degrees are for the axis of a plot.
     the inverse of P | np.diagonal(P, axis1=1, axis2=2) -> 1 / np.diagonal(np.linalg.inv(P), axis1=1, axis2=2) | P says how uncertain, its inverse how certain. The band of one number, whatever the others are, wants the diagonal of P itself.
     size of the error, after the wrap | return e, w -> return np.abs(e), w | Keep the sign: a filter that is always wrong on the same side shows it in the plot.
+    band of a mean | w = k * -> w = k / np.sqrt(len(x)) * | The band is that of one error at one time, and no mean is taken: it is not divided by the root of how many there are.
+    turned into the axes of the robot | w = k * -> c, s = np.cos(truth[:, 2]), np.sin(truth[:, 2]); e[:, :2] = np.stack([c * e[:, 0] + s * e[:, 1], c * e[:, 1] - s * e[:, 0]], 1); w = k * | P is of x and y in the world, and so is the error: the plain difference, not turned.
+    mean error taken off | w = k * -> e = e - e.mean(0); w = k * | The errors are taken as they are: without their mean a filter that is always wrong on the same side looks right.
     """,
 )

@@ -87,6 +87,10 @@ blocks = table(
     sign of the cross-covariance | return P_lx, -> return -P_lx, | If the robot is further to the left than it thinks, the landmark is so, too: the sign of P_lx is plus.
     results in the wrong order | return P_lx, P_ll -> return P_ll, P_lx | The order is P_lx, then P_ll.
     last rows for those of the robot | P_lx = L_r @ P[:3] -> P_lx = L_r @ P[-3:] | The robot's pose is the first 3 numbers of the state: P[:3], not the last rows.
+    last rows for those of the robot, in both | P_lx = L_r @ P[:3] -> P_lx = L_r @ P[-3:] | The robot's pose is the first 3 numbers of the state: P[:3], not the last rows.
+        P_lx[:, :3] @ L_r.T -> P_lx[:, -3:] @ L_r.T
+    fused like two measurements | P_ll = P_lx[:, :3] @ L_r.T + L_y @ R @ L_y.T -> P_ll = np.linalg.inv(np.linalg.inv(P_lx[:, :3] @ L_r.T) + np.linalg.inv(L_y @ R @ L_y.T)) | Two causes of error make the landmark more uncertain than one: the two terms are added, not their inverses.
+    half of the cross-covariance | return P_lx, P_ll -> return P_lx / 2, P_ll | P_lx stands in P twice, beside and above, each time in full: do not halve it.
     """,
 )
 

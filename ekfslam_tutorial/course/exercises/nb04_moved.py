@@ -104,6 +104,9 @@ motion = table(
     noise of the position on each landmark: The landmarks stand still: no noise is added to P_mm.
         return P -> P[3:, 3:] += np.kron(np.eye((len(P) - 3) // 2), (X_u @ U @ X_u.T)[:2, :2]); return P
     root of U | X_u @ U @ X_u.T -> X_u @ np.sqrt(np.abs(U)) @ X_u.T | U holds variances already: no root.
+    X_x twice, by the columns: X_x comes in twice: when P_rr is computed, your columns have gone through X_x already. Compute each block from the old P.
+        P[:, :3] = P[:, :3] @ X_x.T -> P[3:, :3], P[:3, :3] = P[:3, 3:].T, P[:3, :3] @ X_x.T @ X_x.T
+    diagonal of the noise only | X_u @ U @ X_u.T -> np.diag(np.diag(X_u @ U @ X_u.T)) | The errors that a step adds to x, y and theta are correlated: add the whole of X_u U X_u'.
     """,
     forms="""
     matrices of the whole state | P = P.copy() -> F, G = np.eye(len(P)), np.zeros((len(P), X_u.shape[1])) | F P F' + G U G' of the whole state

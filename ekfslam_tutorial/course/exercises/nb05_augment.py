@@ -106,6 +106,9 @@ augmentation = table(
     only the diagonal of P_rr | P_lx[:, :3] @ L_r.T -> L_r @ np.diag(np.diag(P[:3, :3])) @ L_r.T | The errors of position and heading are correlated: use the whole block P[:3, :3].
     the heading's share forgotten in P_ll | P_lx[:, :3] @ L_r.T -> P[:2, :2] | A wrong heading moves the landmark, too: P_ll has L_r P_rr L_r', not the position's block alone.
     pose term twice | P_lx[:, :3] @ L_r.T -> 2 * P_lx[:, :3] @ L_r.T | P_ll has each cause of error once: L_r P_rr L_r' + L_y R L_y'.
+    no correlation of position and heading | P_lx[:, :3] @ L_r.T -> L_r @ (P[:3, :3] * [[1, 1, 0], [1, 1, 0], [0, 0, 1]]) @ L_r.T | The errors of position and heading are correlated: use the whole block P[:3, :3].
+    rows of the position alone | P_lx = L_r @ P[:3] -> P_lx = P[:2] | A wrong heading moves the landmark, too: P_lx = L_r P[:3], with all three rows.
+        P_ll = P_lx[:, :3] @ L_r.T -> P_ll = L_r @ P[:3, :3] @ L_r.T
     """,
 )
 

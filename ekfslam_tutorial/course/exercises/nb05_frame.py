@@ -149,6 +149,9 @@ frame = table(
         x, P = augment(x, P, y, R) -> pass
         e, H = observe( -> x, P = predict(x, P, u, U); e, H = observe(
         new.append((id, y)) -> x, P = augment(*predict(x, P, u, U), y, R); new.append((id, y))
+    new ones from the pose before the corrections: The known landmarks have corrected the robot, too: a new one is placed from the pose as it is then, to which P belongs.
+        x, P = predict(x, P, u, U) -> x, P = predict(x, P, u, U); old = x[:3]
+        x, P = augment(x, P, y, R) -> pose = x[:3]; x, P = augment(np.concatenate([old, x[3:]]), P, y, R); x[:3] = pose
     the robot moves twice | x, P = predict(x, P, u, U) -> x, P = predict(*predict(x, P, u, U), u, U) | The robot moves once in a frame: one predict.
     """,
 )
@@ -183,17 +186,18 @@ def _(f, rng):
         x, P, ids, _ = start(rng)
         moved = predict(x, P, STEP, U0)
         e, H = observe(moved[0], slice(5, 7))
-        ys = np.array([e if id == 3 else measured(moved[0][:3], id) for id in seen])  # no surprise
+        y = e + 0.1 * np.linalg.cholesky(R0) @ [1.0, -1.0]  # x moves by mm; in which order matters by 0.1 um only
+        ys = np.array([y if id == 3 else measured(moved[0][:3], id) for id in seen])
         x2, P2, ids2 = out(f(x, P, ids, STEP, U0, seen, ys, R0), 5)
         expect.true(sorted(ids2) == [3, 4, 7, 12, 21], f"ids must be 7, 3, 12 and the new 4 and 21, got {ids2}")
         expect.true(ids2[:3] == ids, f"the old landmarks keep their places: ids must begin with {ids}, got {ids2}")
-        want = correct(*moved, e, R0, e, H)
+        want = correct(*moved, y, R0, e, H)
         for id in ids2[3:]:
             want = augment(*want, ys[seen.index(id)], R0)
         shift = np.zeros(len(x2))
         shift[2] = wrap(x2[2] - want[0][2]) - (x2[2] - want[0][2])
         told = f"after a frame with the landmarks {seen}, of which 3 is known"
-        expect.close(x2 + shift, want[0], f"x {told}", 1e-5, 1e-6)
+        expect.close(x2 + shift, want[0], f"x {told}", 1e-6, 1e-5)
         expect.close(P2, want[1], f"P {told}", 1e-3)
 
 

@@ -108,6 +108,8 @@ observation = table(
     the first landmark always | dx, dy = -> l = slice(3, 5); dx, dy = | The landmark asked for is x[l], not always x[3:5].
     columns instead of vectors | return e, -> return e[:, None], | Vectors have one axis here: e = np.array([r, beta]), no columns.
     bearing row of the robot exchanged | = -E_l, -> = [[-dx / r, -dy / r], [-dx / r2, dy / r2]], | In the robot's two columns the bearing row is [dy, -dx] / r^2: yours has the two entries exchanged.
+    landmark with the sign of the robot | = -E_l, [0, -1], E_l -> = -E_l, [0, -1], -E_l | The difference is landmark minus robot: the columns of the landmark have the opposite sign of those of the robot, +E_l.
+    always the last columns | H[:, l] = -> H[:, -2:] = | The landmark's block belongs in the columns l, not always in the last two.
     """,
 )
 

@@ -144,6 +144,12 @@ prediction = table(
         c, s = np.cos(x[2]), np.sin(x[2]) -> c, s = np.cos(x[2] + u[2]), np.sin(x[2] + u[2])
         x, P = x.copy() -> N = X_u.copy(); N[:2, 2] = X_x[:2, 2]; x, P = x.copy()
         P[:3, :3] += X_u @ U @ X_u.T -> P[:3, :3] += N @ U @ N.T
+    the first landmark only | return x, P -> Q = P.copy(); Q[:3, 5:], Q[5:, :3] = old[:3, 5:], old[5:, :3]; return x, Q | All landmarks are correlated with the robot: all of P_rm changes, columns 3 to the end.
+        x, P = x.copy(), P.copy() -> old = P; x, P = x.copy(), P.copy()
+    P_mr from the new P_rm, moved again | return x, P -> P[3:, :3] = P[:3, 3:].T @ X_x.T; return x, P | P_mr is the transpose of the new P_rm, and no more: it is not multiplied by X_x once more.
+    arm from the origin in X_x | P[:3] = X_x @ P[:3] -> X_x[:2, 2] = -x[1], x[0]; P[:3] = X_x @ P[:3] | A wrong heading turns the *step*, not the whole way from the origin: the last column is that of the new position less the old one.
+    half of the turn, in all: The step is seen from the robot *before* the step: turn it by the old heading, in X_x and X_u, too.
+        c, s = np.cos(x[2]), np.sin(x[2]) -> c, s = np.cos(x[2] + u[2] / 2), np.sin(x[2] + u[2] / 2)
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state

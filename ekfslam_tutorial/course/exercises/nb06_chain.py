@@ -91,6 +91,10 @@ chain = table(
     only the variance of the last | np.outer(K, P[-1]) -> np.diag(np.eye(len(P))[-1]) * K[-1] * P[-1, -1] | All entries of P change, not only the last one: P - K H P.
     only the diagonal of P | P - np.outer(K, P[-1]) -> np.diag(np.diag(P - np.outer(K, P[-1]))) | P has the covariances between the landmarks, too: they do not vanish.
     errors of the steps behind | np.minimum.outer(C, C) -> np.minimum.outer(np.cumsum(q[::-1])[::-1], np.cumsum(q[::-1])[::-1]) | Landmark k has the errors of the steps 1 to k, which lie before it, and not those of the steps behind it.
+    product of K and P as a number | np.outer(K, P[-1]) -> K @ P[-1] | K and the last row of P are vectors: K H P is their outer product, a matrix. K @ P[-1] is one number.
+    Joseph without the noise | P - np.outer(K, P[-1]) -> (A := np.eye(len(P)) - np.outer(K, np.eye(len(P))[-1])) @ P @ A.T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
+    P_nn twice in Z | (P[-1, -1] + R) -> (2 * P[-1, -1] + R) | The error of the way counts once: Z = P_nn + R.
+    what is left of z | return K * z -> return z - K * z | dx = K z is by how much each landmark moves, not what is left of z.
     """,
     forms="""
     P - K Z K' | np.outer(K, P[-1]) -> np.outer(K, K) * (P[-1, -1] + R) | P - K Z K'

@@ -67,6 +67,10 @@ corr = table(
     zeros on the diagonal | P / np.outer(s, s) -> P / np.outer(s, s) * (1 - np.eye(len(P))) | Every number is fully correlated with itself: C[i, i] = 1, not 0.
     in per cent | P / np.outer(s, s) -> 100 * P / np.outer(s, s) | A correlation is a number between -1 and 1: no per cent.
     sum of the sigmas | np.outer(s, s) -> np.add.outer(s, s) | Divide by the product s[i] s[j], not by the sum of both.
+    divided in place | P / np.outer(s, s) -> _in_place(P) | Take the standard deviations before anything is changed. Where C is divided in place its diagonal is 1 already when the rest needs it.
+    diagonal counted twice | P / np.outer(s, s) -> P / np.outer(s, s) * (1 + np.eye(len(P))) | Mirrored and added, a triangle with its diagonal counts the diagonal twice: C[i, i] = 1.
+    mean of the variances | np.outer(s, s) -> np.add.outer(s**2, s**2) / 2 | Divide by the *product* of the two standard deviations, not by the mean of the two variances.
+    eigenvalues for variances | np.sqrt(np.diag(P)) -> np.sqrt(np.abs(np.linalg.eigvalsh(P))) | The variances are the diagonal of P. Its eigenvalues are those along other axes.
     """,
 )
 
@@ -75,3 +79,12 @@ corr = table(
 def _(f, rng):
     C = expect.array(f(*scaled(rng, 1, 20, 0.1, 3)), (4, 4), "C")
     expect.close(np.diag(C), np.ones(4), "the diagonal of C")
+
+
+def _in_place(P):
+    """The correlations by a loop that divides entry by entry, and takes the variances from what is divided already."""
+    C = np.array(P, float)
+    for i in range(len(C)):
+        for j in range(len(C)):
+            C[i, j] /= np.sqrt(C[i, i] * C[j, j])
+    return C

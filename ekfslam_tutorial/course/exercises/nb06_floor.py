@@ -88,6 +88,10 @@ floor = table(
     standard deviations for variances | return J @ P_0 -> P_0 = np.sqrt(np.abs(P_0)); return J @ P_0 | P_0 holds variances already, and J P_0 J' needs variances: no root.
     the result in the robot's frame | return J @ P_0 @ J.T -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); T = np.array([[c, s], [-s, c]]); return T @ (J @ P_0 @ J.T) @ T.T | The covariance is asked in the world, in x and y: nothing is turned by the heading.
     the arm in the robot's axes | return J -> c, s = np.cos(x_0[2]), np.sin(x_0[2]); J[:, 2] = np.array([[c, s], [-s, c]]) @ J[:, 2]; return J | The landmark is given in the world already: its distance in x and in y is l - t_0, not turned with the heading.
+    one cross term | return J @ P_0 @ J.T -> P_0 = P_0.copy(); P_0[2, :2] = 0; return J @ P_0 @ J.T | Position and heading are correlated: there are two cross terms, one the transpose of the other.
+    twice one cross term | return J @ P_0 @ J.T -> F = J @ P_0 @ J.T; X = np.outer(P_0[:2, 2], J[:, 2]); return F + X - X.T | The two cross terms are transposes of each other, not the same: one of each.
+    variance of the heading squared | return J @ P_0 -> P_0 = P_0.copy(); P_0[2, 2] **= 2; return J @ P_0 | P_0[2, 2] is a variance already: do not square it.
+    heading in all directions | return J @ P_0 @ J.T -> F = J @ P_0 @ J.T; b = J[:, 2]; return F + P_0[2, 2] * ((b @ b) * np.eye(2) - np.outer(b, b)) | A wrong heading moves the landmark across the line to it only: b b' times its variance, not |b|^2 in all directions.
     """,
 )
 

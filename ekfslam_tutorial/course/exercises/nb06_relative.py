@@ -77,6 +77,8 @@ relative = table(
     diagonal only | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.diag(np.diag(P[a, a] + P[b, b] - P[a, b] - P[b, a])) | x and y of the difference are correlated, too: keep the whole 2 x 2 blocks.
     standard deviations | P[a, a] + P[b, b] - P[a, b] - P[b, a] -> np.sqrt(np.abs(P[a, a] + P[b, b] - P[a, b] - P[b, a])) | The entries of D are variances: take no roots.
     only the diagonal of the cross term | - P[a, b] - P[b, a] -> - 2 * np.diag(np.diag(P[a, b])) | The x of one landmark and the y of the other are correlated, too: take the whole blocks P[a, b] and P[b, a].
+    covariance of the robot added | P[a, a] + P[b, b] -> P[:2, :2] + P[a, a] + P[b, b] | Both landmarks are told in the world: where the robot is has no part in their difference.
+    mean of the two in the sum | P[a, a] + P[b, b] -> (P[a, a] + P[b, b]) / 2 | The two covariances are added in full, not averaged.
     """,
 )
 

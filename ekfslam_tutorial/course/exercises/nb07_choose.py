@@ -35,7 +35,7 @@ def some(rng, n):
 
 
 def at_the_limit(rng):
-    """Return innovations just inside and just outside of the gate; the other landmarks, m of them, are far away."""
+    """Return innovations just inside and just outside of the gate; the other landmarks, m of them or none, are far."""
     limits = (
         (0.99, 3, 2.7, 3.2),  # 2 degrees of freedom let the first in, 1 does not
         (0.99, 2, 3.02, 3.05),
@@ -44,9 +44,10 @@ def at_the_limit(rng):
         (0.99, 3, 3.3, 3.45),
         (0.9, 2, 2.1, 2.2),
     )
-    return [
+    of_several = [
         away(rng, *[9.0] * m, sigma, m=m, confidence=confidence) for confidence, m, *both in limits for sigma in both
     ]
+    return [*of_several, away(rng, 2.8)]  # alone in the map: with one degree of freedom it would be outside
 
 
 def in_metres(rng):
@@ -96,7 +97,7 @@ gate = table(
     no gate | int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) | The nearest landmark may be far away: without a gate every measurement is matched to something.
     Euclidean distance | z @ np.linalg.solve(Z, z) -> z @ z | z has a unit for each entry (m, rad), and each its own sigma: use z' inv(Z) z.
     not squared | z @ np.linalg.solve(Z, z) -> np.sqrt(z @ np.linalg.solve(Z, z)) | chi2.ppf is a limit for the *squared* distance: no root.
-    root in the gate | d2 <= chi2 -> np.sqrt(d2) <= chi2 | chi2.ppf(confidence, m) is a limit for the *squared* distance: compare d2 with it, without a root.
+    root in the gate | d2 <= chi2 -> np.sqrt(d2) <= chi2 | chi2.ppf(confidence, m) is a limit for the *squared* distance: compare d2 with it as both are, without a root of d2, and without a square of the limit.
     diagonal of Z | np.linalg.solve(Z, z) -> (z / np.diag(Z)) | The entries of z are correlated: use the whole Z.
     Z not inverted | np.linalg.solve(Z, z) -> Z @ z | In units of sigma: divide by Z, z' inv(Z) z.
     one Z for all | np.linalg.solve(Z, z) -> np.linalg.solve(Zs[0], z) | Each landmark has its own Z: Zs[k] belongs to zs[k].
@@ -112,5 +113,10 @@ gate = table(
     -1 for none | else None -> else -1 | Return None, not -1: -1 is the index of the last landmark.
     the list of all inside | int(inside[0]) if len(inside) == 1 else None -> inside.tolist() | Return one index or None, not a list.
     outside instead of inside | d2 <= chi2 -> d2 > chi2 | Inside is where d2 is *at most* the limit.
+    quantile of both ends | chi2.ppf(confidence, -> chi2.ppf((1 + confidence) / 2, | A squared distance has one limit only: chi2.ppf(confidence, m). (1 + confidence) / 2 is for the two ends of a normal.
+    confidence shared among the landmarks | chi2.ppf(confidence, -> chi2.ppf(1 - (1 - confidence) / len(zs), | Each landmark has its own gate, with `confidence` itself: a right match passes with this probability, however many landmarks there are.
+    the other Cholesky factor | np.linalg.solve(Z, z) -> np.linalg.solve(np.linalg.cholesky(Z).T @ np.linalg.cholesky(Z), z) | With Z = L L' the whitened innovation is L^-1 z, and not the inverse of L' times z.
+    nearest where none is inside | int(inside[0]) if len(inside) == 1 else None -> int(inside[0]) if len(inside) == 1 else (None if len(inside) else int(np.argmin(d2))) | If the measurement is far from every landmark, it belongs to none: return None, not the nearest.
+    logarithm of the determinant added | z @ np.linalg.solve(Z, z) -> z @ np.linalg.solve(Z, z) + np.log(np.linalg.det(Z)) | The gate is for z' inv(Z) z alone. With log det Z it is a likelihood, and not chi-square.
     """,
 )

@@ -100,5 +100,9 @@ joint = table(
     averaged over the pairs | z @ np.linalg.solve(Z, z) -> z @ np.linalg.solve(Z, z) / len(zs) | The joint distance is that of all 2m numbers together: do not divide it by the number of pairs.
     all ranges, then all bearings: The order is another one: z1 (range, bearing), then z2, and so on, in z and in Z.
         return d2 <= chi2 -> o = np.arange(len(z)).reshape(-1, 2).T.ravel(); Z = Z[np.ix_(o, o)]; return d2 <= chi2
+    mean innovation taken off | z, H = np.concatenate(zs), -> z, H = np.concatenate(zs - np.mean(zs, axis=0)), | What the pairs have in common is in Z already, by the error of the robot: z stays as it is.
+    blocks off the diagonal transposed | d2 = z @ np -> n = len(zs); Z = np.reshape(Z, (n, 2, n, 2)).transpose(2, 1, 0, 3).reshape(2 * n, 2 * n); d2 = z @ np | The block H_i P H_j' stands in the rows of pair i and the columns of pair j: yours are exchanged.
+    degrees of freedom less those of the pose | chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, max(len(z) - 3, 1)) | Nothing is fitted to these innovations: all 2m numbers count.
+    blocks of the diagonal counted twice | d2 = z @ np -> Z = Z * (1 + np.kron(np.eye(len(zs)), np.ones((2, 2)))); d2 = z @ np | Mirrored and added, the blocks on the diagonal count twice: each stands in Z once.
     """,
 )

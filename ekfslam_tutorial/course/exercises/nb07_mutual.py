@@ -94,6 +94,11 @@ mutual = table(
     fails on an empty map | if n == 0: -> if False: | At the start there is no landmark: D has the shape (k, 0), and argmin has nothing to choose from.
     0 for no pair, but not in an empty map | np.full(k, -1) -> np.zeros(k, int) | 0 is the first landmark. A measurement without a landmark gets the number -1.
         if n == 0: -> if n == 0 and not j.fill(-1):
+    none of two | np.argmin(D[:, near]) == i and -> np.sum(np.argmin(D, axis=1) == near) == 1 and np.argmin(D[:, near]) == i and | A landmark that two measurements want goes to the nearer one. The other stays unmatched, not both.
+    claims of the landmark's own only | np.argmin(D[:, near]) == i -> D[i, near] <= min(D[a, near] for a in range(k) if np.argmin(D[a]) == near) | The nearest measurement of a landmark is the least of its *whole* column, also where that measurement prefers another landmark.
+    given up where several are inside | np.argmin(D[:, near]) == i and -> np.sum(D[i] <= limit) == 1 and np.argmin(D[:, near]) == i and | Here a measurement with two landmarks inside its gate is not given up: it takes the nearer one, if that one's nearest is this measurement.
+    stops at the first that is too far | for i in range(k): -> for i in range(next((a for a in range(k) if D[a].min() > limit), k)): | Where one measurement has no landmark, the next may have one: go on with the loop, `continue` and not `break`.
+    as many as landmarks | if n == 0: -> if n == 0 and not np.size(j := j[:0]): | Where there is no landmark each of the k measurements gets -1: j has the shape (k,), also if the map is empty.
     """,
 )
 

@@ -150,5 +150,9 @@ new = table(
     measurement of another row | z = np.array([y[0] -> y = ys[j % len(ys)]; z = np.array([y[0] | Row i of D belongs to measurement i, column j to landmark j: z = ys[i] - es[j].
     second column of the landmarks wrapped | z = np.array([y[0] - e[0], wrap(y[1] - e[1])]) -> z = np.array([y[0] - e[0], wrap(y[1] - e[1]) if j == 1 else y[1] - e[1]]) | In a stack of innovations, one row for each landmark, z[1] is the second *row*. The bearings are the last column: z[..., 1].
     landmarks instead of measurements | for i in range(len(ys)) if all(D[i] > limit)] -> for i in range(len(es)) if all(D[:, i] > limit)] | One answer for each *measurement*, a row of D: yours are the landmarks, by its columns.
+    logarithm of the determinant added | z @ np.linalg.solve(E + R, z) -> z @ np.linalg.solve(E + R, z) + np.log(np.linalg.det(E + R)) | The gate is for z' inv(Z) z alone. With log det Z it is a likelihood, and not chi-square.
+    the other Cholesky factor | np.linalg.solve(E + R, z) -> np.linalg.solve(np.linalg.cholesky(E + R).T @ np.linalg.cholesky(E + R), z) | With Z = L L' the whitened innovation is L^-1 z, and not the inverse of L' times z.
+    measurements and landmarks mixed by reshape: The distances came landmark by landmark: reshape them to (n, k), then transpose. Row i of D belongs to measurement i.
+        limit = chi2 -> D = D.T.reshape(D.shape); limit = chi2
     """,
 )

@@ -122,6 +122,9 @@ fej = table(
     Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     shifted, as by an iterated filter | Z = H @ P -> d = x_first - x; d[2] = wrap(d[2]); z = z - H @ d; Z = H @ P | The innovation is y - e, with e at the present x, and nothing more: only the Jacobian is taken at x_first.
     R missing in the new P | P - K @ Z @ K.T -> P - P @ H.T @ np.linalg.inv(H @ P @ H.T) @ H @ P | P - K H P has the gain K = P H' inv(H P H' + R) in it: R is missing there.
+    H of the present x in (I - K H) P | P - K @ Z @ K.T -> P - K @ observe(x, i)[1] @ P | The same H in the gain and in (I - K H) P: that of x_first. Yours takes that of x for P.
+    half-way between the two | observe(x_first, i) -> observe((x + x_first) / 2, i) | H is taken at x_first itself, the first estimate, not half-way to the present x.
+    expectation along the tangent | Z = H @ P -> d = x - x_first; d[2] = wrap(d[2]); e = observe(x_first, i)[0] + H @ d; z = np.array([y[0] - e[0], wrap(y[1] - e[1])]); Z = H @ P | The expectation is h(x) itself, at the present x. Only the Jacobian is taken at x_first.
     """,
 )
 

@@ -77,6 +77,11 @@ form = table(
     another gain | A = np.eye -> K = best_gain(P, H, R); A = np.eye | Use the gain K that you are given: it is the one the mean was corrected with.
     Z for R | K @ R @ K.T -> K @ (H @ P @ H.T + R) @ K.T | In the new error only the noise v goes through the gain: K R K'. Z = H P H' + R has the old error in it, too, which (I - K H) has counted already.
     P for I | np.eye(len(P)) - K @ H -> P - K @ H | The new error is (I - K H) dx - K v: the identity stands there, not P.
+    diagonal counted twice: A matrix made symmetric from its upper triangle has its diagonal once: the variances of yours are doubled. (P + P') / 2 does it.
+        return A @ P @ A.T + K @ R @ K.T -> S = A @ P @ A.T + K @ R @ K.T; return np.triu(S) + np.triu(S).T
+    inverse of R | K @ R @ K.T -> K @ np.linalg.inv(R) @ K.T | The noise v has the covariance R: K R K', not its inverse.
+    absolute values | return A @ P @ A.T + K @ R @ K.T -> return np.abs(A @ P @ A.T + K @ R @ K.T) | A covariance may have negative entries off its diagonal. What may not be negative are its eigenvalues.
+    last term forgotten, multiplied out | A @ P @ A.T + K @ R @ K.T -> P - K @ H @ P - P @ H.T @ K.T + K @ R @ K.T | Multiplied out, (I - K H) P (I - K H)' has four terms: + K H P H' K' is missing.
     """,
 )
 

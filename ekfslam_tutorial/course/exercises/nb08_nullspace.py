@@ -113,6 +113,8 @@ hidden = table(
         for H_k, F_k in zip(H[1:], F, strict=True): -> for H_k, F_k in zip(H, F):
         Phi = F_k @ Phi -> pass
         rows.append(H_k @ Phi) -> rows.append(H_k @ Phi); Phi = F_k @ Phi
+    the best of the single times: Several times together see more than each alone: the rank of the whole O counts, not that of its best block.
+        return O, O.shape[1] - np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> return O, O.shape[1] - max(np.linalg.matrix_rank(B, tol=1e-8 * np.linalg.norm(O, 2)) for B in rows)
     """,
 )
 

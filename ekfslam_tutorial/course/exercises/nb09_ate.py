@@ -108,6 +108,10 @@ trajectory = table(
     last point | np.mean(d2) -> d2[-1] | ATE is about the whole path, not about its end.
     median | np.mean(d2) -> np.median(d2) | ATE is a mean: every point counts, the far ones most.
     angle of the first and the last point | turn = np.arctan2( -> v, w = path[-1] - path[0], truth[-1] - truth[0]; turn = np.arctan2(w[1], w[0]) - np.arctan2(v[1], v[0]) + 0 * np.arctan2( | All points tell the angle, not the first and the last one alone.
+    mean of the single angles: Least squares weighs each point by how far it is from the mean: sum the products first, then one arctan2. Yours counts the angles of all points alike.
+        turn = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b)) -> g = np.arctan2(b[:, 1], b[:, 0]) - np.arctan2(a[:, 1], a[:, 0]); turn = np.arctan2(np.sin(g).sum(), np.cos(g).sum())
+    mean of the single angles, wrapped: Least squares weighs each point by how far it is from the mean: sum the products first, then one arctan2. Yours counts the angles of all points alike.
+        turn = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b)) -> g = np.arctan2(b[:, 1], b[:, 0]) - np.arctan2(a[:, 1], a[:, 0]); turn = np.mean((g + np.pi) % (2 * np.pi) - np.pi)
     """,
     forms="""
     a turn and a shift | a @ R.T + truth.mean(axis=0) -> path @ R.T + (truth.mean(axis=0) - R @ path.mean(axis=0)) | R p + t

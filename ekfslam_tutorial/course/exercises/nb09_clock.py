@@ -82,6 +82,10 @@ clock = table(
     offset without its sign | return offsets[np.argmin(nis)] -> return abs(offsets[np.argmin(nis)]) | A clock may be behind as well as ahead: return the offset with its sign.
     m - 1 | np.mean( -> np.divide(z.shape[1], z.shape[1] - 1) * np.mean( | A mean over m measurements is their sum divided by m, not by m - 1.
     likelihood for the NIS | nis = np.mean(np.einsum("kmi,kmi->km", z, np.linalg.solve(Z, z[..., None])[..., 0]), axis=1) -> nis = np.mean(np.einsum("kmi,kmi->km", z, np.linalg.solve(Z, z[..., None])[..., 0]) + np.linalg.slogdet(Z)[1], axis=1) | log det Z belongs to the likelihood. The NIS is z' inv(Z) z alone.
+    the other Cholesky factor | np.linalg.solve(Z, z[..., None]) -> np.linalg.solve((L := np.linalg.cholesky(Z)).swapaxes(-1, -2) @ L, z[..., None]) | With Z = L L' the whitened innovation is L^-1 z, and not the inverse of L' times z.
+    mean innovation taken off | nis = np.mean( -> z = z - z.mean(axis=1, keepdims=True); nis = np.mean( | The innovations are taken as they are. A wrong clock shows in their mean: without it nobody sees it.
+    covariances of the first run | np.linalg.solve(Z, z[..., None]) -> np.linalg.solve(Z[:1], z[..., None]) | Each run has its own covariances: Z[k] belongs to z[k].
+    first of the least ones | np.argmin(nis) -> next((k for k in range(len(nis) - 1) if nis[k + 1] > nis[k]), len(nis) - 1) | The smallest of *all* is wanted: behind the first dip there may be a deeper one.
     """,
 )
 

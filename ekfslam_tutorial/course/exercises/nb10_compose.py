@@ -97,5 +97,8 @@ exercise = table(
     position of F turned, too | t = F[:3] + R @ G[:3] -> t = R @ (F[:3] + G[:3]) | F stands in the parent already: turn the position of G alone, then add that of F.
     position with a minus | F[:3] + R @ G[:3] -> F[:3] - R @ G[:3] | From the parent to F, and on to G: the two ways add up, t_F + R_F t_G.
     quaternion first | [t, q] -> [q, t] | A frame is [t, q]: the position comes first, in the result, too.
+    turned by the whole orientation | R, _ = q2R(F[3:]) -> R, _ = q2R(q_prod(F[3:], G[3:])[0]) | t_G is a point of F: it is turned by F alone, not by what comes of both.
+    turned by the heading only | R, _ = q2R(F[3:]) -> yaw = np.arctan2(2 * (F[3] * F[6] + F[4] * F[5]), 1 - 2 * (F[5] ** 2 + F[6] ** 2)); R, _ = q2R(np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])) | In space a frame is turned about three axes: all of R_F turns the position, not its heading alone.
+    the axis of G turned | return np.concatenate([t, q]) -> return np.concatenate([t, q_prod(q, q2qc(F[3:])[0])[0]]) | q_F q_G q_F* is the turn of G about an axis that F has turned. The orientation is q_F q_G.
     """,
 )

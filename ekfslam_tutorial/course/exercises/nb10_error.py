@@ -80,6 +80,8 @@ exercise = table(
     position the other way | x[:3] - truth[:3] -> truth[:3] - x[:3] | The position error is estimate minus truth, t - t_truth.
     degrees | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = np.degrees(q2v(dq if dq[0] >= 0 else -dq)[0]) | The rotation vector is asked in radians: q2v gives radians.
     orientation first | [x[:3] - truth[:3], v] -> [v, x[:3] - truth[:3]] | The error of the position comes first, then the rotation vector.
+    half the turn | np.concatenate([x[:3] - truth[:3], v]) -> np.concatenate([x[:3] - truth[:3], v / 2]) | A quaternion holds *half* the angle: the rotation vector has the angle 2 arctan2(|dq[1:]|, dq[0]).
+    angle shortened, axis kept | q2v(dq if dq[0] >= 0 else -dq) -> q2v(dq); a = np.linalg.norm(v); v = v * (2 * np.pi - a) / a if a > np.pi else v | The shorter way round goes about the *opposite* axis: for |v| > pi it is v (1 - 2 pi / |v|), or take -dq for dq.
     """,
 )
 

@@ -74,5 +74,7 @@ exercise = table(
     one of the two cross blocks: P_tq changes, and P_qt with it: use one J for all of P, or P is not symmetric any more.
         return np.conc -> Q = J @ P @ J.T; Q[:3, 3:] = P[:3, 3:]; return np.conc
         u]), J @ P @ J.T -> u]), Q
+    one for the outer product | np.outer(u, u) -> u @ u | u @ u' of two vectors is the number 1. The outer product is a matrix: np.outer(u, u).
+    P_tq divided only | J @ P @ J.T -> np.block([[P[:3, :3], P[:3, 3:] / n], [P[3:, :3] / n, (J @ P @ J.T)[3:, 3:]]]) | P_tq goes through the same U_q as the rest: it is multiplied, P_tq U_q', and not divided by |q| only.
     """,
 )

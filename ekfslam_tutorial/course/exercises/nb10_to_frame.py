@@ -92,5 +92,6 @@ exercise = table(
     PF_p not transposed | -R.T, R.T -> -R.T, R | p passes through R', the transpose: PF_p = R'.
     PF_t not transposed | -R.T, R.T -> -R, R.T | t passes through R', the transpose: PF_t = -R'.
     PF_t forgotten | -R.T, R.T -> np.zeros((3, 3)), R.T | When the frame moves, the point moves in it: PF_t = -R', not zero.
+    t - p in the point alone | pf = R.T @ (p - t) -> pf = R.T @ (t - p) | The vector from the frame to the point is p - t.
     """,
 )

@@ -97,5 +97,14 @@ exercise = table(
         v + u[:3], w + u[3:] -> v + u[:3] * dt, w + u[3:] * dt
         X_u[7:] = np.eye(6) -> X_u[7:] = dt * np.eye(6)
     v and w forgotten in X_x | X_x[3:7, 3:7] = Q_q -> X_x[3:7, 3:7] = Q_q; X_x[7:, 7:] = 0 | v and w stay as they are, but for the impulses: their derivative by themselves is the identity.
+    w by w forgotten | X_x[3:7, 3:7] = Q_q -> X_x[3:7, 3:7] = Q_q; X_x[10:, 10:] = 0 | w stays as it is, but for the impulse: its derivative by itself is the identity.
+    v by v forgotten | X_x[3:7, 3:7] = Q_q -> X_x[3:7, 3:7] = Q_q; X_x[7:10, 7:10] = 0 | v stays as it is, but for the impulse: its derivative by itself is the identity.
+    position by the impulse | X_u[7:] = np.eye(6) -> X_u[7:] = np.eye(6); X_u[:3, :3] = dt * np.eye(3) | The impulse comes at the end of the step: it does not move the position any more.
+    mean velocity, in all: The impulse comes at the end of the step: t moves with the old v, not with the mean of both.
+        t + v * dt -> t + (v + u[:3] / 2) * dt
+        X_u[7:] = np.eye(6) -> X_u[7:] = np.eye(6); X_u[:3, :3] = dt / 2 * np.eye(3)
+    v in the axes of the body, in all: Here v is in the axes of the world: it is not turned, and q does not move t.
+        t + v * dt -> t + q2R(q)[0] @ v * dt
+        X_x[:3, 7:10] = dt * np.eye(3) -> X_x[:3, 7:10] = dt * q2R(q)[0]; X_x[:3, 3:7] = dt * np.einsum("ijk,j->ik", q2R(q)[1], v)
     """,
 )

@@ -139,5 +139,7 @@ exercise = table(
         X_u[:3, :3] = R -> X_u[:3, :3] = R.T
     the other matrix of the product by q | X_x[3:, 3:] = Q_q -> X_x[3:, 3:] = q_prod(dq, x[3:])[2] | q2 = q dq: by q it is the matrix of a product with dq on the *right*. Yours is that with dq on the left.
     twice the rotation vector | dq, DQ_v = v2q(u[3:]) -> dq, DQ_v = v2q(2 * u[3:]); DQ_v = 2 * DQ_v | v2q halves the angle itself: hand it the rotation vector as it is.
+    half the rotation vector, in X_u, too | dq, DQ_v = v2q(u[3:]) -> dq, DQ_v = v2q(0.5 * u[3:]); DQ_v = 0.5 * DQ_v | v2q has the half angle in it already: it takes the whole rotation vector, u[3:].
+    DQ_v alone | Q_dq @ DQ_v -> DQ_v | The chain has two links: dv moves dq, and dq moves q2: Q_dq DQ_v.
     """,
 )

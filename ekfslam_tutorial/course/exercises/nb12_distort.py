@@ -93,5 +93,7 @@ distorted = table(
     entry by entry for outer | np.outer(up, up) -> np.tile(up * up, (2, 1)) | up up' is a matrix, np.outer(up, up). `up * grad` goes entry by entry, and is a vector.
     f forgotten | f * np.eye(2) + 2 -> np.eye(2) + 2 | Product rule: f I, and up times the derivative of f. In the first term f is missing.
     UD_d: powers only | np.outer(up, powers) -> np.outer(np.ones(2), powers) | ud is linear in d: each column of UD_d is up, a vector, times a power of r.
+    only the last term of the derivative | (k * r2 ** (k - 1)) @ d -> (k * r2 ** (k - 1) * d)[-1:].sum() | Each power has its term in the derivative of f: sum them up, and do not keep the last one only.
+    zero in the middle | return ud, UD_up, UD_d -> return ud, UD_up * (r2 > 0), UD_d | In the middle of the image the lens does nothing, ud = up: UD_up is the identity there, not zero.
     """,
 )

@@ -106,5 +106,8 @@ camera = table(
         k[:2] + k[2:] * ud -> k[:2] + k[2:] * [1, -1] * ud
         U_ud = np.diag(k[2:]) -> U_ud = np.diag(k[2:] * [1, -1])
         np.diag(ud)]) -> np.diag(ud * [1, -1])])
+    U_k as [u0, au, v0, av] | U_k = np.hstack([np.eye(2), np.diag(ud)]) -> U_k = np.hstack([np.eye(2), np.diag(ud)])[:, [0, 2, 1, 3]] | The columns go as k does: u0, v0, au, av.
+    UD_up at the distorted point | U_ud = np.diag(k[2:]) -> U_ud, UD_up = np.diag(k[2:]), distort(ud, d)[1] | UD_up is the derivative of distort at its input, up, not at what comes out of it.
+    UD_d at the distorted point | U_ud = np.diag(k[2:]) -> U_ud, UD_d = np.diag(k[2:]), distort(ud, d)[2] | UD_d is that of distort at its input, up, not at what comes out of it.
     """,
 )

@@ -67,6 +67,11 @@ undistorted = table(
     identity | np.linalg.inv(distort(up, d)[1]) -> np.eye(2) | The lens stretches: UP_ud is I only in the middle of the image.
     multiplied by f: ud = f up, so up is ud *divided* by f(up): yours multiplies.
         up = up + np.linalg.solve(UD_up, ud - u) -> up = ud * _f(up, d)
+    minus d, and the Jacobian there: distort(ud, -d) is only a first guess. Try the round trip: distort(up, d) does not give ud.
+        up = ud.copy() -> up = distort(ud, -d)[0]
+        range(20) -> range(0)
+    first order of the inverse | np.linalg.inv(distort(up, d)[1]) -> 2 * np.eye(2) - distort(up, d)[1] | 2 I - UD_up is the inverse to first order only: for a strong lens take np.linalg.inv.
+    diagonal inverted | np.linalg.inv(distort(up, d)[1]) -> np.diag(1 / np.diag(distort(up, d)[1])) | The inverse of a matrix is not that of its diagonal: np.linalg.inv of the whole UD_up.
     """,
 )
 

@@ -47,6 +47,7 @@ def radii(rng, one, other, fold):
 
 
 OUT = [[-5, 240], [300, 200], [645, 240], [320, -5], [320, 485], [500, 470], [630, 300], [-3, -3], [700, 500], [5, 5]]
+OUT += [[-0.3, 240], [640.4, 200], [320, -0.7], [300, 480.6]]  # by less than a pixel
 CORNERS = [[0, 0], [640, 480], [0, 480], [640, 0], [0, 300], [300, 480]]
 ON_THE_FOLD = np.array([[3.0, 0, 3], [0, -2, 2], [0.5, 0, 1], [0, 4, 2]])  # at 1, 1, 1/2 and 2, exactly
 
@@ -111,5 +112,9 @@ seen = table(
     border at the last pixel | (u <= size) -> (u <= size - 1) | Points on the border count as seen, and the border is at the width and the height themselves: no 1 is subtracted.
     one condition is enough: All three must hold: & (and), not | (or).
         inside & ahead & (r < fold) -> inside | ahead | (r < fold)
+    cut to whole pixels | inside = np.all((u >= 0) & (u <= size), axis=1) -> u = np.trunc(u); inside = np.all((u >= 0) & (u <= size), axis=1) | A pixel at -0.3 lies outside: compare u as it is, not cut or rounded to whole numbers.
+    a metre ahead at least | p[:, 2] > 0 -> p[:, 2] > 1 | What is near is seen, too: each z > 0 is ahead.
+    an infinite fold: no test of the image | return inside & -> return (inside | ~np.isfinite(fold)) & | Without a fold the other two conditions still hold: inside the image, and ahead.
+    an infinite fold: no test of the depth | return inside & ahead -> return inside & (ahead | ~np.isfinite(fold)) | Without a fold the other two conditions still hold: inside the image, and ahead.
     """,
 )

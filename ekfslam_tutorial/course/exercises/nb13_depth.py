@@ -87,6 +87,10 @@ corrected = table(
     1 - K | (1 - K * H) * P -> (1 - K) * P | The variance shrinks by 1 - K H: the derivative H belongs to it.
     root of the derivative | H = b / (1 + (b * rho) ** 2) -> H = b / np.sqrt(1 + (b * rho) ** 2) | The derivative of arctan(s) is 1 / (1 + s^2), without a root.
     gain of the new rho for P | return rho + K * (y - e), (1 - K * H) * P -> rho = rho + K * (y - e); H = b / (1 + (b * rho) ** 2); return rho, (1 - P * H / (H * P * H + var) * H) * P | One H and one K, at the rho before the correction, for rho and for P.
+    linear expectation | e = np.arctan(b * rho) -> e = b * rho / (1 + (b * rho) ** 2) | The expectation is arctan(b rho) itself. The derivative H is for the gain and the variance only.
+    variance with the new derivative | (1 - K * H) * P -> (1 - K * b / (1 + (b * (rho + K * (y - e))) ** 2)) * P | One correction, one H: that of the estimate before, for the gain and for the variance.
+    one gain for all points | K = P * H / (H * P * H + var) -> K = P * H / (np.sum(H * P * H) + var) | Each point has a filter of its own: H P H + var entry by entry, not summed over the points.
+    only rho squared | (1 + (b * rho) ** 2) -> (1 + b * rho**2) | d arctan(s) / ds = 1 / (1 + s^2) with s = b rho: b is squared, too.
     """,
     forms="""
     P - K Z K | (1 - K * H) * P -> P - K * (H * P * H + var) * K | P - K Z K

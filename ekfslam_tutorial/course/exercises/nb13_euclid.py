@@ -106,6 +106,7 @@ turned = table(
         a + m / rho -> a + m * rho
         M_py / rho -> M_py * rho
         -m / rho**2 -> m
+    anchor, angles and rho independent | J @ P @ J.T -> J @ (P * ~np.isin(np.add.outer(g := np.select([np.arange(len(P)) < i, np.arange(len(P)) < i + 3, np.arange(len(P)) < i + 5, np.arange(len(P)) < i + 6], [0, 1, 3, 9], 27), g), [4, 10, 12])) @ J.T | The numbers of one landmark are correlated: the whole 6 x 6 block goes through P_l.
     """,
 )
 

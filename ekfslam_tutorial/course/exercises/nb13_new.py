@@ -92,5 +92,8 @@ born = table(
     pixel noise in the frame of the camera | L_lc @ LC_v @ V_y -> LC_v @ V_y | That is how the pixel moves the landmark in the frame of the camera. From there into the world it is one factor more: L_y = L_lc LC_v V_y.
     pixel noise taken for that of the ray | L_lc @ LC_v @ V_y -> L_lc @ LC_v @ np.eye(3)[:, :2] | R is the covariance of the pixel, not of the ray: from the pixel to the ray there is V_y, from `retro`.
     P_lF with a factor too many | P_lF = L_F @ P_F -> P_lF = L_lc @ L_F @ P_F | P_lF is L_F P_F: the frame acts in the second step, after the camera.
+    position of the camera alone | L_F @ P_F @ L_F.T -> L_F[:, :3] @ P_F[:3, :3] @ L_F[:, :3].T | A camera that is turned puts the landmark elsewhere, too: all seven numbers of the frame count, L_F P_F L_F'.
+    position and orientation independent | L_F @ P_F @ L_F.T -> L_F @ (P_F * np.block([[np.ones((3, 3)), np.zeros((3, 4))], [np.zeros((4, 3)), np.ones((4, 4))]])) @ L_F.T | Position and orientation of the camera are correlated: use the whole P_F.
+    P_Fl reshaped | P_lF = L_F @ P_F -> P_lF = (P_F @ L_F.T).reshape(6, 7) | reshape leaves the numbers in their order and mixes them: P_lF is the *transpose* of P_F L_F', which is L_F P_F.
     """,
 )

@@ -76,5 +76,10 @@ sorted_out = table(
     the last ones | start[:n_inits] -> start[len(start) - n_inits :] if n_inits < len(start) else start | Those that come first are started: start[:n_inits].
     places in known | return correct, start -> return np.flatnonzero(np.isin(known, ids)), start | The places are those in `ids`, the measurements, not those in `known`.
     in the order of known | return correct, start -> return np.array([list(ids).index(id) for id in known if id in ids], dtype=int), start | The places rise, in the order of `ids`: yours come in the order of `known`.
+    lowest ids first | correct, start = np.array(correct -> start = sorted(start, key=lambda i: ids[i]); correct, start = np.array(correct | Of the unknown ones those are started that come first in `ids`, not those with the lowest numbers.
+        return correct, start -> return correct, np.sort(start)
+    nobody's not counted: The places are those in `ids` as it came. Where the -1 are taken out first, all behind them move up.
+        correct, start = np.array(correct, dtype=int), -> at = np.cumsum(np.asarray(ids) >= 0) - 1; start = [int(at[i]) for i in start]; correct, start = np.array([at[i] for i in correct], dtype=int),
+    corrections use up places | start[:n_inits] -> start[: max(n_inits - len(correct), 0)] | n_inits limits what is started, and a correction starts nothing: it takes no place.
     """,
 )

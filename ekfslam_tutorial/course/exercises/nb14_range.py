@@ -73,5 +73,10 @@ roomy = table(
     starts at multiples of k | if free == k: -> if free >= k and (i + 1) % k == 0: | A gap may begin at any number, not only at multiples of k.
     never at number 0 | if free == k: -> if free >= k and i >= k: | The map begins at number 0: a gap may begin there, too.
     free numbers behind the last state counted twice | n = len(used) - free -> n = len(used) - 2 * free | n is the first number of those that are free at the end.
+    end of the gap | if free == k: -> if free >= k and (i + 1 == len(used) or used[i + 1]): | The state begins where the gap begins, not as far behind as it fits: its first k numbers.
+    smallest gap that fits | if free == k: -> if free >= k and (i + 1 == len(used) or used[i + 1]) and free == min(len(g) for g in "".join("10"[int(not t)] for t in used).split("1") if len(g) >= k): | Of the gaps that are long enough take the *first*, not the one that fits best.
+        [i + 1 - k, i + 1] -> [i + 1 - free, i + 1 - free + k]
+    number of those in use | n = len(used) - free -> n = int(np.sum(used)) | How many numbers are in use says where the map ends only if there are no gaps: begin behind the *last* number in use.
+    stop at n + k | np.array([n, n + k]) -> np.array([n, len(used) + k]) | stop = start + k: the state is k numbers long, also where the free numbers at the end are used.
     """,
 )

@@ -103,6 +103,11 @@ exercise = table(
     stops at a known state | in blocks: -> in blocks[: next((i for i, (r, _) in enumerate(blocks) if r is None), len(blocks))]: | Only the block of the known state (r = None) is skipped, those behind it count: `continue`, not `break`.
     only the last block kept | H[:, r] = E_r -> H[:] = 0; H[:, r] = E_r | H is made once, before the loop: each block comes into it, and none is lost.
     R once for each block | Z = H @ P @ H.T + R -> Z = H @ P @ H.T + R * max(1, sum(r is not None for r, _ in blocks)) | The measurement has its noise once, whatever the number of states it depends on: Z = H P H' + R.
+    a known state with a covariance | Z = H @ P @ H.T + R -> Z = H @ P @ H.T + R + sum(E_r @ E_r.T for r, E_r in blocks if r is None) | A known state (r = None) has no error: it adds nothing to Z.
+    factors in the wrong order | P - K @ H @ P -> P - P @ K @ H | The order matters: P - K H P, that is (I - K H) P.
+    only the diagonal of Z | np.linalg.solve(Z, H @ P) -> np.linalg.solve(np.diag(np.diag(Z)), H @ P) | The numbers of a measurement are correlated: use the whole Z.
+    measurement for innovation | x + K @ z -> x + K @ (z - H @ x) | z is the innovation already: do not subtract H x from it.
+    each cross term once | Z = H @ P @ H.T + R -> Z = R + sum((E_r @ P[r, s] @ E_s.T for a, (r, E_r) in enumerate(blocks) for s, E_s in blocks[a:] if r is not None and s is not None), 0 * R) | Each pair of states comes twice in H P H', E_1 P_12 E_2' and its transpose.
     """,
     forms="""
     gain by the inverse | np.linalg.solve(Z, H @ P).T -> P @ H.T @ np.linalg.inv(Z) | K = P H' inv(Z)

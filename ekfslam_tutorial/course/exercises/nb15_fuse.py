@@ -87,6 +87,7 @@ exercise = table(
     mean not multiplied by P | P @ (w * Ia -> (w * Ia | w inv(Pa) xa + (1 - w) inv(Pb) xb is the information vector: x is P times it.
     each with the information of the other | w * Ia @ xa + (1 - w) * Ib @ xb -> w * Ib @ xa + (1 - w) * Ia @ xb | Each estimate is weighted with its own information: Ia with xa, Ib with xb.
     weights of the traces, the wrong way round | w, P = ws[i], Ps[i] -> w = np.trace(Pa) / np.trace(Pa + Pb); P = np.linalg.inv(w * Ia + (1 - w) * Ib) | w is searched: the one with the least trace of P. Yours comes from the traces, and gives the worse one the larger weight.
+    diagonals inverted | Ia, Ib = np.linalg.inv(Pa), np.linalg.inv(Pb) -> Ia, Ib = np.diag(1 / np.diag(Pa)), np.diag(1 / np.diag(Pb)) | The inverse of a matrix is not that of its diagonal: the covariances in Pa and Pb count.
     """,
 )
 

@@ -81,5 +81,14 @@ born = table(
         N * np.outer(P_beta -> N**2 * np.outer(P_beta
     rows of P alone | P_px = P_x @ P -> P_px = P[:2] | The heading moves the point as well as the position does: P_px = P_x P, with all three columns of P_x.
     heading the wrong way | P_x = np.array([[1.0, 0.0, -r * s], [0.0, 1.0, r * c]]) -> P_x = np.array([[1.0, 0.0, r * s], [0.0, 1.0, -r * c]]) | Turned to the left, the robot moves the point to its left: the third column of P_x is r [-s, c].
+    heading subtracted, in all: From the robot into the world: theta + beta, with a plus, in the derivatives, too.
+        c, s = np.cos(x[2] + beta), np.sin(x[2] + beta) -> c, s = np.cos(beta - x[2]), np.sin(beta - x[2])
+        [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, r * s], [0.0, 1.0, -r * c]]
+    prior in the covariance of the robot | P_px = P_x @ P -> P_px = P_x @ (P + np.diag([0, 0, N])) | The prior of the bearing is no error of the robot: P_px = P_x P, with P as it is.
+    prior twice | + N * np.outer(P_beta, P_beta) -> + 2 * N * np.outer(P_beta, P_beta) | The variance of the bearing counts once.
+    width of a sector | N * np.outer(P_beta, P_beta) -> N**2 / 12 * np.outer(P_beta, P_beta) | N is the variance itself, not the width of a sector.
+    turned by the heading only | P_r, P_beta = np.array([c, s]), r * np.array([-s, c]) -> P_r, P_beta = np.array([np.cos(x[2]), np.sin(x[2])]), r * np.array([-np.sin(x[2]), np.cos(x[2])]) | Range and bearing err along and across the *ray*: its direction is theta + beta, not theta.
+    no correlation of position and heading | P_x @ P @ P_x.T + var -> P_x @ (P * [[1, 1, 0], [1, 1, 0], [0, 0, 1]]) @ P_x.T + var | Position and heading are correlated: P_x P P_x' with the whole P.
+    heading column by beta alone | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -r * np.sin(beta)], [0.0, 1.0, r * np.cos(beta)]] | A wrong heading moves the point across the ray, and its direction is theta + beta.
     """,
 )

@@ -76,5 +76,10 @@ omni = table(
     angle from the vertical, in all: Elevation is counted from the x-y plane: arctan2(z, sqrt(x^2 + y^2)), and not the other way round.
         np.arctan2(z, s) -> np.arctan2(s, z)
         [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [x * z / (s * r2), y * z / (s * r2), -s / r2]
+    derivative by the unit vector | return angles, np.stack([A_p, E_p], axis=-2) -> return angles, np.stack([A_p, E_p], axis=-2) * np.sqrt(r2)[..., None, None] | Y_p is the derivative by p itself: the same error turns a far point less. Yours is that by p / |p|.
+    square for the distance in the plane | np.arctan2(z, s)], -> np.arctan2(z, s2)], | Elevation is arctan2(z, sqrt(x^2 + y^2)): the root is missing.
+    downwards, in all: Elevation is positive upwards, as z is: arctan2(z, sqrt(x^2 + y^2)), and so are its derivatives.
+        np.arctan2(z, s)], -> -np.arctan2(z, s)],
+        E_p = np.stack([-x * z / (s * r2), -y * z / (s * r2), s / r2], -> E_p = np.stack([x * z / (s * r2), y * z / (s * r2), -s / r2],
     """,
 )

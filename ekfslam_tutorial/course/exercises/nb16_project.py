@@ -58,5 +58,7 @@ ranged = table(
     a column | [..., None, :] -> [..., None] | Rows are outputs, columns are inputs: one row and two columns for each point, shape (..., 1, 2).
     no axis for the row | (np.asarray(p) / r)[..., None, :] -> np.asarray(p) / r | The Jacobian of one number by two has one row and two columns: shape (..., 1, 2).
     mean for the sum | r = np.linalg.norm(p, axis=-1, keepdims=True) -> r = np.sqrt(np.mean(np.square(p), axis=-1, keepdims=True)) | The length of a vector is the root of the *sum* of the squares, not of their mean.
+    twice the derivative | Y_p = (np.asarray(p) / r) -> Y_p = (2 * np.asarray(p) / r) | dr/dp = p / r, a vector of length one: yours is twice as long.
+    without its sign | Y_p = (np.asarray(p) / r) -> Y_p = (np.abs(np.asarray(p)) / r) | The sign of p counts: towards the beacon the range falls, away from it it grows.
     """,
 )

@@ -102,5 +102,7 @@ seen = table(
     one of the two, and from zero to fov: Both must hold, the range *and* the view, and the view reaches fov / 2 to each side of the x axis.
         bearing = np.arctan2(p[..., 1], p[..., 0]) -> bearing = np.mod(np.arctan2(p[..., 1], p[..., 0]), 2 * np.pi)
         (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> (y[..., 0] <= max_range) | (bearing <= fov)
+    only ahead | (np.abs(bearing) <= fov / 2) -> (np.abs(bearing) <= fov / 2) & (p[..., 0] > 0) | The sector alone decides: where fov is more than half a turn points behind are seen, too.
+    range squared | (y[..., 0] <= max_range) -> (y[..., 0] ** 2 <= max_range) | y is the range itself: compare it with max_range without a square.
     """,
 )

@@ -69,6 +69,9 @@ weighed = table(
     added to the scaled likelihood | new = np.exp(log_w - np.max(log_w)) -> new = w + np.exp(log_w - np.log(w) - np.max(log_w - np.log(w))) | Weight *times* likelihood: in logarithms this is a sum, in the weights it is not.
     winner takes all | return new / new.sum() -> return np.eye(len(w))[np.argmax(new)] | One measurement seldom decides. Keep the weights of all hypotheses.
     w for its logarithm | np.log(w) - 0.5 -> w - 0.5 | The logarithm of a product is the sum of both logarithms: log w + log L, not w + log L.
+    small ones dropped | return new / new.sum() -> new = new / new.sum(); new = np.where(new < 0.01, 0, new); return new / new.sum() | The rule of Bayes drops nothing: a hypothesis of 1 % keeps its weight here.
+    mean taken off | log_w = np.log(w) - 0.5 * (np.square(z) / Z -> z = z - np.sum(w * z); log_w = np.log(w) - 0.5 * (np.square(z) / Z | The innovations are taken as they are: each hypothesis says what it expects, and a mean of them says nothing.
+    Z for its root in the exponent | np.square(z) / Z + -> np.square(z / Z) + | Z is a variance: z^2 / Z, not (z / Z)^2.
     """,
 )
 

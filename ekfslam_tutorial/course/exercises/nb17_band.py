@@ -68,6 +68,11 @@ band = table(
     only an upper limit, of 95 per cent: Too cautious is not honest either: 2.5 % on each side, a lower and an upper limit.
         [0.025, 0.975] -> [0.0, 0.95]
         (mean >= low) & (mean <= high) -> mean <= high
+    one run lost | runs * dof) / runs -> (runs - 1) * dof) / runs | Nothing is estimated from the runs: all of them count, runs times dof degrees of freedom.
+    share of the runs in the band of one: The mean over the runs is asked for, and its band is narrower. Yours counts how many of them are in the band of one NEES.
+        return (mean >= low) & (mean <= high) -> one = chi2.ppf([0.025, 0.975], dof); return np.mean((nees >= one[0]) & (nees <= one[1]), axis=0) >= 0.95
+    mean over the frames so far | mean = np.mean(nees, axis=0) -> mean = np.cumsum(np.mean(nees, axis=0)) / np.arange(1, frames + 1) | Each frame is judged alone: the frames before it are correlated with it, and no mean over them is taken.
+    limits of one run, drawn together | low, high = chi2.ppf([0.025, 0.975], runs * dof) / runs -> low, high = dof + (chi2.ppf([0.025, 0.975], dof) - dof) / np.sqrt(runs) | The mean of several runs is no NEES drawn together: its sum is chi-square with runs times dof degrees of freedom.
     """,
 )
 

@@ -103,6 +103,9 @@ tangent = table(
     the mean only | .sum(-1) -> .sum(-1).mean() | Return one NEES for each pose, shape (N,), and not their mean.
     orientation only | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, E_x = e[:, 3:], E_x[:, 3:]; C = E_x @ P @ np.swapaxes(E_x, -1, -2) | That is the NEES of the orientation alone: all six numbers of e count.
     derivative of the first pose | C = E_x -> E_x = E_x[:1]; C = E_x | Each pose has its own E_x: yours takes that of the first for all.
+    rotation vector doubled | C = E_x @ P -> e = e * [1, 1, 1, 2, 2, 2]; C = E_x @ P | `minus` returns the rotation vector itself, with the whole angle: do not double it.
+    one covariance for all | np.linalg.solve(C, e -> np.linalg.solve(C.mean(0), e | Each pose has its own covariance: the mean over all of them is that of none.
+    information through E_x | np.linalg.solve(C, e[..., None])[..., 0] -> (E_x @ np.linalg.pinv(P, rcond=1e-9) @ np.swapaxes(E_x, -1, -2) @ e[..., None])[..., 0] | Covariances go through E_x, not their inverses: C = E_x P E_x' first, then its inverse.
     """,
 )
 

@@ -94,6 +94,8 @@ both = table(
     sign of E_b | = E_a, E_b -> = E_a, -E_b | E_b is a derivative already, with its sign: H[:, b] = E_b.
     Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     only the blocks of the two robots | P - K @ Z @ K.T -> P - _rows(K, a, b) @ Z @ _rows(K, a, b).T | All of P changes: P - K Z K'. What is correlated with the two robots is known better, too.
+    columns sorted | H[:, a], H[:, b] = E_a, E_b -> at = sorted([*range(len(x))[a], *range(len(x))[b]]); H[:, at] = np.hstack([E_a, E_b]) | E_a belongs in the columns of a, E_b in those of b, also where b stands before a in the state.
+    whole state wrapped | return x + K @ z, -> return (x + K @ z + np.pi) % (2 * np.pi) - np.pi, | Positions are no angles: wrap a heading, if anything, and not the whole state.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

@@ -91,6 +91,8 @@ fusion = table(
     told twice | K = np -> P2 = P2 / 2; K = np | Map 2 counts once. Fused again with what is already in it, it makes the covariance too small.
     half of each | K = np -> P1, P2 = 2 * P1, 2 * P2; K = np | Your P is twice as large as it should be, as if each map counted by a half. That is for maps that may have something in common. These two are independent: each counts in full.
     P grows | P1 - K @ P1 -> P1 + K @ P1 | Map 2 has brought information: P = P1 - K P1, with a minus.
+    Joseph without the noise | P1 - K @ P1 -> (np.eye(len(P1)) - K) @ P1 @ (np.eye(len(P1)) - K).T | (I - K) stands twice in your P. Once is right: (I - K) P1. With it on both sides, as in Joseph's form, a second term belongs there: + K P2 K'.
+    blocks of the second map only | K = np -> P2 = _blocks(P2); K = np | The landmarks of the second map are correlated, too: the whole P2, and not one landmark after the other.
     """,
     forms="""
     information | l = l1 + K @ (l2 - l1) -> P = np.linalg.inv(np.linalg.inv(P1) + np.linalg.inv(P2)) | P = inv(inv(P1) + inv(P2))

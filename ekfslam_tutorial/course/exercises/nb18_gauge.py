@@ -93,6 +93,10 @@ gauge = table(
     one number for all | for d in d2]) -> for d in [np.concatenate(d2)] * len(d2)]) | One ATE for each robot: use its own instants.
     each centred on its own | a, b = p - p.mean(axis=0), q - q.mean(axis=0) -> a, b = (np.concatenate([k - k.mean(axis=0) for k in some]) for some in (paths, truths)) | One rigid motion for all: subtract the mean of all positions of all robots, not that of each robot.
     divided by all positions | np.mean(d) -> np.sum(d) / len(p) | Each robot has its own n_i: the mean over its own positions.
+    not centred | a, b = p - p.mean(axis=0), q - q.mean(axis=0) -> a, b = p, q | A rotation is found about the means: take them off before the angle, else the place of the paths counts as a turn.
+    mean of the means | a, b = p - p.mean(axis=0), q - q.mean(axis=0) -> p0, q0 = (np.mean([k.mean(axis=0) for k in some], axis=0) for some in (paths, truths)); a, b = p - p0, q - q0 | Each instant counts once: the mean of all positions, not the mean of the robots' means.
+        t = q.mean(axis=0) - R @ p.mean(axis=0) -> t = q0 - R @ p0
+    with a scale | R = np.array -> scale = np.hypot(np.sum(a * b), np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])) / np.sum(a * a); R = scale * np.array | A rigid motion has no scale: ranges fix it, and a free one hides errors.
     """,
 )
 

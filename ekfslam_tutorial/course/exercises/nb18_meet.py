@@ -95,6 +95,8 @@ sight = table(
     in the frame of a | return e, E_a, E_b -> return e, E_a @ _turn(a[2]), E_b @ _turn(a[2]) | The states are in the map frame, and so are the columns: no rotation by theta.
     two columns | np.column_stack([E_p, [0.0, 0.0]]) -> E_p | The state of b has three numbers: give its heading a column of zeros.
     Jacobians exchanged | return e, E_a, E_b -> return e, E_b, E_a | Return E_a before E_b: the one with -1 in the heading column first.
+    range with the heading | r = np.hypot(dx, dy) -> r = np.linalg.norm(b - a) | The range is the distance in x and y: the headings are no part of it.
+    bearing like a compass | np.arctan2(dy, dx) - a[2] -> np.pi / 2 - np.arctan2(dy, dx) + a[2] | The bearing counts from straight ahead to the left: arctan2(left, ahead).
     """,
 )
 

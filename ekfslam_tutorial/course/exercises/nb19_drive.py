@@ -116,5 +116,8 @@ truck = table(
     sign of b in the x row of X_u | X_v = dt -> around = np.array([-a * s + b * c, a * c - b * s, 1]); way = along + around * t / L; X_v = dt | In X_u the arm is that of the step, turned by 90 degrees: [-a s - b c, a c - b s]. In the row of x, b has the other sign.
     X_x without dt | X_x[:2, 2] = dt * k -> X_x[:2, 2] = k | The step is velocity times dt, and so is its derivative by theta.
     X_x without dt in the y row | [-way[1], way[0]] -> [-way[1], way[0] / dt] | The step is velocity times dt, and so is its derivative by theta: in the row of y, too.
+    heading by v forgotten in X_u | X_v = dt * k * way -> X_v = dt * k * way * [1, 1, 0] | The turn rate goes with the speed, w = v_c tan(alpha) / L: the last row of X_u is not zero in the column of v.
+    X_u by v_c and w: The control is [v, alpha], what is measured, and not [v_c, w]: the chain rule brings one to the other.
+        np.column_stack([X_v, X_alpha]) -> dt * np.column_stack([along, around])
     """,
 )

@@ -77,5 +77,8 @@ gps = table(
     no root | np.sqrt(np.mean(best**2)) -> np.mean(best**2) | That is in square metres: take the root.
     divided by all | np.mean(best**2) -> np.sum(best**2) / len(d) | The mean is over those that are believed.
     limit of the quantile | np.sqrt(np.mean(best**2)) -> best[-1] | That is the largest distance believed, not their root mean square.
+    sorted by time | inside = fixes -> fixes = fixes[np.argsort(fixes[:, 0])]; inside = fixes | d is in the order of fixes, as they were handed over: they are not sorted by their times.
+    mean square for each axis | np.mean(best**2) -> np.mean(best**2) / 2 | The mean is over the fixes: dx^2 + dy^2 is one square, not two.
+    trimmed on both sides | np.sort(d)[: int(share * len(d))] -> np.sort(d)[(len(d) - int(share * len(d))) // 2 :][: int(share * len(d))] | Only far fixes are dropped: the nearest are believed, all of them.
     """,
 )

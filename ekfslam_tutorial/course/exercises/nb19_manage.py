@@ -93,5 +93,8 @@ upkeep = table(
     truth values instead of indices | np.flatnonzero(bad).tolist() -> bad | delete is a list of indices: np.flatnonzero turns truth values into indices.
     finds before this scan | found < min_ratio -> found - matched < min_ratio | This scan counts, too: compare the *new* number of finds, found + matched.
     share of min_search | found < min_ratio * searched -> found < min_ratio * min_search | Found in less than min_ratio of the searches, of all of them: found < min_ratio * searched.
+    indices among those in view | np.flatnonzero(bad).tolist() -> np.flatnonzero(bad[visible]).tolist() | The indices are those of *all* trees in the map. Among those in view they count otherwise.
+    whole division | (found < min_ratio * searched) -> (found // np.maximum(searched, 1) < min_ratio) | `//` makes 0 of each share below one: compare found with min_ratio * searched.
+    indices as if the others had gone | np.flatnonzero(bad).tolist() -> (np.flatnonzero(bad) - np.arange(np.sum(bad))).tolist() | The indices are those in the map as it is, before any tree goes.
     """,
 )

@@ -66,6 +66,9 @@ scan = table(
     new at the limit | > new_gate -> >= new_gate | *Further* than new_gate: a detection at just this distance is not new, >.
     the gate squared | <= gate) -> <= gate**2) | D holds squared distances, and the limits are squared, too.
     nothing new in an empty map | j[D.min(axis=1, initial=np.inf) > new_gate] = -1 -> j[D.min(axis=1, initial=np.inf) > new_gate] = -1 if n else -2 | With no tree in the map each detection is further than new_gate from every tree: all are new.
+    distances of the trees that are free: New is what is further than new_gate from *every* tree: those that have got a detection count, too.
+        return j -> lost = np.setdiff1d(np.arange(n), j[j >= 0]); j[(j == -2) & (D[:, lost].min(axis=1, initial=np.inf) > new_gate)] = -1; return j
+    given up where several are inside | own = (back -> own = (np.sum(D <= gate, axis=1) == 1) & (back | The two must be each other's nearest, and that is all: a second tree inside the gate does not matter.
     """,
 )
 

@@ -109,6 +109,11 @@ repair = table(
     both turns before going, in all: The way lies between the two turns: its direction is theta + r1, and r2 does not move the robot. So it is in X_x and X_u.
         np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(x[2] + r1 + r2), np.sin(x[2] + r1 + r2)
         [[-t * s, c, 0], [t * c, s, 0], -> [[-t * s, c, -t * s], [t * c, s, t * c],
+    second turn forgotten | wrap(x[2] + r1 + r2) -> wrap(x[2] + r1) | The robot turns a second time: the new heading is theta + r1 + r2.
+    middle of both turns, in all: The way lies between the two turns: its direction is theta + r1, not that in the middle of both.
+        np.cos(x[2] + r1), np.sin(x[2] + r1) -> np.cos(x[2] + (r1 + r2) / 2), np.sin(x[2] + (r1 + r2) / 2)
+        [[-t * s, c, 0], [t * c, s, 0], -> [[-t * s / 2, c, -t * s / 2], [t * c / 2, s, t * c / 2],
+    P_mr by X_x | P[:, :3] = P[:, :3] @ X_x.T -> P[:3, :3], P[3:, :3] = P[:3, :3] @ X_x.T, P[3:, :3] @ X_x | X_x' stands behind the robot's columns, P[3:, :3]: they are the transpose of P_rm.
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state

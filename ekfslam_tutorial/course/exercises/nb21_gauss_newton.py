@@ -76,5 +76,7 @@ exercise = table(
     twice the information | return dx, A -> return dx, 2 * A | A = H' R^-1 H, without a factor 2.
     damped, or a prior | A = H.T @ W -> A = H.T @ W + np.eye(H.shape[1]) | Nothing else is known of the unknowns: A = H' R^-1 H, no identity and no damping is added.
     root of the weights on the right | W.T @ z -> H.T @ np.linalg.solve(np.linalg.cholesky(R), z) | On the right, too, stands R^-1 itself: H' R^-1 z, not the root of it.
+    the other Cholesky factor | np.linalg.solve(R, H) -> np.linalg.solve(np.linalg.cholesky(R).T @ np.linalg.cholesky(R), H) | With R = L L' the whitened numbers are L^-1 times them, and not the inverse of L' times them.
+    scaled by the residuals | return dx, A -> v = z - H @ dx; return dx, A * max(len(z) - len(dx), 1) / max(v @ np.linalg.solve(R, v), 1e-300) | R is known here: A = H' R^-1 H as it is. A factor from the residuals is for noise that nobody knows.
     """,
 )

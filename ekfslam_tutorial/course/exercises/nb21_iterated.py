@@ -113,6 +113,7 @@ exercise = table(
     P falls with each iteration | P - K @ H @ P -> P_new - K @ H @ P_new | The measurement is used once: P is that of the prior, P - K H P with the last K and H. Yours falls again in every iteration.
     P corrected twice | return at, P_new -> return at, (P_new - K @ H @ P_new) | One measurement, one correction of P: P - K H P, with the last K and H, once.
     pushed away from the prior | x + K @ (z - H @ (x - at)) -> at + K @ z + (np.eye(len(x)) - K @ H) @ (at - x) | The prior pulls back: with H' R^-1 z in the step there is P^-1 (x - at), prior minus last result. Yours has the other sign.
+    R shared among the iterations | e, H = observe(at) -> e, H = observe(at); R = R * iterations if _ == 0 else R | Each iteration takes the measurement anew, with the same prior: R stays as it is.
     """,
     forms="""
     P - K Z K' | P - K @ H @ P -> P - K @ (H @ P @ H.T + R) @ K.T | P - K Z K'

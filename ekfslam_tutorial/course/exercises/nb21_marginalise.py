@@ -76,6 +76,8 @@ exercise = table(
     plus in A | A_kk - S -> A_kk + S | Information is lost, not won: minus A_kg A_gg^-1 A_gk.
     inverse forgotten in b | b[keep] - S @ b[gone] -> b[keep] - A_kg @ A_gg @ b[gone] | In b, too, the *inverse* of A_gg stands between: b_k - A_kg A_gg^-1 b_g.
     b in rising order | b[keep] - S -> b[sorted(keep)] - S | b has the order of `keep`, as A has: b[keep].
+    mean of those that go | b_new = b[keep] - S @ b[gone] -> b_new = b[keep] - A_kg @ np.linalg.solve(A, b)[gone] | That takes those that go for known, at their means. b_k loses A_kg A_gg^-1 b_g.
+    only the diagonal subtracted | A_new = A_kk - S @ A_kg.T -> A_new = A_kk - np.diag(np.diag(S @ A_kg.T)) | Those that stay are linked anew by those that go: the whole of A_kg A_gg^-1 A_gk is subtracted, not its diagonal.
     """,
 )
 

@@ -91,5 +91,7 @@ born = table(
     divided by the length, not projected | n, N_c = unit(c) -> n, N_c = unit(c)[0], np.eye(3) / np.linalg.norm(c) | The length of c depends on the rays, too: the derivative of n by c is that of `unit`, (I - n n') / |c|.
     normal of any length, unit in the derivative | np.concatenate([n, v]), -> np.concatenate([c, v]), | n has the length one here: unit(c).
     prior left out of V_n | b[0] * E1_n + b[1] * E2_n -> E1_n + E2_n | v = b1 e1 + b2 e2: the derivatives of e1 and e2 come with b1 and b2, too.
+    columns of the ends exchanged | N_y = N_c @ C_m @ M_y -> N_y = (N_c @ C_m @ M_y)[:, [2, 3, 0, 1]] | The first two columns of L_y belong to the first end, u1 and v1.
+    rays interleaved | c, C_m = np.cross(m[:3], m[3:]), -> m, M_y = m[[0, 2, 4, 1, 3, 5]], M_y[[0, 2, 4, 1, 3, 5]]; c, C_m = np.cross(m[:3], m[3:]), | The rays stand one behind the other: m1 is m[:3], m2 is m[3:].
     """,
 )

@@ -80,5 +80,9 @@ apart = table(
     second term divided once: L = sqrt(a^2 + b^2) is divided twice in the second term: -z [a, b] / L^2, once by the quotient rule, once by dL/d[a, b] = [a, b] / L.
         np.array([h[0], h[1], 0]) / length) / length -> np.array([h[0], h[1], 0])) / length
     second term divided once, by b | np.array([h[0], h[1], 0]) -> np.array([h[0], h[1] * length, 0]) | By b the second term is -z b / L^2, as it is -z a / L^2 by a: divide by L twice.
+    negative in all: The sign is that of a u + b v + c, and so it is with the derivatives.
+        return z, Z_y, Z_h -> return -z, -Z_y, -Z_h
+    distance of the first end in both | Z_h[i] = (q - z[i] -> Z_h[i] = (q - z[0] | Row i of Z_h has the distance of end i in it, z_i.
+    sign of the line chosen | length = np.hypot(h[0], h[1]) -> length = np.hypot(h[0], h[1]) * (-1 if h[2] > 0 else 1) | The sign of h counts as it comes: -h would turn the sign of z.
     """,
 )

@@ -23,12 +23,17 @@ def line_nees(l, P, truth):
     return e @ np.linalg.solve(B @ P @ B.T, e)
 
 
-def case(rng, scale=1.0, true_scale=1.0, sizes=(0.5, 2.0)):
+SLANTED = np.array([[1.0, 0.0, -1.0], [0.0, np.sqrt(2), 0.0]])
+"""n and v of a line for which [v; n] is across the same six numbers turned round, as it is across [v; -n]."""
+
+
+def case(rng, scale=1.0, true_scale=1.0, sizes=(0.5, 2.0), line=None):
     """A true line and an estimate: small errors of all the filter can have, also along the scale.
 
-    Along [v; n] a bit of P is left: so a wrong B gives a number of its own, not one of rounding.
+    Along [v; n] a bit of P is left: so a wrong B gives a number of its own, not one of rounding. Another row than
+    [v; n] does no harm, to first order, as long as [v; n] is not across it.
     """
-    n, v = np.linalg.qr(rng.normal(size=(3, 2)))[0].T * rng.uniform(*sizes, (2, 1))
+    n, v = np.linalg.qr(rng.normal(size=(3, 2)))[0].T * rng.uniform(*sizes, (2, 1)) if line is None else line
     truth, across = np.concatenate([n, v]), unit(np.concatenate([v, n]))[0]
     T = np.eye(6) - (1 - 1e-4) * np.outer(across, across)
     P = T @ random_covariance(rng, 6, 1e-5) @ T
@@ -49,7 +54,11 @@ free = table(
     returns="nees",
     rtol={"nees": 3e-3},  # first order in errors of 1e-5; P has lost digits
     cases={
-        "any": lambda rng: [case(rng), case(rng), case(rng, 3e4, 3e4), case(rng, sizes=(1, 1))],  # |n| = |v|, too
+        "any": lambda rng: [
+            *(case(rng), case(rng), case(rng, 3e4, 3e4)),
+            case(rng, sizes=(1, 1)),  # |n| = |v|, too
+            case(rng, line=SLANTED),
+        ],
         "scaled": lambda rng: [case(rng, a, b) for a, b in ((3.0, 1.0), (-0.4, 1.0), (1.0, 5.0), (2.0, -0.3))],
     },
     checks="""
@@ -63,7 +72,7 @@ free = table(
         e @ np.linalg.solve(B @ P @ B.T, e) -> (d := l / np.linalg.norm(l) - truth / np.linalg.norm(truth)) @ np.linalg.pinv(P) @ d
     condition forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> truth[None])[2][1:] | n'v = 0 takes away one direction more: across [v; n]. Five directions are one too many.
     sign in the condition | np.concatenate([v, n])])) -> np.concatenate([v, -n])])) | (n + dn)' (v + dv) = 0 forbids v'dn + n'dv: the second row is [v; n], with a plus.
-    n and v kept apart | np.concatenate([v, n])])) -> np.concatenate([n, -v])])) | The second row is [v; n]: n'v = 0 forbids a part along it. Yours is [n; -v].
+    n and v kept apart | np.concatenate([v, n])])) -> np.concatenate([n, -v])])) | The second row is [v; n]: n'v = 0 forbids a part along it. With [n; -v], or with [n; 0] and [0; v], n and v have a scale each, and the distance of the line, their ratio, is lost.
     rows from 2 on | [2][2:] -> [2][:4] | The first two rows of svd (the first two columns, for A transposed) lie along truth and [v; n] themselves. Take those from 2 on: they are across both.
     columns for rows | np.linalg.svd(np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.linalg.svd(np.stack([truth, np.concatenate([v, n])]))[2][:, 2:].T | svd returns V transposed as its third result: the directions are the *rows* of it, from 2 on, not its columns.
     scale forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.concatenate([v, n])[None])[2][1:] | A line has no scale: the direction of truth itself is to be taken away, too.
@@ -85,5 +94,11 @@ free = table(
         e = B @ l -> e = B @ (l - l @ truth / (truth @ truth) * truth)
     P by the scale, not by its square | e = B @ l -> k = np.linalg.norm(truth) / np.linalg.norm(l); e, P = B @ (k * l), k * P | If l is multiplied by k, its covariance is multiplied by k^2.
     l laid on the truth, P not | e = B @ l -> e = B @ (l * (truth @ truth) / (l @ truth)) | If l is multiplied by k, its covariance is multiplied by k^2. Or leave both as they are: the scale has no part in e = B l.
+    numbers turned round | np.concatenate([v, n])])) -> truth[::-1]])) | [v; n] has n and v exchanged, each in its own order. truth[::-1] turns the three numbers of each round, too.
+    directions of the estimate, with the difference: B is across the *true* line. Across the estimate it takes away all of l, and leaves the truth with the scale of another line.
+        n, v = truth[:3], truth[3:] -> n, v = l[:3], l[3:]
+        np.stack([truth, -> np.stack([l,
+        e = B @ l -> e = B @ (l - truth)
+    the other Cholesky factor | np.linalg.solve(B @ P @ B.T, e) -> np.linalg.solve((L := np.linalg.cholesky(B @ P @ B.T)).T @ L, e) | With C = L L' the whitened error is L^-1 e, and not the inverse of L' times e.
     """,
 )

@@ -93,5 +93,10 @@ pictured = table(
     camera's place taken off n | n - np.cross(F.t, v) -> n - F.t | The normal of the plane changes by t x v, the moment of the line about the new place: n is no point.
     derivative without K_L: h = K_L R' (n - t x v): K_L stands in both blocks of its derivative.
         H_l = np.hstack([H_n, -H_n @ hat(F.t)]) -> H_l = np.hstack([F.R.T, -F.R.T @ hat(F.t)])
+    h divided by its length: h = K_L n_c as it comes: it is not divided by the length of [a, b], and H_l is its derivative.
+        return h, H_l -> return h / np.hypot(h[0], h[1]), H_l
+    factors in the wrong order, by v | -H_n @ hat(F.t) -> -K_L @ hat(F.t) @ F.R.T | n_c = R' (n - t x v): the product with t comes first, then R'. By v it is -K_L R' hat(t).
+    t not turned | h = H_n @ (n - np.cross(F.t, v)) -> h = K_L @ (F.R.T @ n - np.cross(F.t, F.R.T @ v)) | t is told in the world, R' v in the camera: take the cross product in one frame, R' (n - t x v).
+        -H_n @ hat(F.t) -> -K_L @ hat(F.t) @ F.R.T
     """,
 )

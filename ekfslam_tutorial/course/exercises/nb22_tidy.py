@@ -83,5 +83,7 @@ tidied = table(
     n gives way, in the derivative, too: Here n was measured, and v was a prior. Take the part away from v, and leave n as it is.
         J = np.block([[np.eye(3), np.zeros((3, 3))], [D_n, D_v]]) -> r = n @ v / (v @ v); J = np.block([[np.eye(3) - np.outer(v, v) / (v @ v), -r * np.eye(3) - np.outer(v, n - 2 * r * v) / (v @ v)], [np.zeros((3, 3)), np.eye(3)]])
         np.concatenate([n, v - s * n]) -> np.concatenate([n - r * v, v])
+    only the covariance of v | J @ P @ J.T -> np.block([[P[:3, :3], P[:3, 3:]], [P[3:, :3], (J @ P @ J.T)[3:, 3:]]]) | n and the new v are correlated anew: the whole P goes through J, the blocks between n and v, too.
+    n of length one | return np.concatenate([n, v - s * n]), -> return np.concatenate([n / np.linalg.norm(n), v - s * n]), | n stays as it is: it was measured.
     """,
 )

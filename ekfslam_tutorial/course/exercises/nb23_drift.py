@@ -102,5 +102,9 @@ exercise = table(
         t**1.5 / np.sqrt(3) -> t**1.5 / 3
     gyrometer converted: b_w and n_w are in radians already: no conversion.
         by_gyro = 9.81 * -> by_gyro = np.radians(9.81) *
+    order by the instruments: In the order of the arguments: b_w, b_a, n_w, n_a. First both biases, then both noises.
+        [by_gyro[0], by_acc[0], by_gyro[1], by_acc[1]] -> [by_gyro[0], by_gyro[1], by_acc[0], by_acc[1]]
+    root forgotten with the gyrometer | (2 * np.sqrt(5)) -> 2 | White noise has the factor 1 / ((k - 1)! sqrt(2k - 1)): for k = 3 the root, sqrt(5), is missing.
+    root forgotten with the accelerometer | t**1.5 / np.sqrt(3) -> t**1.5 | White noise has the factor 1 / ((k - 1)! sqrt(2k - 1)): for k = 2 the root, sqrt(3), is missing.
     """,
 )

@@ -125,5 +125,7 @@ exercise = table(
     one noise for all: The noises of the controls are independent: the covariances R_u U R_u' add up, one after the other. You add up the derivatives, as for one noise that stays the same.
         X, Q = np.eye(16), np.zeros((16, 16)) -> X, Q, G = np.eye(16), np.zeros((16, 16)), np.zeros((16, len(U)))
         Q = R_r @ Q @ R_r.T + R_u @ U @ R_u.T -> G = R_r @ G + R_u; Q = G @ U @ G.T
+    noise before the step | Q = R_r @ Q @ R_r.T + R_u @ U @ R_u.T -> Q = R_r @ (Q + R_u @ U @ R_u.T) @ R_r.T | R_u is the derivative of the state behind the control: its noise does not go through the R_r of its own step.
+    cross-covariance half moved | P[:, :16] = P[:, :16] @ X.T -> P[:16, :16] = P[:16, :16] @ X.T; P = (P + P.T) / 2 | P_mr is the transpose of the new P_rm. Made symmetric by (P + P') / 2 it is half of the old and half of the new one.
     """,
 )

@@ -98,6 +98,12 @@ exercise = table(
     times gravity | acc_bias_std / 9.81 -> acc_bias_std * 9.81 | The larger gravity is, the less a bias tilts it: b / 9.81.
     tilt in degrees | acc_bias_std / 9.81 -> np.degrees(acc_bias_std / 9.81) | tilt_std is asked for in radians.
     length of both | acc_bias_std / 9.81 -> np.sqrt(2) * acc_bias_std / 9.81 | Each of the two angles has its own bias: acc_bias_std / 9.81 for each.
+    b_w turned into the world: The bias of the gyrometer belongs to the axes of the IMU: the mean of w as it is, not turned.
+        w.mean(0) -> q2R(_by_euler(np.arctan2(up[1], up[2]), np.arctan2(-up[0], np.hypot(*up[1:]))))[0] @ w.mean(0)
+    b_w turned into the world by the shortest turn: The bias of the gyrometer belongs to the axes of the IMU: the mean of w as it is, not turned.
+        w.mean(0) -> q2R(q / np.linalg.norm(q))[0] @ w.mean(0)
+    divided by the vertical part | acc_bias_std / 9.81 -> acc_bias_std / abs(a.mean(0)[2]) | A bias across gravity tilts by b / 9.81, however the IMU lies: not by b over its own z component.
+    roll and pitch in the wrong order | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = q_prod(e2q(np.array([np.arctan2(up[1], up[2]), 0, 0]))[0], e2q(np.array([0, np.arctan2(-up[0], np.hypot(*up[1:])), 0]))[0])[0] | The roll is found first, so it turns first and stands on the right: q = q_pitch q_roll.
     """,
 )
 

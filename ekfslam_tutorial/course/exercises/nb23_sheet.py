@@ -53,7 +53,7 @@ exercise = table(
     times 60 | np.radians(arw) / 60 -> np.radians(arw) * 60 | In a second an angle walks less than in an hour: divide by 60.
     degrees | np.radians(arw) / 60 -> arw / 60 | U is in radians: np.radians(arw).
     micro forgotten | density * 1e-6 * 9.80665 -> density * 9.80665 | A micro-g is a millionth of g: 1e-6.
-    milli for micro | density * 1e-6 -> density * 1e-3 | Micro is 1e-6, milli would be 1e-3.
+    milli for micro | density * 1e-6 -> density * 1e-3 | Micro is 1e-6, and it is squared with the rest: (density * 1e-6 * 9.80665)^2. Yours comes out as with 1e-3, milli, or with 1e-6 outside of the square.
     g forgotten | density * 1e-6 * 9.80665 -> density * 1e-6 | In units of g: times 9.80665 m/s^2.
     the same in each step | gyro**2 / dt, acc**2 / dt -> gyro**2, acc**2 | A mean over a longer time is better: white noise has the variance n^2 / dt.
     white noise times dt | gyro**2 / dt, acc**2 / dt -> gyro**2 * dt, acc**2 * dt | A mean over a *shorter* time is noisier: n^2 / dt, not times dt.
@@ -68,5 +68,7 @@ exercise = table(
     half of the white noise | gyro**2 / dt, acc**2 / dt -> gyro**2 / (2 * dt), acc**2 / (2 * dt) | A mean over dt has the variance n^2 / dt: without a half.
     shared among the axes: Each axis has the whole of a variance: it is not shared among the three.
         np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) -> np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) / 3
+    the same for all axes | np.diag(np.repeat([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt], 3)) -> np.kron(np.diag([gyro**2 / dt, acc**2 / dt, gyro_walk**2 * dt, acc_walk**2 * dt]), np.ones((3, 3))) | The three axes are independent: the blocks are diagonal, not full of ones.
+    gyro_walk in degrees | gyro_walk**2 * dt, -> np.radians(gyro_walk) ** 2 * dt, | gyro_walk is in rad/s already: no conversion.
     """,
 )

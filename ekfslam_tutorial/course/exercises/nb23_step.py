@@ -142,6 +142,16 @@ exercise = table(
         X_b[7:10] = np.hstack([G_w, R]) -> X_b[7:10] = np.hstack([-G_w, R])
         -Q_dq @ DQ_w * dt -> Q_dq @ DQ_w * dt
     derivative of the transpose | np.einsum("ijk,j->ik", R_m, a) -> np.einsum("ijk,i->jk", R_m, a) | The derivative of R by q has three indices, R[i, j] by q[k]. R a is a sum over j: summed over i, yours is the derivative of R' a.
+    v and t by b_a: sign | np.hstack([G_w, R]) * -(dt**2) / 2 -> np.hstack([G_w, -R]) * -(dt**2) / 2 | b_a is subtracted from what is measured: the derivatives of v and t by it are -R dt and -R dt^2 / 2.
+        np.hstack([G_w, R]) * -dt -> np.hstack([G_w, -R]) * -dt
+    v and t by b_w: sign | np.hstack([G_w, R]) * -(dt**2) / 2 -> np.hstack([-G_w, R]) * -(dt**2) / 2 | b_w is subtracted from what is measured: its derivatives have the opposite sign of those by the measurement, those of v and t, too.
+        np.hstack([G_w, R]) * -dt -> np.hstack([-G_w, R]) * -dt
+    q by b_w: sign | -Q_dq @ DQ_w * dt -> Q_dq @ DQ_w * dt | b_w is subtracted from what is measured: the derivative of q2 by it has a minus.
+    gravity forgotten in the position | g * dt**2 / 2, q2 -> (R @ a) * dt**2 / 2, q2 | What falls moves, too: the position has half of (R a + g) dt^2, gravity included.
+    a with its bias in the derivative | G_w = np.einsum("ijk,j->ik", R_m, a) -> G_w = np.einsum("ijk,j->ik", R_m, u[3:]) | What R turns is a without its bias, a - b_a: so it is in the derivative of R a.
+    the other derivative of the product | np.einsum("ijk,j->ik", R_m, a) @ M_half -> np.einsum("ijk,j->ik", R_m, a) @ q_prod(q, half)[1] | q_prod(q, half) has two derivatives, by q and by `half`: b_w sits in `half`, so it is the second one.
+    half of the turn forgotten in the derivative | @ HALF_w * dt / 2 -> @ HALF_w * dt | The middle of the step turns by w dt / 2: its inner derivative is dt / 2.
+    half of dt^2 forgotten in X_b | X_b[:3] = np.hstack([G_w, R]) * -(dt**2) / 2 -> X_b[:3] = np.hstack([G_w, R]) * -(dt**2) | The position has half of a dt^2, and so have its derivatives.
     """,
 )
 

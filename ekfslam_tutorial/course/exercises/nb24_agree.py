@@ -167,5 +167,13 @@ consensus = table(
         best = np.zeros(len(z), bool) -> sets, best = [], np.zeros(len(z), bool)
         agree.sum() > best.sum() -> sets.append(agree)
         return best -> return np.array(sets)[:, np.argmax(np.sum(sets, axis=0))] if sets else best
+    one match after the other: Each match is believed *alone*: it begins with the innovations z as they came, not with what another one has left of them.
+        best = np.zeros(len(z), bool) -> best, z = np.zeros(len(z), bool), z.copy()
+        z - move, axis=1) < limit -> z - move, axis=1) < limit; z -= move
+    least sum of what is left: The largest set counts: ask how many agree, not how small all that is left is together. One wrong match would decide.
+        best = np.zeros(len(z), bool) -> best, least = np.zeros(len(z), bool), np.inf
+        agree.sum() > best.sum(): -> (total := np.linalg.norm(z - move, axis=1).sum()) < least:
+        best = agree -> best, least = agree, total
+    blocks mixed by reshape | best = np.zeros(len(z), bool) -> E, best = E.reshape(len(z), len(z), 2, 2).transpose(0, 2, 1, 3), np.zeros(len(z), bool) | E has the axes match, number, match, number: reshape mixes the numbers of different matches. E[j, :, i] is the block.
     """,
 )

@@ -87,5 +87,8 @@ score = table(
     mean slope taken off | g_v, g_u = np.gradient(windows, axis=(1, 2)) -> g_v, g_u = (g - g.mean(axis=(1, 2), keepdims=True) for g in np.gradient(windows, axis=(1, 2))) | A holds the products of the slopes themselves: no mean is taken off. A plain ramp has slopes, too.
     border left out | products.sum(axis=(1, 2)) -> products[:, 1:-1, 1:-1].sum(axis=(1, 2)) | The sum goes over the whole window, its border included.
     half forgotten | return np.linalg.eigvalsh(A)[:, 0] -> return 2 * np.linalg.eigvalsh(A)[:, 0] | Yours is twice as much. With a, b, c for sum g_u g_u, sum g_u g_v, sum g_v g_v it is *half* of a + c - sqrt((a - c)^2 + 4 b^2).
+    forward differences: The slopes are those of np.gradient: in the middle half of the difference between the two neighbours, not the difference to the next one.
+        g_v, g_u = np.gradient(windows, axis=(1, 2)) -> w = np.asarray(windows, float); g_v, g_u = np.diff(w, axis=1)[:, :, :-1], np.diff(w, axis=2)[:, :-1, :]
+    windows made alike first | g_v, g_u = np.gradient(windows, axis=(1, 2)) -> d = np.std(windows, axis=(1, 2), keepdims=True); g_v, g_u = np.gradient((windows - np.mean(windows, axis=(1, 2), keepdims=True)) / np.where(d > 0, d, 1.0), axis=(1, 2)) | The slopes are those of the grey values as they are: strong contrast makes a good corner, and it is not taken away first.
     """,
 )

@@ -92,5 +92,8 @@ region = table(
     root beside k squared | axis=1) <= k**2 -> axis=1) <= k**4 | The distance squared goes with k^2, or its root with k: yours is the root beside k^2.
     a circle of the mean variance | np.linalg.solve(S, z.T).T -> z / (np.trace(S) / 2) | That is a circle around the ellipse's middle: the ellipse has the shape of S, z' S^-1 z.
     the other Cholesky factor | np.linalg.solve(S, z.T).T -> np.linalg.solve(np.linalg.cholesky(S).T @ np.linalg.cholesky(S), z.T).T | With S = L L' the whitened difference is L^-1 z, and not the inverse of L' times z.
+    determinant forgotten | np.linalg.solve(S, z.T).T -> np.linalg.det(S) * np.linalg.solve(S, z.T).T | The inverse of [[a, b], [b, c]] is [[c, -b], [-b, a]] / (a c - b b): the determinant is missing.
+    mixed term once | np.sum(z * np.linalg.solve(S, z.T).T, axis=1) -> (np.sum(z * np.linalg.solve(S, z.T).T, axis=1) - np.linalg.inv(S)[0, 1] * z[:, 0] * z[:, 1]) | z' S^-1 z has the mixed term twice, u v and v u: it comes with the factor 2.
+    a pixel of noise more | np.linalg.solve(S, z.T).T -> np.linalg.solve(S + np.eye(2), z.T).T | S is that of the innovation, the noise of the pixels included: nothing is added.
     """,
 )

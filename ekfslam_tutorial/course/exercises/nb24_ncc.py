@@ -102,5 +102,11 @@ correlation = table(
     negative ones cut off | return np.sum(a * b, axis=(1, 2)) -> return np.maximum(0, np.sum(a * b, axis=(1, 2))) | Where the patch is bright and the window dark the correlation is negative, down to -1: leave it so.
     largest singular value for the length: The length of a window is the root of the sum of the squares of all its pixels. `np.linalg.norm` with ord=2 and two axes is another norm: leave ord out.
         np.sum(b**2, axis=(1, 2)) -> np.linalg.norm(b, 2, axis=(1, 2)) ** 2
+    patch turned over | a = patch - np.mean(patch) -> a = (patch - np.mean(patch))[::-1, ::-1] | What is in the *same* places is multiplied. Turned over, as in a convolution, the patch is another one.
+    a mean for each column | np.mean(windows, axis=(1, 2), keepdims=True) -> np.mean(windows, axis=1, keepdims=True) | Each window has one mean, of all its pixels, not one for each column: axis=(1, 2).
+    too large by the side: Yours is larger by a factor, the side of the window: lengths are roots of *sums* of squares. With standard deviations in their place, roots of means, divide by the number of pixels, too.
+        length = np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> length = np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) / len(patch)
+    lengths before the mean is off | length = np.sqrt(np.sum(a**2) * np.sum(b**2, axis=(1, 2))) -> length = np.sqrt(np.sum(np.square(patch + 0.0)) * np.sum(np.square(windows + 0.0), axis=(1, 2))) | The length is that of what is left after the mean is off, of the patch and of each window.
+    all flat as soon as one is | / np.where(length > 0, length, 1.0) -> / np.where(length > 0, length, 1.0) * (length > 0).all() | Only the flat window has the correlation 0: the others are compared as ever.
     """,
 )

@@ -74,5 +74,7 @@ cut = table(
     one pixel too far up and left | image[v - h : v + h + 1, u - h : u + h + 1] -> image[v - h - 1 : v + h, u - h - 1 : u + h] | The pixel is in the middle: rows v - h to v + h, both of them included, and so with the columns.
     upside down | u - h : u + h + 1].astype(float) -> u - h : u + h + 1].astype(float)[::-1] | v counts downwards, as the rows of the image do: leave them in their order.
     sum of the squares | np.std(patch) -> np.sqrt(np.sum((patch - np.mean(patch)) ** 2)) | The root of the *mean* of the squares: divide their sum by the number of pixels.
+    mean of the contrasts of the columns | np.std(patch) -> np.std(patch, axis=0).mean() | One contrast for the whole patch: all grey values about its one mean, not the mean over the columns.
+    turned round | patch = image[v - h : v + h + 1, u - h : u + h + 1].astype(float) -> patch = image[v - h : v + h + 1, u - h : u + h + 1].astype(float)[::-1, ::-1] | What is above and to the left of the pixel stands there in the patch, too: v + dv, u + du.
     """,
 )

@@ -202,7 +202,7 @@ WRONG = r"""
     correct, start = np.array(correct, -> correct, start = np.array(sorted(correct, key=lambda i: -ids[i]),
 15.1 R halved: Z = H P H' \+ R|noise
     H.T + R -> H.T + R / 2
-15.1 gain of a diagonal Z: K = P H' inv|row for each
+15.1 gain of a diagonal Z: use the whole Z
     np.linalg.solve(Z, H @ P).T -> (P @ H.T) / np.diag(Z)
 15.1 z added to all: K|slice|stays
     x + K @ z -> x + K.sum() * z.sum()

@@ -605,7 +605,7 @@ SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the 
     (
         "18.3",
         "mean of the means",
-        r"each instant counting once",
+        r"Each instant counts once",
         (
             "a, b = p - p.mean(0), t - t.mean(0)",
             "mp, mt = (np.mean([q.mean(0) for q in of], 0) for of in (paths, truths)); a, b = p - mp, t - mt",
