@@ -59,6 +59,11 @@ def of_a_step(mistake) -> bool:
     return _said(mistake).startswith("Your results are as if")
 
 
+def of_another(mistake) -> bool:
+    """Return True for a mistake that another exercise lists of its function: `As in ...`, and nothing is quoted."""
+    return mistake.name.startswith("slip: As in `") and not getattr(mistake, "quoted", None)
+
+
 def _said(mistake) -> str:
     """The name of a slip, without the function of another exercise in which it is."""
     return re.sub(r"^slip: (As in `\w+`\. )?", "", mistake.name)

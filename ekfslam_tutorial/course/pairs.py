@@ -407,7 +407,7 @@ class Table:
 
     def rank(self, change):
         """By what the first of several changes with the same results is chosen: the listed ones, the likely ones."""
-        return not change.listed, own_words.unlikely(change.mistake, self.own)
+        return not change.listed, own_words.unlikely(change.mistake, self.own), not own_words.of_another(change.mistake)
 
     def _told(self, rows):
         """The changes of the first of these rows of which one may be told."""

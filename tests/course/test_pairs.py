@@ -419,3 +419,24 @@ def test_a_slip_is_not_told_alone_that_changes_what_the_student_has_otherwise():
     exercise = copy.copy(registry.get("16.1"))
     exercise.misconceptions = [m for m in exercise.misconceptions if m.name != "twice the derivative"]
     assert "half of" not in exercise.judge(beacon_project).hint
+
+
+def test_what_another_exercise_lists_is_told_before_a_slip_in_its_function():
+    """U X_u X_u' is U: the factors in the wrong order come to a U that is not turned, and that is the mistake."""
+    predict, observe, correct, augment = (registry.get(f"05.{k}").solution for k in (1, 2, 3, 4))
+
+    def slam_frame(x, P, ids, u, U, seen, ys, R):
+        moved, Q = predict(x, P, u, 0 * U)
+        x, P, first = moved, Q.copy(), list(ids)
+        P[:3, :3] += U
+        for id, y in zip(seen, ys, strict=True):
+            if id in first:
+                k = 3 + 2 * first.index(id)
+                x, P = correct(x, P, y, R, *observe(x, slice(k, k + 2)))
+        new = [id for id in seen if id not in first]
+        for id in new:
+            x, P = augment(x, P, ys[list(seen).index(id)], R)
+        return x, P, new[::-1] + first
+
+    hint = registry.get("05.5").judge(slam_frame).hint
+    assert "wrong order" not in hint and "U says how uncertain the step is" in hint
