@@ -23,7 +23,7 @@ import numpy as np
 from .columns import Columns
 from .core import map_html
 from .extra import check_compiled, compiled
-from .fast_map import GROWTH, FastMap
+from .fast_map import GROWTH, NOTHING, FastMap
 from .notes import Notes
 from .storage import nothing, symmetric
 from .virtual import VirtualStates, cholesky
@@ -60,9 +60,10 @@ class CompressedMap:
         self._last_use = np.zeros(0, int)  # when it was used last
         self._start_of = np.zeros(0, int)  # where the state begins that it belongs to
         self._state_at = np.zeros(0, int)  # which state stands where in the small map; -1: virtual
+        self._std = np.zeros(0)  # of far states at least their standard deviation, of active ones 0: `roughly`
         self._refers = np.zeros(0)  # the estimate that each state's covariance refers to, for the invariant error
         self._small, self._virtual = FastMap(compiled=compiled), VirtualStates(0, compiled)
-        self._now = self.layout = 0
+        self._now, self.layout, self._std_known = 0, 0, False
         self._room = slice(0)  # in the whole map: `free` there
         self.notes = Notes()
         self._start_anew()
@@ -94,6 +95,7 @@ class CompressedMap:
         self._spot_of, self._start_of = np.full(len(self._last_use), -1), np.zeros(len(self._last_use), int)
         for r in self._whole.ranges:
             self._start_of[r] = r.start
+        self._std, self._std_known = np.zeros(len(self._spot_of)), False
         self._virtual.extend(len(self._spot_of))
         self._start_anew()
 
@@ -144,6 +146,7 @@ class CompressedMap:
         if self.n_active:
             self._settle()
             self._start_anew()
+        self._std_known = False  # who gets it may write to it
         return self._whole.P
 
     @P.setter
@@ -184,6 +187,7 @@ class CompressedMap:
             self.P  # noqa: B018 -- nothing is active now
         r = self._whole.add(x, P_xx, P_xm)
         self.notes.changes += 1
+        self._std_known = False
         self._make_room()
         self._start_of[r], self._refers[r] = r.start, x
         return r
@@ -327,6 +331,35 @@ class CompressedMap:
         self._whole.set_mean(r, x)
         self._refers[r] = x
 
+    def roughly(self, settled=False):
+        """Return the means of all states, where the far ones are as they were last settled, and how far off they are.
+
+        In b = b_0 + G v no row of G is longer than the standard deviation that its state had then, so each is off by
+
+            |b - b_0| <= |v| std
+
+        at most; of all `moved`, only v is not zero.
+
+        Parameters
+        ----------
+        settled : bool
+            Settle the means first: then they are exact.
+
+        Returns
+        -------
+        x, std : ndarray, shape (n,) or longer
+            Not to be written to; std is 0 for the active states, whose means are exact.
+        moved : ndarray
+        """
+        if settled:
+            self._settle_means()
+        if not self._far_behind:
+            return self._whole.x, self._std, NOTHING
+        if not self._std_known:
+            n, self._std_known = self.n, True
+            self._std[:n] = np.where(self._spot_of[:n] < 0, _roots(self._whole.variances(slice(0, n))), 0.0)
+        return self._whole.x, self._std, self._small.x
+
     def referred(self):
         """Return the estimate that each state's covariance refers to; not a copy: `carry` keeps it up to date."""
         return self._refers
@@ -408,6 +441,7 @@ class CompressedMap:
             self._state_at = np.concatenate([self._state_at, np.full(self._small.n, -1)])
         for state, at in zip(i, range(spot.start, spot.stop), strict=True):
             self._state_at[at], self._spot_of[state], self._last_use[state] = state, at, self._now
+            self._std[state] = 0.0
         self.layout += 1
 
     def _make_room(self):
@@ -417,6 +451,7 @@ class CompressedMap:
             self._spot_of = np.concatenate([self._spot_of, np.full(more, -1)])
             self._last_use = np.concatenate([self._last_use, np.zeros(more, int)])
             self._start_of = np.concatenate([self._start_of, np.zeros(more, int)])
+            self._std = np.concatenate([self._std, np.zeros(more)])
             self._refers = np.concatenate([self._refers, np.zeros(more)])
             self._virtual.extend(len(self._spot_of))
 
@@ -483,11 +518,14 @@ class CompressedMap:
         spot, C = self._spot_of[active], (compiled().cholesky if self.compiled else cholesky)(-P(v, v))[0]
         both = self._virtual.through(np.concatenate([P(spot, v), C.T]), self.n)
         rows, Wt = both[: len(active)], both[len(active) :]
-        rows[:, active] = P(spot, spot)
+        rows[:, active] = P_aa = P(spot, spot)
+        self._std[active] = _roots(P_aa.diagonal())  # those of the far states have only become smaller
         if len(v):
-            end = 1 + np.flatnonzero(self._spot_of[: self.n] < 0).max(
-                initial=-1
-            )  # of the far states: others get their rows
-            self._whole.subtract(Wt[:, :end])
+            far = np.flatnonzero(self._spot_of[: self.n] < 0)  # the others get their rows
+            self._whole.subtract(Wt[:, : 1 + far.max(initial=-1)])
         self._whole.overwrite(active, rows)
         return active, rows
+
+
+def _roots(variances):
+    return np.sqrt(np.maximum(variances, 0.0))

@@ -97,10 +97,11 @@ def sight(F, sensor, lmk, l):
     return sensor.project(v)[0], v
 
 
-def may_be_seen(Rf, Sf, sensor, lmk, l):
+def may_be_seen(Rf, Sf, sensor, lmk, l, off=0.0):
     """Return which of many landmarks can be visible: those in range; without a range, those in view.
 
-    Parameters are those of `expect`.
+    Parameters are those of `expect`, and `off`: by so much points may be elsewhere. It counts where only the range is
+    looked at.
 
     Returns
     -------
@@ -111,4 +112,4 @@ def may_be_seen(Rf, Sf, sensor, lmk, l):
         e, v = sight(Rf.compose(Sf)[0], sensor, lmk, l)
         return np.broadcast_to(sensor.visible(e, v), e.shape[:-1])
     d = lmk.point(l)[0] - (Rf.R @ Sf.t + Rf.t)
-    return np.einsum("...i,...i->...", d, d) <= (1 + 1e-9) * max_range**2  # rounding must not leave out any
+    return np.einsum("...i,...i->...", d, d) <= (1 + 1e-9) * (max_range + off) ** 2  # rounding must leave out none

@@ -16,6 +16,7 @@ from .storage import nothing, roomy, square, symmetric
 from .triangle import below, mirror, whole_range, whole_rows
 
 GROWTH = 2**0.5  # of the number of states: the storage of P doubles, so a map of n states is copied O(log n) times
+NOTHING = np.zeros(0)
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
 ONE_TRIANGLE_COMPILED = 40  # the same where rows of half a matrix are read by compiled code
 FEW = 4  # times as many states as are carried: then rows and columns of these are less work than the whole map
@@ -318,6 +319,10 @@ class FastMap:
         """P = P - W W', given W' of shape (m, n); if it has fewer columns, of the first states only."""
         if not self.compiled or not compiled().subtract(self, Wt):
             self._downdate(Wt, self.keep_one_triangle())
+
+    def roughly(self, settled=True):
+        """Return the means of all states, exact here: see `CompressedMap.roughly`."""
+        return self._xn, self._xn, NOTHING
 
     def referred(self):
         """Return the estimate that P refers to, for the invariant error: a copy of the present one."""

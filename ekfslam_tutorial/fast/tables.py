@@ -64,10 +64,12 @@ def _as_noted(part):
 
 def _in_view(map, Rf, Sf, sensor, kind, lmks, indices):
     """Indices of the landmarks that `may_be_seen`: a quick look at all of them, most of which are elsewhere."""
-    x = map.x if indices is not None else np.concatenate([lmk.x for lmk in lmks], dtype=float)
-    indices = np.arange(len(x)).reshape(len(lmks), -1) if indices is None else indices
-    at = compiled().in_view(Rf, Sf, sensor, kind, x, indices) if map.compiled else None
-    return np.flatnonzero(may_be_seen(Rf, Sf, sensor, kind, x[indices])) if at is None else at
+    if map.compiled and indices is not None:
+        at = compiled().in_view(map, Rf, Sf, sensor, kind, indices)
+        if at is not None:
+            return at
+    l = map.x[indices] if indices is not None else np.array([lmk.x for lmk in lmks], float)
+    return np.flatnonzero(may_be_seen(Rf, Sf, sensor, kind, l))
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.fast import CompressedMap, FastMap, fast_map
+from ekfslam_tutorial.fast import CompressedMap, FastMap, augment, correct, covariance, cross, fast_map, innovation
 from ekfslam_tutorial.fast import virtual as by_numpy
-from ekfslam_tutorial.fast.compiled import cholesky, explained, follow, settle, spots
+from ekfslam_tutorial.fast.compiled import cholesky, explained, follow, in_view, settle, spots
+from ekfslam_tutorial.fast.expectation import may_be_seen
 from ekfslam_tutorial.fast.virtual import VirtualStates
+from ekfslam_tutorial.geometry import Frame2
+from ekfslam_tutorial.models.landmarks import EucPnt
+from ekfslam_tutorial.models.sensors import RangeBearing
 
 CLOSE = 1e-12  # of the largest number: a dozen operations on each, in another order
 
@@ -15,7 +19,7 @@ def close(a, b):
     return a.shape == b.shape and np.abs(a - b).max(initial=0.0) <= CLOSE * np.abs(b).max(initial=1.0)
 
 
-def covariance(rng, n, rank=None):
+def positive(rng, n, rank=None):
     A = rng.normal(size=(n, rank or n))
     return A @ A.T
 
@@ -63,7 +67,7 @@ def test_nothing_is_active(rng):
 @pytest.mark.parametrize("lower", [False, True])
 def test_between_some_states_and_others(rng, lower):
     map = FastMap(compiled=True)
-    P = covariance(rng, 90)
+    P = positive(rng, 90)
     map.add(rng.normal(size=90), P)
     if lower:  # what is right of the diagonal is not true then
         map.subtract(np.zeros((1, 90)))
@@ -79,9 +83,9 @@ def test_between_some_states_and_others(rng, lower):
 def test_what_the_active_ones_explain(rng, active, some):
     n, active, some = 30, np.array(active, int), np.array(some)
     for P in (
-        covariance(rng, n),
-        covariance(rng, n, 8),
-        np.outer(s := 10.0 ** rng.uniform(-4, 2, n), s) * covariance(rng, n),
+        positive(rng, n),
+        positive(rng, n, 8),
+        np.outer(s := 10.0 ** rng.uniform(-4, 2, n), s) * positive(rng, n),
     ):
         virtual = VirtualStates(n)
         if len(active):
@@ -97,7 +101,7 @@ def test_what_the_active_ones_explain(rng, active, some):
 @pytest.mark.parametrize("rank", [10, 3, 1, 0])
 def test_covariances_with_all_others_are_those_of_P(rng, rank, compiled):
     """P_0[A, :] = L G', whether P has an inverse or not; no number in G is much larger than a standard deviation."""
-    P = covariance(rng, 10, rank) if rank else np.zeros((10, 10))
+    P = positive(rng, 10, rank) if rank else np.zeros((10, 10))
     virtual = VirtualStates(10, compiled)
     for some in np.array([1, 5, 6]), np.array([0, 9]), np.array([3]):
         virtual.add(some, P[some], np.ascontiguousarray(P[np.ix_(some, some)]))
@@ -119,7 +123,7 @@ def test_a_difference_that_is_no_covariance_has_a_triangle(factor):
 @pytest.mark.parametrize("n, rank", [(1, 1), (3, 3), (5, 2), (4, 0), (60, 60), (60, 23)])
 def test_factors_of_a_covariance(rng, n, rank):
     for scale in np.ones(n), 10.0 ** rng.uniform(-4, 2, n):
-        P = np.outer(scale, scale) * covariance(rng, n, rank) if rank else np.zeros((n, n))
+        P = np.outer(scale, scale) * positive(rng, n, rank) if rank else np.zeros((n, n))
         (C, order), (expected, first) = cholesky(P), by_numpy.cholesky(P)
         assert C.shape == expected.shape == (n, rank) and np.array_equal(order, first)
         assert close(C / scale[:, None], expected / scale[:, None])
@@ -136,7 +140,7 @@ def test_what_is_no_covariance_has_the_factors_of_its_positive_part():
 @pytest.mark.parametrize("n_first", [0, 1, 40, 97, 100])
 def test_the_first_states_only(rng, n_first, compiled):
     """W' with fewer columns than there are states."""
-    map, P = FastMap(compiled=compiled), covariance(rng, 100)
+    map, P = FastMap(compiled=compiled), positive(rng, 100)
     map.add(np.zeros(100), P)
     Wt = rng.normal(size=(3, n_first))
     map.subtract(Wt)
@@ -151,7 +155,7 @@ def test_states_become_active(rng, monkeypatch, active, lower):
     if not lower:
         monkeypatch.setattr(fast_map, "ONE_TRIANGLE_COMPILED", 1000)
     maps = [CompressedMap(active=active, compiled=True) for _ in range(2)]
-    P, x = covariance(rng, 150), rng.normal(size=150)
+    P, x = positive(rng, 150), rng.normal(size=150)
     for map in maps:
         for i in range(0, 150, 2):
             map.add(x[i : i + 2], P[i : i + 2, i : i + 2], P[i : i + 2, :i])
@@ -175,3 +179,27 @@ def test_states_become_active(rng, monkeypatch, active, lower):
         assert np.array_equal(*here) and close(a, b)
     assert (True in triangles) == lower
     assert close(maps[0].x, maps[1].x) and close(maps[0].P, maps[1].P)
+
+
+def test_what_may_be_seen_is_told_from_means_that_are_behind(rng):
+    """Landmarks on a line, a range of three of them: the means are settled only where somebody is at its edge."""
+    map, beside = CompressedMap(active=20, compiled=True), FastMap()
+    sensor, kind, S = RangeBearing(1.0, 1.0, max_range=3.2), EucPnt(2), Frame2(np.zeros(3))
+    for m in (map, beside):
+        for k in range(40):
+            augment(m, [float(k), 0.0], [(None, np.eye(2))], 0.1 * np.eye(2))
+    indices, kept, settled = np.arange(80).reshape(40, 2), 0, 0
+    for k in range(120):
+        some = [(k // 3 + i) % 40 for i in range(3)]
+        blocks = [(indices[some], rng.normal(size=(3, 2, 2)) * 0.3)]
+        z = 0.05 * rng.normal(size=(3, 2))
+        for m in (map, beside):
+            PHt = cross(m, blocks)
+            correct(m, PHt, innovation(z, covariance(PHt, blocks), np.eye(2)))
+        R = Frame2(np.array([some[0] + 1.0, 0.1, 0.3]))
+        behind = map._far_behind
+        got = in_view(map, R, S, sensor, kind, indices)
+        kept, settled = kept + (behind and map._far_behind), settled + (behind and not map._far_behind)
+        assert np.array_equal(got, np.flatnonzero(may_be_seen(R, S, sensor, kind, beside.x[indices])))
+        assert len(got)
+    assert kept > 20 and settled > 5

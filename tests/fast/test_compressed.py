@@ -139,12 +139,23 @@ def test_whatever_happens_both_are_the_same(seed):
         (lambda: both.maps[0].flush(), 0.3),
     ]
     share = np.array([share for _, share in acts])
-    came_back = 0
+    came_back, off = 0, []
     for i in rng.choice(len(acts), 250, p=share / share.sum()):
         acts[i][0]()
         came_back += bool(both.far())
+        off.append(_off(*both.maps))
     assert same(both.maps) and len(both.lmks) > 5
     assert came_back > 100  # otherwise nothing was far, and this has tested nothing
+    assert sum(o > 0.01 for o in off) > 10  # and no mean would have been behind
+
+
+def _off(map, exact):
+    """Return how far the means of `roughly` are off at most, as a share of what they may be off; exact ones are."""
+    x, std, moved = map.roughly()
+    error, most = np.abs(x[: map.n] - exact.x), np.linalg.norm(moved) * std[: map.n]
+    slack = EXACT * max(np.abs(exact.x).max(), 1e-3)
+    assert (error <= most + slack)[map.used].all() and not most[map._active_states].any()
+    return (error[map.used] / np.maximum(most, slack)[map.used]).max()
 
 
 def test_a_robot_that_comes_round_again_and_again(rng):

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.fast import programs
+from ekfslam_tutorial.fast import FastMap, programs
 from ekfslam_tutorial.fast.compiled import step
 from ekfslam_tutorial.fast.symbols import NotTraceable, Symbol, Tape
 from ekfslam_tutorial.geometry import Frame2, Frame3
@@ -242,6 +242,7 @@ def test_all_exported_models_are_frozen():
 
 def test_parameters_of_any_sequence(rng):
     """A scenario file has lists and arrays where Python code has tuples."""
-    F, x, indices = Frame3(np.eye(7)[3]), np.array([0.1, -0.2, 2.0]), np.arange(3)[None]
+    F, map, indices = Frame3(np.eye(7)[3]), FastMap(compiled=True), np.arange(3)[None]
+    map.add([0.1, -0.2, 2.0], np.eye(3))
     for k in ([320.0, 240.0, 320.0, 320.0], np.array([320.0, 240.0, 320.0, 320.0])):
-        assert step.in_view(F, F, PinHole(k=k), EucPnt(3), x, indices).tolist() == [0]
+        assert step.in_view(map, F, F, PinHole(k=k), EucPnt(3), indices).tolist() == [0]

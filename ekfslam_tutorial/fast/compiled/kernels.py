@@ -18,7 +18,7 @@ import numpy as np
 from .. import storage
 from ..storage import LINE, WIDTH
 from . import cache
-from .tile import COLUMNS, subtract_rows, subtract_tile
+from .tile import COLUMNS, TALL, subtract_rows, subtract_tall_tile, subtract_tile
 
 CACHED = 2048  # numbers that stay in the fastest cache, and leave room for others
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
@@ -264,7 +264,11 @@ def eliminate(A, first):
 def downdate(P, Wt, n, lower):
     """P -= W W' in tiles, of n states; W' has columns up to a multiple of LINE, those that are too many are zero."""
     for j in range(0, n, COLUMNS):
-        for i in range(j - j % LINE if lower else 0, n, LINE):
+        first = j - j % LINE if lower else 0
+        rest = n - (n - first) % (TALL * LINE)
+        for i in range(first, rest, TALL * LINE):
+            subtract_tall_tile(P, i, j, Wt)
+        for i in range(rest, n, LINE):
             subtract_tile(P, i, j, Wt)
 
 

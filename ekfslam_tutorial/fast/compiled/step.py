@@ -1,9 +1,11 @@
 """Compiled pieces of a step: what the steps call for a map with `compiled`, instead of numpy's small arrays."""
 
+from math import inf
+
 import numpy as np
 
 from .. import programs
-from ..core import MapFull, Tape
+from ..core import EUCLIDEAN, MapFull, Tape
 from ..expectation import may_be_seen
 from ..programs import program
 from ..traces import straight_code, trace_birth, trace_expectation, trace_move, trace_orientation
@@ -138,23 +140,38 @@ def _write_expected(frame, sensor, kind):
     return build(signature, arguments, lines), m, d, size
 
 
-def in_view(Rf, Sf, sensor, kind, x, indices):
-    """Indices of the landmarks that `may_be_seen`; they stand in x at these indices, (K, k). None if not compiled."""
-    run = program(_write_in_view, type(Rf), sensor, kind)
-    if run is None or type(Sf) is not type(Rf) or indices.shape[-1] != kind.size:
+def in_view(map, Rf, Sf, sensor, kind, indices):
+    """Indices of the landmarks that `may_be_seen`; they are in the map at these indices, (K, k). None if not compiled.
+
+    The means of far states are taken as they were last settled, and settled if one of them may be in range.
+    """
+    found = program(_write_in_view, type(Rf), sensor, kind)
+    if found is None or type(Sf) is not type(Rf) or indices.shape[-1] != kind.size:
         return None
-    at = np.empty(len(indices), np.int64)
-    return at[: run(Rf.x, Sf.x, x, indices, at)]
+    (run, by_range), at = found, np.empty(len(indices), np.int64)
+    for settled in (not by_range, True):
+        x, std, moved = map.roughly(settled)
+        q = run(Rf.x, Sf.x, x, std, moved, indices, at)
+        if q >= 0:
+            return at[:q]
 
 
 def _write_in_view(frame, sensor, kind):
-    tape = Tape()
+    """A program that says how many may be seen, -1 if it takes a mean that is not exact to say so.
+
+    And whether it can tell from means that are not exact: they tell what is out of range.
+    """
+    tape, by_range = Tape(), kind == EUCLIDEAN[frame.dim] and getattr(sensor, "max_range", inf) < inf
     Rf, Sf = frame(tape.inputs("rf[{}]", frame.size)), frame(tape.inputs("sf[{}]", frame.size))
-    seen = may_be_seen(Rf, Sf, sensor, kind, tape.inputs("x[indices[k, {}]]", kind.size)[None])
-    before, loop = straight_code(tape, [("seen", np.asarray(seen)[0])], each="[k")
-    loop += ["if seen:", "    at[q] = k", "    q += 1"]
-    lines = ["q = 0", *before, "for k in range(len(indices)):", *(f"    {line}" for line in loop), "return q"]
-    return build("i8(f8[::1], f8[::1], f8[::1], i8[:, ::1], i8[::1])", "rf, sf, x, indices, at", lines)
+    l, std = (tape.inputs(f"{name}[indices[k, {{}}]]", kind.size) for name in ("x", "std"))
+    off = tape.inputs("norm", 1)[0] * std.sum()
+    seen = may_be_seen(Rf, Sf, sensor, kind, l[None], off if by_range else 0.0)
+    before, loop = straight_code(tape, [("seen", np.asarray(seen)[0]), ("off", off)], each="[k")
+    loop += ["if seen:", "    if off > 0:", "        return -1", "    at[q] = k", "    q += 1"]
+    lines = ["q, norm = 0, 0.0", "for step in moved:", "    norm += step * step", "norm = math.sqrt(norm)", *before]
+    lines += ["for k in range(len(indices)):", *(f"    {line}" for line in loop), "return q"]
+    signature = "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[:, ::1], i8[::1])"
+    return build(signature, "rf, sf, x, std, moved, indices, at", lines), by_range
 
 
 def correct_found(map, sensor, spots, n, J, e, E, no_E, found, index, y, R, threshold):

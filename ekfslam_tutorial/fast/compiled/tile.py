@@ -5,6 +5,7 @@ P -= W W' for 203 states and 20 rows of W': plain loops need 30 us, BLAS 24 us, 
 And before each loop a compiler asks whether its arrays overlap: of 20 rows of H P, 66 numbers each, that was a third.
 """
 
+from functools import partial
 from typing import Any
 
 from llvmlite import ir
@@ -16,6 +17,7 @@ from ..storage import LINE as ROWS  # storage is whole lines of the cache, so ti
 from ..storage import WIDTH
 
 COLUMNS = 8 if get_host_cpu_features().get("avx512f") else 4  # for which there are registers
+TALL = 2 if COLUMNS == 8 else 1  # lines of a tall tile, for which there are registers, too
 
 NUMBERS = ir.VectorType(ir.DoubleType(), ROWS)
 FIRST = ir.Constant(ir.IntType(32), 0)
@@ -31,6 +33,12 @@ def subtract_tile(typing, P, i, j, Wt):
     P is column-major, and W' row-major.
     """
     return types.void(P, types.intp, types.intp, Wt), _subtracted_tile
+
+
+@intrinsic
+def subtract_tall_tile(typing, P, i, j, Wt):
+    """Do as `subtract_tile`, of TALL lines: what is read of W' for the columns serves all of them."""
+    return types.void(P, types.intp, types.intp, Wt), partial(_subtracted_tile, lines=TALL)
 
 
 @intrinsic
@@ -51,10 +59,10 @@ def subtract_rows(typing, out, i, j, H, rows, n, factor):
     return types.void(out, types.intp, types.intp, H, rows, types.intp, types.float64), _row
 
 
-def _subtracted_tile(context, builder, signature, arguments):
+def _subtracted_tile(context, builder, signature, arguments, lines=1):
     (P_type, _, _, Wt_type), (P, i, j, Wt) = signature.args, arguments
     P, Wt = _Array(context, builder, P_type, P), _Array(context, builder, Wt_type, Wt)
-    places, products = _of_a_tile(builder, P, i, j, Wt, Wt)
+    places, products = _of_a_tile(builder, P, i, j, Wt, Wt, lines)
     _sum(builder, places, Wt.length, products, builder.fsub, [builder.load(place, align=8) for place in places])
     return context.get_dummy_value()
 
@@ -68,15 +76,17 @@ def _tile(context, builder, signature, arguments):
     return context.get_dummy_value()
 
 
-def _of_a_tile(builder, P, i, j, At, Bt):
+def _of_a_tile(builder, P, i, j, At, Bt, lines=1):
     """Places of the lines of a tile of P, and what comes to them from row k of A' and B'."""
     js = [builder.add(j, ir.Constant(j.type, column)) for column in range(COLUMNS)]
+    rows = [builder.add(i, ir.Constant(i.type, line * ROWS)) for line in range(lines)]
 
     def products(k):
-        a_i = At.line(k, i)
-        return [builder.fmul(a_i, Bt.everywhere(k, j), flags=ONCE) for j in js]
+        a = [At.line(k, row) for row in rows]
+        b = [Bt.everywhere(k, j) for j in js]
+        return [builder.fmul(a_i, b_j, flags=ONCE) for b_j in b for a_i in a]
 
-    return [P.place(i, j) for j in js], products
+    return [P.place(row, j) for j in js for row in rows], products
 
 
 def _row(context, builder, signature, arguments):
