@@ -86,7 +86,7 @@ SLIPS = [  # exercise, a part of what is told, the places
     ("01.2", "`x2, F_u, F_x` stood where `x2, F_x, F_u`", (", F_x, F_u\n", ", F_u, F_x\n")),
     ("04.4", "`(K_b @ Z @ K_b.T) / 2` stood where", ("C.T @ S @ C", "C.T @ S @ C / 2")),
     ("04.4", "`H @ PHt - R` stood where `H @ PHt + R`", ("(R + H @ P @ H.T)", "(H @ P @ H.T - R)")),
-    ("05.4", "As in `inverse_observation`. A term is missing", ("a = x[2] + y[1]", "a = y[1]")),
+    ("05.4", "As in `inverse_observation`. Without effect in yours: `x_r[2]`", ("a = x[2] + y[1]", "a = y[1]")),
     ("05.4", "`[l, x]` stood where `[x, l]`", ("(x, x[:2] + y[0] * u)", "(x[:2] + y[0] * u, x)")),
     ("13.1", "`H * P` stood where `H * P * H`", ("H * P * H + var", "H * P + var")),
     ("13.1", "`P` is squared", ("    H = b", "    P = P**2; H = b")),

@@ -82,6 +82,7 @@ wrapping = table(
     angle // 2 pi: `//` counts the whole turns, `%` gives what is left of the angle without them: (angle + np.pi) % (2 * np.pi) - np.pi.
         np.pi - (np.pi - angle) % (2 * np.pi) -> angle // (2 * np.pi)
     turns added | np.pi - (np.pi - angle) % (2 * np.pi) -> angle + 2 * np.pi * np.floor((angle + np.pi) / (2 * np.pi)) | The turns that you count are taken away, not added.
+    all in one row | return np.pi - (np.pi - angle) % (2 * np.pi) -> return np.ravel(np.pi - (np.pi - angle) % (2 * np.pi)) | The result has the shape of the input: one number for a number, a table for a table.
     """,
 )
 

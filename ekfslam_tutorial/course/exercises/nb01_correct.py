@@ -105,6 +105,7 @@ correction = table(
     sizes of the pose only | P - K @ Z @ K.T -> (np.eye(3) - K @ H) @ P | Write np.eye(len(x)), not np.eye(3): the state may have any size.
     whole state wrapped | x + K @ z, -> (x + K @ z + np.pi) % (2 * np.pi) - np.pi, | x and y are lengths, not angles: a state is not wrapped as a whole.
     gain and Z of the new P | x + K @ z -> x + (Q := P - K @ Z @ K.T) @ H.T @ np.linalg.inv(H @ Q @ H.T + R) @ z | K = P H' inv(Z), with Z = H P H' + R, has the P before the correction, for x as for P. Yours takes the new P for x.
+    1 for the identity | P - K @ Z @ K.T -> (1 - K @ H) @ P | 1 - K H takes K H from a matrix full of ones. Where the state has several numbers the 1 is the identity, np.eye(n).
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

@@ -89,6 +89,7 @@ grown = table(
     correlated with the last one: The pose is known: the error of the new landmark has nothing to do with that of the last one. Zeros.
         P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, :n], P_new[:n, n:] = P[-2:, :] if n else 0, P[:, -2:] if n else 0; P_new[n:, n:] = L_y @ R @ L_y.T
     cross-covariance by the sensor | P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, n:] = L_y @ R @ L_y.T; P_new[n:, :n] = np.tile(L_y @ R, n // 2); P_new[:n, n:] = P_new[n:, :n].T | The noises of two measurements have nothing in common, though it is the same sensor, and the pose is known: zeros.
+    R on each of the old ones | P_new[:n, :n] = P -> P_new[:n, :n] = P + np.kron(np.eye(n // 2), R) | The old block of P stays as it is: the noise of this measurement is that of the new landmark alone.
     """,
 )
 

@@ -113,6 +113,7 @@ expected = table(
     rows swapped | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dy / r2, dx / r2], [dx / r, dy / r]] | The first row of H is the derivative of the range, the second that of the bearing.
     r^3 for r^2 | [-dy / r2, dx / r2] -> [-dy / r**3, dx / r**3] | The bearing row is divided by r^2: [-dy, dx] / r^2, or [-sin, cos] / r.
     block under each landmark | return e, H -> return e, np.tile(H[:, 2 * i : 2 * i + 2], len(x) // 2) | The block stands in the two columns of landmark i only: the others are zero.
+    derivative of the square of the range | [[dx / r, dy / r], -> [[2 * dx, 2 * dy], | That is the derivative of r^2. Of the range itself it is dx / r and dy / r.
     """,
 )
 

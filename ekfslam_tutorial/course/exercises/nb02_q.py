@@ -83,6 +83,9 @@ born = table(
     diagonal | [[c, -r * s], [s, r * c]] -> [[c, 0.0], [0.0, r * c]] | Both x_l and y_l depend on both range and bearing: no entry is zero in general.
     derivative by the pose | [[c, -r * s], [s, r * c]] -> [[1, 0, -r * s], [0, 1, r * c]] | That is dl/dx_r (2 x 3): the pose is known here, the noise is in y. Differentiate by y.
     arm from the origin | [[c, -r * s], [s, r * c]] -> [[c, -l[1]], [s, l[0]]] | A wrong bearing turns the landmark about the robot, not about the origin: the second column is r [-sin, cos].
+    second column divided by r | [[c, -r * s], [s, r * c]] -> [[c, -s / r], [s, c / r]] | The second column is multiplied by r, not divided by it: the further the landmark, the more metres an error of the bearing makes.
+    second column to the right | [[c, -r * s], [s, r * c]] -> [[c, r * s], [s, -r * c]] | A larger bearing turns the landmark to the left: the second column is r [-sin, cos].
+    robot position turned, too | l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> k, w = np.cos(x_r[2]), np.sin(x_r[2]); l = np.array([[k, -w], [w, k]]) @ x_r[:2] + r * np.array([c, s]) | The robot's position is in the map frame already: turn what the robot sees, and add the position to it afterwards.
     """,
 )
 

@@ -142,6 +142,7 @@ step = table(
     motion noise in the map | ids = list(ids) -> ids = list(ids); P = P + 0.01 * np.eye(len(P)) | The landmarks do not move: the prediction adds nothing to P.
     Joseph without the noise | P = P - K @ Z @ K.T -> P = (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     place in the sorted ids | ids.index(id) -> sorted(ids).index(id) | `ids` is in the order of x, in which the landmarks came: its place there is ids.index(id), not that among the sorted ids.
+    ids sorted at the end | return x, P, ids -> return x, P, sorted(ids) | `ids` stays in the order of x: a new one comes to the end, and nothing is sorted.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

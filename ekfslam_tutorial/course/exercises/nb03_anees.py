@@ -96,5 +96,6 @@ averaged = table(
     N - 1 in the band | chi2.ppf([tail, 1 - tail], N * n) -> chi2.ppf([tail, 1 - tail], (N - 1) * n) | All N runs count, and no mean was estimated from them: N n degrees of freedom, not (N - 1) n.
     mean error taken off | N, n = np.shape(e) -> e = e - np.mean(e, axis=0); N, n = np.shape(e) | The errors are taken as they are. Without their mean nobody sees that a filter is always wrong on the same side.
     the other Cholesky factor | np.linalg.solve(P_i, e_i) -> np.linalg.solve(np.linalg.cholesky(P_i).T @ np.linalg.cholesky(P_i), e_i) | With P = L L' the whitened error is L^-1 e, and not the inverse of L' times e.
+    normal band of one run | chi2.ppf([tail, 1 - tail], N * n) / N -> n + norm.ppf([tail, 1 - tail]) * np.sqrt(2 * n) | That is about the band of *one* run. The average of N runs scatters less: chi-square with N n degrees of freedom, divided by N.
     """,
 )

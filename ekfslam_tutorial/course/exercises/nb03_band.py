@@ -22,12 +22,13 @@ def error_band(x, truth, P, k):
     return e, w
 
 
-def _case(rng, T, k, large=False):
+def _case(rng, T, k, large=False, turns=0):
     """Poses with errors, and covariances that differ from time to time; the heading crosses the seam."""
     P = np.array([random_covariance(rng, 3, rng.uniform(0.02, 0.3)) for _ in range(T)])
     truth = np.column_stack([rng.uniform(-9, 9, (T, 2)), rng.uniform(-0.1, 0.1, T) + np.pi])
     x = truth + rng.uniform(-0.4, 0.4, (T, 3)) + (np.array([7.0, -5.0, 0.0]) if large else 0.0)
     x[:, 2], truth[:, 2] = wrap(x[:, 2]), wrap(truth[:, 2])
+    x[:, 2] += 2 * np.pi * turns
     return x, truth, P, k
 
 
@@ -50,12 +51,14 @@ banded = table(
         "any": lambda rng: [_case(rng, T, k) for T, k in ((5, 3.0), (1, 1.0), (8, 2.5))],
         "one pose": _easy,
         "far off": lambda rng: [_case(rng, 6, 2.0, large=True)],
+        "turns": lambda rng: [_case(rng, 4, 3.0, turns=turns) for turns in (1, -1, 3)],
     },
     checks="""
     one error      | e[:, :2] | one pose | Estimate minus truth: 1.1 m for 1.0 m is an error of +0.1 m.
     one band       | w        | one pose | w[t, i] is k sigma, and P[t, i, i] is sigma squared: a variance of 0.04 m^2 is a sigma of 0.2 m, 3 sigma are 0.6 m.
     errors         | e        | any      | Estimate minus truth, all times at once: x - truth.
     metres         | e        | far off  | Only the heading is an angle: an error of 7 m stays an error of 7 m.
+    whole turns    | e        | turns    | A robot that turns round and counts on has the same heading: whole turns are no error, however many.
     band           | w        | any      | k times the root of the variances: the diagonal of P, at each time.
     """,
     wrong="""
@@ -81,5 +84,8 @@ banded = table(
     band of a mean | w = k * -> w = k / np.sqrt(len(x)) * | The band is that of one error at one time, and no mean is taken: it is not divided by the root of how many there are.
     turned into the axes of the robot | w = k * -> c, s = np.cos(truth[:, 2]), np.sin(truth[:, 2]); e[:, :2] = np.stack([c * e[:, 0] + s * e[:, 1], c * e[:, 1] - s * e[:, 0]], 1); w = k * | P is of x and y in the world, and so is the error: the plain difference, not turned.
     mean error taken off | w = k * -> e = e - e.mean(0); w = k * | The errors are taken as they are: without their mean a filter that is always wrong on the same side looks right.
+    one turn only | wrap(e[:, 2]) -> e[:, 2] - 2 * np.pi * np.sign(e[:, 2]) * (np.abs(e[:, 2]) > np.pi) | Yours takes off one turn at most. An estimate that has counted several turns has more of them: use wrap.
+    made smooth in time | wrap(e[:, 2]) -> np.unwrap(e[:, 2]) | np.unwrap makes the errors go on without a jump, but keeps whole turns, those of the first error in all. Each error is brought to -pi ... pi: wrap.
+    each heading wrapped, not the difference | wrap(e[:, 2]) -> wrap(x[:, 2]) - wrap(truth[:, 2]) | First the difference, then the wrap: two wrapped headings can still be nearly 2 pi apart.
     """,
 )

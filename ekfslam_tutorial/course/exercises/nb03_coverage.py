@@ -64,6 +64,7 @@ covered = table(
     one side of a box | chi2.cdf(k**2, dof) -> norm.cdf(k) ** dof | norm.cdf counts the far left as well, and the power belongs to a box, not to an ellipse.
     k squared divided by the dimension | k**2 -> k**2 / dof | e' P^-1 e is a sum of squares, not their mean: compare it with k^2, and the dimension enters by the degrees of freedom only.
     k divided by the dimension | k**2 -> (k / dof) ** 2 | k counts sigmas along every direction: the dimension enters by the degrees of freedom only.
+    always the plane, without one half | chi2.cdf(k**2, dof) -> 1 - np.exp(-(k**2)) | In the plane it is 1 - exp(-k^2 / 2): the one half is missing. And that is for dof = 2 alone: chi2.cdf has the degrees of freedom as its second argument.
     """,
 )
 

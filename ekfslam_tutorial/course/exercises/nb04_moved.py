@@ -107,6 +107,7 @@ motion = table(
     X_x twice, by the columns: X_x comes in twice: when P_rr is computed, your columns have gone through X_x already. Compute each block from the old P.
         P[:, :3] = P[:, :3] @ X_x.T -> P[3:, :3], P[:3, :3] = P[:3, 3:].T, P[:3, :3] @ X_x.T @ X_x.T
     diagonal of the noise only | X_u @ U @ X_u.T -> np.diag(np.diag(X_u @ U @ X_u.T)) | The errors that a step adds to x, y and theta are correlated: add the whole of X_u U X_u'.
+    identity added to X_x | P = P.copy() -> P, X_x = P.copy(), X_x + np.eye(3) | X_x is the derivative of the new pose by the old one, and has its ones on the diagonal already: no identity is added.
     """,
     forms="""
     matrices of the whole state | P = P.copy() -> F, G = np.eye(len(P)), np.zeros((len(P), X_u.shape[1])) | F P F' + G U G' of the whole state

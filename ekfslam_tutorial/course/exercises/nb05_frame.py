@@ -153,6 +153,7 @@ frame = table(
         x, P = predict(x, P, u, U) -> x, P = predict(x, P, u, U); old = x[:3]
         x, P = augment(x, P, y, R) -> pose = x[:3]; x, P = augment(np.concatenate([old, x[3:]]), P, y, R); x[:3] = pose
     the robot moves twice | x, P = predict(x, P, u, U) -> x, P = predict(*predict(x, P, u, U), u, U) | The robot moves once in a frame: one predict.
+    bearing not wrapped, nor expected so | x, P = correct(x, P, y, R, e, H) -> e[1] = np.arctan2(x[k + 1] - x[1], x[k] - x[0]) - x[2]; Z = H @ P @ H.T + R; K = P @ H.T @ np.linalg.inv(Z); x, P = x + K @ (y - e), P - K @ Z @ K.T | At the seam the difference of two bearings jumps by 2 pi: wrap the bearing of y - e.
     """,
 )
 

@@ -110,6 +110,7 @@ observation = table(
     bearing row of the robot exchanged | = -E_l, -> = [[-dx / r, -dy / r], [-dx / r2, dy / r2]], | In the robot's two columns the bearing row is [dy, -dx] / r^2: yours has the two entries exchanged.
     landmark with the sign of the robot | = -E_l, [0, -1], E_l -> = -E_l, [0, -1], -E_l | The difference is landmark minus robot: the columns of the landmark have the opposite sign of those of the robot, +E_l.
     always the last columns | H[:, l] = -> H[:, -2:] = | The landmark's block belongs in the columns l, not always in the last two.
+    entries of the bearing row exchanged | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, dy / r], [dx / r2, -dy / r2]] | The bearing is an angle: d bearing / d x_l = -dy/r^2 comes first, then +dx/r^2.
     """,
 )
 

@@ -150,6 +150,7 @@ prediction = table(
     arm from the origin in X_x | P[:3] = X_x @ P[:3] -> X_x[:2, 2] = -x[1], x[0]; P[:3] = X_x @ P[:3] | A wrong heading turns the *step*, not the whole way from the origin: the last column is that of the new position less the old one.
     half of the turn, in all: The step is seen from the robot *before* the step: turn it by the old heading, in X_x and X_u, too.
         c, s = np.cos(x[2]), np.sin(x[2]) -> c, s = np.cos(x[2] + u[2] / 2), np.sin(x[2] + u[2] / 2)
+    X_x twice in P_rr | P[:3, :3] += X_u -> P[:3, :3] = X_x @ P[:3, :3]; P[:3, :3] += X_u | X_x comes in twice in P_rr: your rows have gone through it before. Compute each block from the old P.
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state

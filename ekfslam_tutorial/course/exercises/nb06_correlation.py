@@ -71,6 +71,7 @@ corr = table(
     diagonal counted twice | P / np.outer(s, s) -> P / np.outer(s, s) * (1 + np.eye(len(P))) | Mirrored and added, a triangle with its diagonal counts the diagonal twice: C[i, i] = 1.
     mean of the variances | np.outer(s, s) -> np.add.outer(s**2, s**2) / 2 | Divide by the *product* of the two standard deviations, not by the mean of the two variances.
     eigenvalues for variances | np.sqrt(np.diag(P)) -> np.sqrt(np.abs(np.linalg.eigvalsh(P))) | The variances are the diagonal of P. Its eigenvalues are those along other axes.
+    divided by the variances, the diagonal set to one | P / np.outer(s, s) -> np.where(np.eye(len(P)) > 0, 1, P / np.outer(s**2, s**2)) | The diagonal of P holds variances. A correlation is in units of the standard deviations: take the roots.
     """,
 )
 

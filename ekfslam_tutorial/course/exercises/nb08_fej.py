@@ -125,6 +125,7 @@ fej = table(
     H of the present x in (I - K H) P | P - K @ Z @ K.T -> P - K @ observe(x, i)[1] @ P | The same H in the gain and in (I - K H) P: that of x_first. Yours takes that of x for P.
     half-way between the two | observe(x_first, i) -> observe((x + x_first) / 2, i) | H is taken at x_first itself, the first estimate, not half-way to the present x.
     expectation along the tangent | Z = H @ P -> d = x - x_first; d[2] = wrap(d[2]); e = observe(x_first, i)[0] + H @ d; z = np.array([y[0] - e[0], wrap(y[1] - e[1])]); Z = H @ P | The expectation is h(x) itself, at the present x. Only the Jacobian is taken at x_first.
+    whole state wrapped | return x + K @ z, -> return wrap(x + K @ z), | Only the heading is an angle: positions are metres, and are not wrapped.
     """,
 )
 

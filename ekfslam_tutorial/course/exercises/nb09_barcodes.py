@@ -94,5 +94,7 @@ barcodes = table(
     first sighting only | return rows[keep, 0], -> keep &= np.isin(np.arange(len(rows)), [np.flatnonzero(keep & (subjects == s))[0] for s in set(subjects[keep].tolist())]); return rows[keep, 0], | A landmark is seen many times: each of its rows stays, not the first one only.
     bearing in degrees | rows[keep, 2:] -> rows[keep, 2:] * [1, 180 / np.pi] | The measurements stay as they are in the rows: the bearing in radians.
     first row of the table for not found | subject_of.get(barcode, -1) for barcode -> (subject_of.get(barcode, -1) if len(table) and barcode != table[0][0] else -1) for barcode | The first row of the table has the index 0, and 0 counts as False: ask whether a row was found, not for its number.
+    subjects above the number of robots | ~np.isin(subjects, robots) -> (subjects > len(robots)) | The list says which subjects are robots, and that may be any: ask whether a subject is in the list.
+    subjects above the highest robot | ~np.isin(subjects, robots) -> (subjects > max(robots, default=0)) | The list says which subjects are robots, and that may be any: ask whether a subject is in the list.
     """,
 )

@@ -100,5 +100,8 @@ exercise = table(
     turned by the whole orientation | R, _ = q2R(F[3:]) -> R, _ = q2R(q_prod(F[3:], G[3:])[0]) | t_G is a point of F: it is turned by F alone, not by what comes of both.
     turned by the heading only | R, _ = q2R(F[3:]) -> yaw = np.arctan2(2 * (F[3] * F[6] + F[4] * F[5]), 1 - 2 * (F[5] ** 2 + F[6] ** 2)); R, _ = q2R(np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])) | In space a frame is turned about three axes: all of R_F turns the position, not its heading alone.
     the axis of G turned | return np.concatenate([t, q]) -> return np.concatenate([t, q_prod(q, q2qc(F[3:])[0])[0]]) | q_F q_G q_F* is the turn of G about an axis that F has turned. The orientation is q_F q_G.
+    into F instead of out of it, in both: You go out of F, for the position and for the orientation: R_F and q_F themselves, no transpose and no conjugate.
+        R @ G[:3] -> R.T @ G[:3]
+        q_prod(F[3:], -> q_prod(q2qc(F[3:])[0],
     """,
 )

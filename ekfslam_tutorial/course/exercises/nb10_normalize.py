@@ -76,5 +76,8 @@ exercise = table(
         u]), J @ P @ J.T -> u]), Q
     one for the outer product | np.outer(u, u) -> u @ u | u @ u' of two vectors is the number 1. The outer product is a matrix: np.outer(u, u).
     P_tq divided only | J @ P @ J.T -> np.block([[P[:3, :3], P[:3, 3:] / n], [P[3:, :3] / n, (J @ P @ J.T)[3:, 3:]]]) | P_tq goes through the same U_q as the rest: it is multiplied, P_tq U_q', and not divided by |q| only.
+    squared norm in all: The square root is missing: divide by |q|, not by its square, in u and in U_q.
+        [x[:3], u] -> [x[:3], u / n]
+        np.outer(u, u)) / n -> np.outer(u, u)) / n**2
     """,
 )

@@ -77,5 +77,7 @@ exercise = table(
     Jacobians after the step | return x2 -> _, X_x, X_u = odo3(x2, u); return x2 | Both Jacobians belong to the pose *before* the step: odo3(x, u).
     noise subtracted | X_x.T + X_u -> X_x.T - X_u | Noise makes the prediction less certain: plus X_u U X_u'.
     noise through X_x | X_x @ P @ X_x.T + X_u @ U @ X_u.T -> X_x @ (P + X_u @ U @ X_u.T) @ X_x.T | Your noise goes through X_x as well: it belongs to the state after the step, so add it after the motion.
+    position by q forgotten | return x2 -> X_x[:3, 3:] = 0; return x2 | An error of q moves the end of the step: the block of the position by q belongs in X_x, as odo3 has it.
+    a step drawn at random | x2, X_x, X_u = odo3(x, u) -> x2, X_x, X_u = odo3(x, u + np.random.default_rng(0).multivariate_normal(np.zeros(6), U)) | The mean moves by the step as measured. Its noise is in P, nothing is drawn at random.
     """,
 )

@@ -95,5 +95,7 @@ distorted = table(
     UD_d: powers only | np.outer(up, powers) -> np.outer(np.ones(2), powers) | ud is linear in d: each column of UD_d is up, a vector, times a power of r.
     only the last term of the derivative | (k * r2 ** (k - 1)) @ d -> (k * r2 ** (k - 1) * d)[-1:].sum() | Each power has its term in the derivative of f: sum them up, and do not keep the last one only.
     zero in the middle | return ud, UD_up, UD_d -> return ud, UD_up * (r2 > 0), UD_d | In the middle of the image the lens does nothing, ud = up: UD_up is the identity there, not zero.
+    columns of UD_d one power lower | UD_d = np.outer(up, powers) -> UD_d = np.outer(up, r2 ** (k - 1)) | Column i of UD_d is up times the power that d[i] has in f: r^2 for the first one, not 1.
+    r not divided by | 2 * f_r2 * np.outer(up, up) -> 2 * f_r2 * np.sqrt(r2) * np.outer(up, up) | The derivative of r by up is up / r, of length one: the division by r is missing.
     """,
 )

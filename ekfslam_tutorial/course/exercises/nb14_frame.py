@@ -81,5 +81,8 @@ sorted_out = table(
     nobody's not counted: The places are those in `ids` as it came. Where the -1 are taken out first, all behind them move up.
         correct, start = np.array(correct, dtype=int), -> at = np.cumsum(np.asarray(ids) >= 0) - 1; start = [int(at[i]) for i in start]; correct, start = np.array([at[i] for i in correct], dtype=int),
     corrections use up places | start[:n_inits] -> start[: max(n_inits - len(correct), 0)] | n_inits limits what is started, and a correction starts nothing: it takes no place.
+    searched in known as it stands: np.searchsorted finds something in a sorted array only, and `known` is in any order: sort it first, or take np.isin.
+        id >= 0 and id in known] -> id >= 0 and len(known) and known[min(np.searchsorted(known, id), len(known) - 1)] == id]
+        id >= 0 and id not in known] -> id >= 0 and not (len(known) and known[min(np.searchsorted(known, id), len(known) - 1)] == id)]
     """,
 )

@@ -108,6 +108,7 @@ exercise = table(
     only the diagonal of Z | np.linalg.solve(Z, H @ P) -> np.linalg.solve(np.diag(np.diag(Z)), H @ P) | The numbers of a measurement are correlated: use the whole Z.
     measurement for innovation | x + K @ z -> x + K @ (z - H @ x) | z is the innovation already: do not subtract H x from it.
     each cross term once | Z = H @ P @ H.T + R -> Z = R + sum((E_r @ P[r, s] @ E_s.T for a, (r, E_r) in enumerate(blocks) for s, E_s in blocks[a:] if r is not None and s is not None), 0 * R) | Each pair of states comes twice in H P H', E_1 P_12 E_2' and its transpose.
+    R once for each pair | H @ P @ H.T + R -> H @ P @ H.T + R * max(1, sum(r is not None for r, _ in blocks)) ** 2 | The measurement has its noise once, whatever the number of pairs of states: + R outside of the loop.
     """,
     forms="""
     gain by the inverse | np.linalg.solve(Z, H @ P).T -> P @ H.T @ np.linalg.inv(Z) | K = P H' inv(Z)

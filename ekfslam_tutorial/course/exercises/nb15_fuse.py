@@ -88,6 +88,9 @@ exercise = table(
     each with the information of the other | w * Ia @ xa + (1 - w) * Ib @ xb -> w * Ib @ xa + (1 - w) * Ia @ xb | Each estimate is weighted with its own information: Ia with xa, Ib with xb.
     weights of the traces, the wrong way round | w, P = ws[i], Ps[i] -> w = np.trace(Pa) / np.trace(Pa + Pb); P = np.linalg.inv(w * Ia + (1 - w) * Ib) | w is searched: the one with the least trace of P. Yours comes from the traces, and gives the worse one the larger weight.
     diagonals inverted | Ia, Ib = np.linalg.inv(Pa), np.linalg.inv(Pb) -> Ia, Ib = np.diag(1 / np.diag(Pa)), np.diag(1 / np.diag(Pb)) | The inverse of a matrix is not that of its diagonal: the covariances in Pa and Pb count.
+    few weights tried | np.linspace(0, 1, 1001) -> np.array([0.25, 0.5, 0.75]) | A few weights are not enough: search all of [0, 1] in small steps.
+    largest trace of the information: The trace of the information is largest where one of the two stands alone. Search for the smallest trace of P itself.
+        np.argmin(np.trace(Ps, -> np.argmax(np.trace(np.linalg.inv(Ps),
     """,
 )
 

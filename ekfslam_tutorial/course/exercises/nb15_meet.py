@@ -86,5 +86,6 @@ exercise = table(
     F2 added to the heading, not its inverse | F2.inverse()[0] -> Frame2(np.array([*F2.inverse()[0].x[:2], F2.theta])) | The heading of map 2 is that of robot 2 in map 1 *less* that in map 2: F2.inverse() has -F2.theta.
     place of F2 added | robot2.compose(back)[0].x -> np.array([*(p + Frame2(np.array([0, 0, theta - F2.theta])).from_frame(F2.t)[0]), theta - F2.theta]) | The origin of map 2 is F2.t behind robot 2: turned into map 1, that is subtracted from the place of robot 2.
     turned with the heading of map 2 | return robot2.compose(back)[0].x -> c, s = np.cos(theta - F2.theta), np.sin(theta - F2.theta); return np.array([p[0] + c * back.t[0] - s * back.t[1], p[1] + s * back.t[0] + c * back.t[1], theta - F2.theta]) | The origin of map 2, as robot 2 sees it, is turned with the heading of the *robot*, then it is added to where the robot is.
+    heading of robot 2 for that of the map | return robot2.compose(back)[0].x -> return np.array([*robot2.compose(back)[0].t, theta]) | That is the heading of robot 2 in map 1. That of map 2 is F2.theta less.
     """,
 )

@@ -90,5 +90,7 @@ born = table(
     turned by the heading only | P_r, P_beta = np.array([c, s]), r * np.array([-s, c]) -> P_r, P_beta = np.array([np.cos(x[2]), np.sin(x[2])]), r * np.array([-np.sin(x[2]), np.cos(x[2])]) | Range and bearing err along and across the *ray*: its direction is theta + beta, not theta.
     no correlation of position and heading | P_x @ P @ P_x.T + var -> P_x @ (P * [[1, 1, 0], [1, 1, 0], [0, 0, 1]]) @ P_x.T + var | Position and heading are correlated: P_x P P_x' with the whole P.
     heading column by beta alone | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -r * np.sin(beta)], [0.0, 1.0, r * np.cos(beta)]] | A wrong heading moves the point across the ray, and its direction is theta + beta.
+    axes of the beam not turned: Along and across are directions in the world: they turn with theta + beta, and so do the variances.
+        var * np.outer(P_r, P_r) + N * np.outer(P_beta, P_beta) -> np.diag([var, N * r**2])
     """,
 )

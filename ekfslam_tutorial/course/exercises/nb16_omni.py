@@ -81,5 +81,7 @@ omni = table(
     downwards, in all: Elevation is positive upwards, as z is: arctan2(z, sqrt(x^2 + y^2)), and so are its derivatives.
         np.arctan2(z, s)], -> -np.arctan2(z, s)],
         E_p = np.stack([-x * z / (s * r2), -y * z / (s * r2), s / r2], -> E_p = np.stack([x * z / (s * r2), y * z / (s * r2), -s / r2],
+    elevation: divided by the distance in the plane | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [0 * x, 0 * x, 1 / s] | s depends on x and y, and r on z: the elevation of a point falls as it moves away, and its row is [-x z / s, -y z / s, s] / r^2.
+    elevation by the arcsine of z | np.arctan2(z, s)] -> np.arcsin(np.clip(z, -1, 1))] | arcsin takes z / r, and p has any length: arctan2(z, s) needs no r.
     """,
 )

@@ -73,6 +73,8 @@ band = table(
         return (mean >= low) & (mean <= high) -> one = chi2.ppf([0.025, 0.975], dof); return np.mean((nees >= one[0]) & (nees <= one[1]), axis=0) >= 0.95
     mean over the frames so far | mean = np.mean(nees, axis=0) -> mean = np.cumsum(np.mean(nees, axis=0)) / np.arange(1, frames + 1) | Each frame is judged alone: the frames before it are correlated with it, and no mean over them is taken.
     limits of one run, drawn together | low, high = chi2.ppf([0.025, 0.975], runs * dof) / runs -> low, high = dof + (chi2.ppf([0.025, 0.975], dof) - dof) / np.sqrt(runs) | The mean of several runs is no NEES drawn together: its sum is chi-square with runs times dof degrees of freedom.
+    runs and degrees of freedom added | runs * dof -> (runs + dof) | Each of the runs brings dof degrees of freedom: runs *times* dof.
+    normal for chi-square | chi2.ppf([0.025, 0.975], runs * dof) / runs -> dof + np.array([-1.96, 1.96]) * np.sqrt(2 * dof / runs) | dof +- 1.96 sqrt(2 dof / runs) is good for many runs only: chi-square is not symmetric. Take chi2.ppf.
     """,
 )
 

@@ -106,6 +106,7 @@ tangent = table(
     rotation vector doubled | C = E_x @ P -> e = e * [1, 1, 1, 2, 2, 2]; C = E_x @ P | `minus` returns the rotation vector itself, with the whole angle: do not double it.
     one covariance for all | np.linalg.solve(C, e -> np.linalg.solve(C.mean(0), e | Each pose has its own covariance: the mean over all of them is that of none.
     information through E_x | np.linalg.solve(C, e[..., None])[..., 0] -> (E_x @ np.linalg.pinv(P, rcond=1e-9) @ np.swapaxes(E_x, -1, -2) @ e[..., None])[..., 0] | Covariances go through E_x, not their inverses: C = E_x P E_x' first, then its inverse.
+    rotation vector halved | e, E_x = Frame3(x).minus(Frame3(truth)) -> e, E_x = Frame3(x).minus(Frame3(truth)); e = e * [1, 1, 1, 0.5, 0.5, 0.5] | e holds the rotation vector itself, the whole angle: it is not halved.
     """,
 )
 

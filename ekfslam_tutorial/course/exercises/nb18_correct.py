@@ -96,6 +96,8 @@ both = table(
     only the blocks of the two robots | P - K @ Z @ K.T -> P - _rows(K, a, b) @ Z @ _rows(K, a, b).T | All of P changes: P - K Z K'. What is correlated with the two robots is known better, too.
     columns sorted | H[:, a], H[:, b] = E_a, E_b -> at = sorted([*range(len(x))[a], *range(len(x))[b]]); H[:, at] = np.hstack([E_a, E_b]) | E_a belongs in the columns of a, E_b in those of b, also where b stands before a in the state.
     whole state wrapped | return x + K @ z, -> return (x + K @ z + np.pi) % (2 * np.pi) - np.pi, | Positions are no angles: wrap a heading, if anything, and not the whole state.
+    K R K' taken off | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it, not R alone.
+    E_a in both | H[:, a], H[:, b] = E_a, E_b -> H[:, a], H[:, b] = E_a, -E_a | The columns of b are E_b. They are not those of a with the other sign: b's heading counts for nothing.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

@@ -93,6 +93,7 @@ fusion = table(
     P grows | P1 - K @ P1 -> P1 + K @ P1 | Map 2 has brought information: P = P1 - K P1, with a minus.
     Joseph without the noise | P1 - K @ P1 -> (np.eye(len(P1)) - K) @ P1 @ (np.eye(len(P1)) - K).T | (I - K) stands twice in your P. Once is right: (I - K) P1. With it on both sides, as in Joseph's form, a second term belongs there: + K P2 K'.
     blocks of the second map only | K = np -> P2 = _blocks(P2); K = np | The landmarks of the second map are correlated, too: the whole P2, and not one landmark after the other.
+    P2 for P1 in front | P = P1 - K @ P1 -> P = P2 - K @ P2 | K is the gain of the first map: P = (I - K) P1.
     """,
     forms="""
     information | l = l1 + K @ (l2 - l1) -> P = np.linalg.inv(np.linalg.inv(P1) + np.linalg.inv(P2)) | P = inv(inv(P1) + inv(P2))

@@ -76,5 +76,7 @@ grown = table(
         np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1])) * (g @ w)) / (1 - k * k)
     k for its square | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k) | With k = d'm and w = c - p0 the two equations give t = (d'w - k m'w) / (1 - k^2): k is squared.
     sign of the second term | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) + (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k * k) | With k = d'm and w = c - p0 the two equations give t = (d'w - k m'w) / (1 - k^2): the second term is taken off.
+    either the one end or the other | max(t[1], *seen)]) -> t[1] if min(seen) < t[0] else max(t[1], *seen)]) | A segment may reach beyond both ends: ask for each end, `if` twice, not `elif`.
+    point of the ray nearest to p0 | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> d @ (c - A[:, 1] * (-A[:, 1] @ (p0 - c)) / (A[:, 1] @ A[:, 1]) - p0) | The point of the ray that is nearest to p0 is another one. Line and ray have their parameters t and s, and both are solved for together.
     """,
 )

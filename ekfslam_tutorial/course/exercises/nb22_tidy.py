@@ -85,5 +85,7 @@ tidied = table(
         np.concatenate([n, v - s * n]) -> np.concatenate([n - r * v, v])
     only the covariance of v | J @ P @ J.T -> np.block([[P[:3, :3], P[:3, 3:]], [P[3:, :3], (J @ P @ J.T)[3:, 3:]]]) | n and the new v are correlated anew: the whole P goes through J, the blocks between n and v, too.
     n of length one | return np.concatenate([n, v - s * n]), -> return np.concatenate([n / np.linalg.norm(n), v - s * n]), | n stays as it is: it was measured.
+    no covariance of n and v | v - s * n]), J @ P @ J.T -> v - s * n]), (J @ P @ J.T) * np.kron(np.eye(2), np.ones((3, 3))) | n and v are correlated: J P J' has blocks off the diagonal.
+    v lost before J | v - 2 * s * n) / (n @ n) -> v - 3 * s * n) / (n @ n) | J is the derivative at the line that came in: v stands in it, not d. Keep v until J is there.
     """,
 )

@@ -106,5 +106,11 @@ exercise = table(
         [by_gyro[0], by_acc[0], by_gyro[1], by_acc[1]] -> [by_gyro[0], by_gyro[1], by_acc[0], by_acc[1]]
     root forgotten with the gyrometer | (2 * np.sqrt(5)) -> 2 | White noise has the factor 1 / ((k - 1)! sqrt(2k - 1)): for k = 3 the root, sqrt(5), is missing.
     root forgotten with the accelerometer | t**1.5 / np.sqrt(3) -> t**1.5 | White noise has the factor 1 / ((k - 1)! sqrt(2k - 1)): for k = 2 the root, sqrt(3), is missing.
+    noise like one constant: White noise is a new random number at each moment, not one for the whole time: its factor is 1 / ((k - 1)! sqrt(2k - 1)), not 1 / k!.
+        (2 * np.sqrt(5)) -> 6
+        t**1.5 / np.sqrt(3) -> t**1.5 / 2
+    noise integrated once more: k is the number of integrals, 3 and 2, as for the biases: t^2.5 and t^1.5.
+        t**2.5 / (2 * np.sqrt(5)) -> t**3.5 / (6 * np.sqrt(7))
+        t**1.5 / np.sqrt(3) -> t**2.5 / (2 * np.sqrt(5))
     """,
 )

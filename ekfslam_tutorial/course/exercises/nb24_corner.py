@@ -90,5 +90,6 @@ score = table(
     forward differences: The slopes are those of np.gradient: in the middle half of the difference between the two neighbours, not the difference to the next one.
         g_v, g_u = np.gradient(windows, axis=(1, 2)) -> w = np.asarray(windows, float); g_v, g_u = np.diff(w, axis=1)[:, :, :-1], np.diff(w, axis=2)[:, :-1, :]
     windows made alike first | g_v, g_u = np.gradient(windows, axis=(1, 2)) -> d = np.std(windows, axis=(1, 2), keepdims=True); g_v, g_u = np.gradient((windows - np.mean(windows, axis=(1, 2), keepdims=True)) / np.where(d > 0, d, 1.0), axis=(1, 2)) | The slopes are those of the grey values as they are: strong contrast makes a good corner, and it is not taken away first.
+    singular value of the slopes | return np.linalg.eigvalsh(A)[:, 0] -> return np.linalg.svd(np.stack([g_u, g_v], -1).reshape(len(A), -1, 2), compute_uv=False)[:, 1] | That is the singular value of the slopes: the eigenvalue of A is its square.
     """,
 )

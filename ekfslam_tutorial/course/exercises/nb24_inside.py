@@ -84,7 +84,7 @@ region = table(
     around the origin | z = pixels - e -> z = pixels - 0 * e | The ellipse is around the expectation e: z = pixel - e.
     e rounded | z = pixels - e -> z = pixels - np.rint(e) | The expectation lies between pixels: do not round it.
     u and v of e swapped | z = pixels - e -> z = pixels - e[::-1] | e = [u; v] as the pixels: no swap.
-    one half | axis=1) <= -> axis=1) / 2 <= | No one half: that is in the exponent of the Gaussian, not in the distance.
+    one half | axis=1) <= -> axis=1) / 2 <= | Nothing is halved or doubled: on the ellipse z' S^-1 z is k^2, in the plane, too. The one half is in the exponent of the Gaussian.
     one answer for all | axis=1) <= k**2 -> axis=1).max() <= k**2 | One truth value for each pixel.
     u and v of the pixels swapped | z = pixels - e -> z = pixels[:, ::-1] - e | The pixels are [u, v], as e and S: no swap.
     always one sigma | <= k**2 -> <= 1 | The ellipse is that of k sigma: compare with k^2, not with 1.
