@@ -109,7 +109,7 @@ seen = table(
     the fold itself | (r < fold) -> (r <= fold) | Only points *nearer* to the axis than the fold are seen: <, not <=.
     distance for depth | np.abs(p[:, 2]) -> np.linalg.norm(p, axis=1) | up = [x/z, y/z] is divided by the depth z, not by the distance of the point.
     length of the whole vector | np.linalg.norm(p[:, :2], axis=1) -> np.linalg.norm(p, axis=1) | up has two numbers, x/z and y/z. The third, z/z = 1, does not belong to its length.
-    border at the last pixel | (u <= size) -> (u <= size - 1) | Points on the border count as seen, and the border is at the width and the height themselves: no 1 is subtracted.
+    border at the last pixel | (u <= size) -> (u <= size - 1) | Points on the border count as seen, and the border is at the width and the height themselves: u <= width, neither < nor width - 1.
     one condition is enough: All three must hold: & (and), not | (or).
         inside & ahead & (r < fold) -> inside | ahead | (r < fold)
     cut to whole pixels | inside = np.all((u >= 0) & (u <= size), axis=1) -> u = np.trunc(u); inside = np.all((u >= 0) & (u <= size), axis=1) | A pixel at -0.3 lies outside: compare u as it is, not cut or rounded to whole numbers.

@@ -43,12 +43,14 @@ weighed = table(
         "any": lambda rng: [case(rng, H) for H in (4, 5, 2, 1)],
         "alike": lambda rng: [case(rng, z=0.3, Z=0.2)],
         "equal Z": lambda rng: [case(rng, H, Z=0.3) for H in (4, 6)],
+        "unlikely": lambda rng: [(np.array([0.4, 0.3, 0.2, 0.1]), np.array([0.1, 1.25, 0.3, -0.95]), np.full(4, 0.1))],
         "far": lambda rng: [scaled(*case(rng), 1, 40, 0.01), scaled(*case(rng), 0.1, 0, 1e-10)],
     },
     checks="""
     equal likelihoods | w | alike   | New weight = old weight times likelihood: if all explain the measurement alike, the weights stay what they were.
     innovations       | w | equal Z | The smaller the innovation, the more likely: exp(-z^2 / (2 Z)).
     variances         | w | any     | A Gaussian that is wide is low: 1 / sqrt(Z) is a part of the likelihood.
+    unlikely ones     | w | unlikely | The rule of Bayes drops nothing: a hypothesis that explains little keeps its small weight.
     far from all      | w | far     | All likelihoods are 0 in the computer: subtract the largest logarithm before exp.
     """,
     wrong="""
@@ -72,6 +74,7 @@ weighed = table(
     small ones dropped | return new / new.sum() -> new = new / new.sum(); new = np.where(new < 0.01, 0, new); return new / new.sum() | The rule of Bayes drops nothing: a hypothesis of 1 % keeps its weight here.
     mean taken off | log_w = np.log(w) - 0.5 * (np.square(z) / Z -> z = z - np.sum(w * z); log_w = np.log(w) - 0.5 * (np.square(z) / Z | The innovations are taken as they are: each hypothesis says what it expects, and a mean of them says nothing.
     Z for its root in the exponent | np.square(z) / Z + -> np.square(z / Z) + | Z is a variance: z^2 / Z, not (z / Z)^2.
+    small ones dropped, beside the best | return new / new.sum() -> new = np.where(new < 1e-3, 0, new); return new / new.sum() | The rule of Bayes drops nothing: a hypothesis that is a thousand times less likely than the best keeps its weight here.
     """,
 )
 
