@@ -14,6 +14,7 @@ from .deadline import Stopped
 from .expect import Failed
 
 IN_PLACE = "`+=` and `x[i] = ...` write into what the caller has."
+IN_PLACE_LIST = "`append`, `insert`, `+=` and `x[i] = ...` write into what the caller has."
 
 
 ADVICE = {
@@ -132,8 +133,8 @@ def _copy_advice(name, value):
     """How to leave an input of this kind as it is. A copied list still holds the caller's arrays."""
     if isinstance(value, (list, tuple)):
         if any(isinstance(item, (np.ndarray, list, dict)) for item in value):
-            return f"{IN_PLACE} Build a new list, of copies: `{name} = [item.copy() for item in {name}]`."
-        return f"{IN_PLACE} Build a new list: `{name} = list({name})`."
+            return f"{IN_PLACE_LIST} Build a new list, of copies: `{name} = [item.copy() for item in {name}]`."
+        return f"{IN_PLACE_LIST} Build a new list: `{name} = list({name})`."
     if isinstance(value, dict):
         return f"{IN_PLACE} Work on a copy: `{name} = dict({name})`."
     floats = isinstance(value, np.ndarray) and value.dtype.kind == "f"  # of whole numbers, type int keeps no decimals

@@ -69,7 +69,7 @@ wrapping = table(
     arctan2 with its arguments swapped | np.pi - (np.pi - angle) % (2 * np.pi) -> np.arctan2(np.cos(angle), np.sin(angle)) | arctan2 takes the sine first, then the cosine.
     cut off | np.pi - (np.pi - angle) % (2 * np.pi) -> np.clip(angle, -np.pi, np.pi) | You cut the angle off at pi. Another angle is another direction: remove whole turns instead.
     shift not undone | np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
-    fmod | np.pi - (np.pi - angle) % (2 * np.pi) -> np.fmod(angle + np.pi, 2 * np.pi) - np.pi | Angles below -pi stay as they are in yours. Python's % with a positive number brings them up, too; np.fmod and math.fmod do not: they keep the sign of the input.
+    fmod | np.pi - (np.pi - angle) % (2 * np.pi) -> np.fmod(angle + np.pi, 2 * np.pi) - np.pi | Angles below -pi stay below -pi in yours. Python's % with a positive number brings them up, too; np.fmod and math.fmod do not: they keep the sign of the input.
     half a turn off | np.pi - (np.pi - angle) % (2 * np.pi) -> angle % (2 * np.pi) - np.pi | Yours is off by half a turn: add pi before the %, and subtract it afterwards.
     mirrored | np.pi - (np.pi - angle) % (2 * np.pi) -> (np.pi - angle) % (2 * np.pi) - np.pi | The sign is the wrong way round: left has become right.
     one turn only: Your function removes one turn. After several turns one is not enough: use a loop, or %.

@@ -154,7 +154,7 @@ half of the half axis | k * V -> k / 2 * V | That is half as large as it should 
 mean forgotten | mean + ( -> ( | The ellipse belongs around the mean: add it to every point.
 half of the circle | 2 * np.pi -> np.pi | The angle must go once round: from 0 to 2 pi.
 angles in degrees | 2 * np.pi -> 360 | The points must follow one another round the curve, in small steps: let the angle rise from 0 to 2 pi. Degrees taken for radians, or angles in no order, jump across the ellipse.
-Cholesky factor transposed | V @ np.diag(np.sqrt(D)) -> np.linalg.cholesky(P).T | np.linalg.cholesky gives L with P = L L'. Multiply the circle by L, not by its transpose.
+Cholesky factor transposed | V @ np.diag(np.sqrt(D)) -> np.linalg.cholesky(P).T | np.linalg.cholesky gives L with P = L L', and each point of the circle is multiplied by L: L @ circle for points in columns, circle @ L.T for points in rows. Yours has the covariance L' L.
 """)
 
 

@@ -73,7 +73,7 @@ grown = table(
         P_new[n:, n:] -> P_new[:2, :2]
         [x, l] -> [l, x]
     measurement instead of landmark | [x, l] -> [x, y] | The map holds x and y of each landmark: append q(y, x_r), not the measurement y.
-    correlated with the old ones: That would be right if an uncertain robot tied them together (SLAM). Here the pose is known: zeros.
+    correlated with the old ones: Only an uncertain robot would tie the new landmark to the old ones (SLAM). Here the pose is known: zeros.
         P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, :] = np.tile(L_y @ R @ L_y.T, n // 2 + 1); P_new[:, n:] = P_new[n:, :].T
     noise added to all | P_new[n:, n:] = L_y @ R @ L_y.T -> P_new[n:, n:] = L_y @ R @ L_y.T; P_new += np.kron(np.eye(n // 2 + 1), L_y @ R @ L_y.T) | A new landmark tells nothing about the old ones: their block of P stays as it is.
     old covariance lost | P_new[:n, :n] = P -> pass | The old P must stand in the upper left block.

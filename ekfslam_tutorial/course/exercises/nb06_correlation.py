@@ -72,6 +72,7 @@ corr = table(
     mean of the variances | np.outer(s, s) -> np.add.outer(s**2, s**2) / 2 | Divide by the *product* of the two standard deviations, not by the mean of the two variances.
     eigenvalues for variances | np.sqrt(np.diag(P)) -> np.sqrt(np.abs(np.linalg.eigvalsh(P))) | The variances are the diagonal of P. Its eigenvalues are those along other axes.
     divided by the variances, the diagonal set to one | P / np.outer(s, s) -> np.where(np.eye(len(P)) > 0, 1, P / np.outer(s**2, s**2)) | The diagonal of P holds variances. A correlation is in units of the standard deviations: take the roots.
+    np.corrcoef of P, as it comes | P / np.outer(s, s) -> np.corrcoef(P) | np.corrcoef wants samples, not a covariance matrix. And of one row it makes a number, not a 1 x 1 matrix.
     """,
 )
 

@@ -84,7 +84,7 @@ hidden = table(
     only the first motion | Phi = F_k @ Phi -> Phi = F[0] | From time 0 to time 2 there are two steps: H_2 F_1 F_0.
     motions in the wrong order | F_k @ Phi -> Phi @ F_k | The first motion acts first, so it stands on the right: F_1 F_0.
     motion transposed | F_k @ Phi -> F_k.T @ Phi | dx_1 = F_0 dx_0: no transpose.
-    motion undone | F_k @ Phi -> np.linalg.inv(F_k) @ Phi | dx_1 = F_0 dx_0: you look back from the last state; no inverse here.
+    motion undone | F_k @ Phi -> np.linalg.inv(F_k) @ Phi | dx_1 = F_0 dx_0: an error of the first state goes forward by F itself, not by its inverse.
     motion on the wrong side | Phi = F_k @ Phi -> Phi = np.linalg.multi_dot([np.eye(len(F_k)), *F]) | H_1 sees F_0 dx_0: the motion stands between H_1 and the first state, H_1 F_0.
     one time too late | Phi = F_k @ Phi -> pass | H_1 sees the state at time 1, after F_0: multiply Phi by F_0 first, then H_1 Phi.
         rows.append(H_k @ Phi) -> rows.append(H_k @ Phi); Phi = F_k @ Phi

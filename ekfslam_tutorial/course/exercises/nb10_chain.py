@@ -58,7 +58,7 @@ exercise = table(
     checks="""
     one frame             | ps         | one | First into the robot's frame, then from there into the sensor's.
     value                 | ps         | any | First into the robot's frame, then from there into the sensor's.
-    by the sensor's frame | PS_s       | any | PS_s comes out of the second step. It is taken at pr, not at p.
+    by the sensor's frame | PS_s       | any | PS_s is the derivative of the second step by Sf.x, as Sf.to_frame(pr) returns it.
     by the robot's frame  | PS_r       | any | Rf changes pr, and pr changes ps: PS_r = PS_pr PR_r.
     by the point          | d PS_p / p | any | p changes pr, and pr changes ps: PS_p = PS_pr PR_p.
     """,

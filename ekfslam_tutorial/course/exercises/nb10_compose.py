@@ -68,8 +68,8 @@ exercise = table(
     no rotation  | x[:3] | not turned | Two steps without a turn: the positions add.
     ahead        | x[:3] | ahead      | The position of G is a point of F: turn it by R_F, then add the position of F.
     position     | x[:3] | any        | The position of G is a point of F: turn it by R_F, then add the position of F.
-    one turn     | x[3:] | one turned | Rotations do not commute: a vector of G is turned by G first, then by F. So q = q_F q_G, and the quaternion of a frame is its last four numbers.
-    orientation  | x[3:] | any        | Rotations do not commute: a vector of G is turned by G first, then by F. So q = q_F q_G, and the quaternion of a frame is its last four numbers.
+    one turn     | x[3:] | one turned | A vector of G is turned by G first, then by F: q = q_F q_G. Quaternions are [a, b, c, d], the scalar part first.
+    orientation  | x[3:] | any        | A vector of G is turned by G first, then by F: q = q_F q_G. Quaternions are [a, b, c, d], the scalar part first.
     points       | x     | one turned | Out of G, then out of F, must be the same as out of the composed frame.
     three frames | x     | three      | (A B) C must be A (B C).
     """,

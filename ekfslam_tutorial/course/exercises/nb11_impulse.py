@@ -47,7 +47,7 @@ exercise = table(
     alternating | [sigma_v**2] * 3 + [sigma_w**2] * 3 -> [sigma_v**2, sigma_w**2] * 3 | u = [dv, dw]: first three times v, then three times w.
     v for all | [sigma_w**2] * 3 -> [sigma_v**2] * 3 | The turn rate has its own sigma_w.
     full of ones | np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.outer([sigma_v] * 3 + [sigma_w] * 3, [sigma_v] * 3 + [sigma_w] * 3) | Independent impulses: nothing beside the diagonal.
-    the sum of one second | return dt * np -> return dt / 3 * np | That is the variance after a second, shared among three axes: each axis has the whole of it.
+    the sum of one second | return dt * np -> return dt / 3 * np | sigma is that of each axis: a variance is not shared among the three.
     three impulses as one | np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.kron(np.diag([sigma_v**2, sigma_w**2]), np.ones((3, 3))) | The three entries of an impulse are independent: only the diagonal is not zero.
     dt forgotten for w | [sigma_w**2] * 3 -> [sigma_w**2 / dt] * 3 | The variance of dw goes with dt as that of dv does.
     dt forgotten for v | [sigma_v**2] * 3 -> [sigma_v**2 / dt] * 3 | The variance of dv goes with dt as that of dw does.

@@ -96,7 +96,7 @@ seen = table(
     x ahead | p[:, 2] > 0 -> p[:, 0] > 0 | The camera's axes are x right, y down, z ahead: z > 0.
     width and height swapped | u <= size -> u <= size[::-1] | u goes with the width, v with the height.
     centre of the image at zero | (u >= 0) & (u <= size) -> np.abs(u) <= size / 2 | Pixels are counted from the corner: from 0 to the width, not from minus half.
-    one coordinate is enough | np.all( -> np.any( | Both u and v must be inside: np.all(..., axis=1).
+    one coordinate is enough | np.all( -> np.any( | Both u and v must be inside, one is not enough.
     left and upper border forgotten | (u >= 0) & (u <= size) -> u <= size | A pixel may be negative: 0 <= u is a condition, too.
     right and lower border forgotten | (u >= 0) & (u <= size) -> u >= 0 | The image ends at its width and height: u <= width, v <= height.
     border not seen | (u >= 0) & (u <= size) -> (u > 0) & (u < size) | Points on the border count as seen: >= and <=.

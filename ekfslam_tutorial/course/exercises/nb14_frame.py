@@ -52,7 +52,7 @@ sorted_out = table(
     },
     checks="""
     all known   | correct | any      | Measurements of known landmarks correct the map; nothing is started. Return places in ids, not the ids.
-    all new     | start   | all new  | With an empty map every measurement starts a landmark.
+    all new     | start   | all new  | With an empty map nothing corrects, and the first n_inits measurements that have an id start landmarks: their places in ids.
     both        | correct, start | both     | Known ones correct, the others start, each place in one list, in the order in which they stand in `ids`; n_inits limits only those that start.
     nobody's    | start   | nobody's | -1 says: nobody knows whose measurement it is.
     n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first in `ids`; with n_inits = 0 none.

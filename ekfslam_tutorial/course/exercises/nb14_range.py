@@ -46,7 +46,7 @@ roomy = table(
         "many": lambda rng: [(rng.random(rng.integers(1, 25)) < 0.55, int(rng.integers(1, 7))) for _ in range(25)],
     },
     checks="""
-    two numbers     | place | any       | Nothing is free: the state begins behind the last number in use. Return [start, stop], with stop = start + k.
+    two numbers     | place | any       | Return [start, stop], with stop = start + k. Where nothing is free the state begins behind the last number in use.
     no gap          | place | no gap    | Nothing is free: the map grows, the state begins at n.
     one gap         | place | one gap   | A deleted landmark leaves a gap of k free numbers, or more: start is the first of them, stop = start + k. It may begin at any number, 0 included.
     one piece       | place | one piece | A state lies in one piece: two small gaps do not make a large one.

@@ -71,7 +71,7 @@ fusion = table(
     plain mean, fused covariance | l = l1 + K @ (l2 - l1) -> l = (l1 + l2) / 2 | The mean is not weighted: l = l1 + K (l2 - l1) with K = P1 (P1 + P2)^-1.
     landmark by landmark | K = np -> P1, P2 = _blocks(P1), _blocks(P2); K = np | You use the 2 x 2 blocks only. The landmarks of one map are correlated: its common shift and turn is in the blocks off the diagonal.
     blocks of the sum | np.linalg.solve(P1 + P2, P1) -> np.linalg.solve(_blocks(P1 + P2), P1) | You invert the 2 x 2 blocks of P1 + P2 only. The landmarks are correlated: the whole matrix counts.
-    number by number | K = np -> P1, P2 = np.diag(np.diag(P1)), np.diag(np.diag(P2)); K = np | You use the variances only. What the covariances say about pairs is what makes a map of single points.
+    number by number | K = np -> P1, P2 = np.diag(np.diag(P1)), np.diag(np.diag(P2)); K = np | Your gain knows the variances only. What the covariances say about pairs is what makes a map of single points.
     one weight for each map | K = np -> P1, P2 = (np.eye(len(P)) * np.trace(P) / len(P) for P in (P1, P2)); K = np | One number cannot say which part of a map is good: use the whole matrices.
     the better map only | return l, P -> return (l1, P1) if np.trace(P1) <= np.trace(P2) else (l2, P2) | The other map is worse, but not worthless: it is information.
     weights exchanged | l1 + K @ (l2 - l1) -> l2 + K @ (l1 - l2) | The map with the larger covariance must get the smaller weight.

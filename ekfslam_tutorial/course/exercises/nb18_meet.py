@@ -92,7 +92,7 @@ sight = table(
     a is exact | np.column_stack([-E_p, [0.0, -1.0]]) -> np.zeros((2, 3)) | a is in the state, too: a step of a changes the measurement.
     r for r^2 | [-dy / r**2, dx / r**2] -> [-dy / r, dx / r] | The bearing row is divided by r^2, not by r.
     block transposed | [[dx / r, dy / r], [-dy / r**2, dx / r**2]] -> [[dx / r, -dy / r**2], [dy / r, dx / r**2]] | The first row is the derivative of the range: your block is transposed.
-    in the frame of a | return e, E_a, E_b -> return e, E_a @ _turn(a[2]), E_b @ _turn(a[2]) | The states are in the map frame, and so are the columns: no rotation by theta.
+    in the frame of a | return e, E_a, E_b -> return e, E_a @ _turn(a[2]), E_b @ _turn(a[2]) | The states are in the map frame, and so are the columns of E_a and E_b: derivatives by x and y of the map, of b[:2] - a[:2] as it is.
     two columns | np.column_stack([E_p, [0.0, 0.0]]) -> E_p | The state of b has three numbers: give its heading a column of zeros.
     Jacobians exchanged | return e, E_a, E_b -> return e, E_b, E_a | Return E_a before E_b: the one with -1 in the heading column first.
     range with the heading | r = np.hypot(dx, dy) -> r = np.linalg.norm(b - a) | The range is the distance in x and y: the headings are no part of it.

@@ -52,7 +52,7 @@ exercise = table(
         "unconnected": lambda rng: [unconnected(*case(rng, 5, keep)) for keep in ((0, 1, 2), (4, 1))],
     },
     checks="""
-    all stay      | A, b | all         | Where nothing goes, nothing changes, but for the order: A stays the information (no inverse), b stays A times the mean.
+    all stay      | A, b | all         | Where nothing goes, A and b keep their numbers, in the order of keep.
     covariance    | A | any         | inv of the new A must be the block of inv(A): what was known of those that stay.
     mean          | b | any         | The mean of those that stay must not change: inv(A) b before and after.
     no connection | A, b | unconnected | An unknown that has nothing to do with the others goes without a trace.

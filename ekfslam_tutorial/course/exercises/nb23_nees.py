@@ -87,7 +87,7 @@ exercise = table(
     turned about x | np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) -> np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) | Gravity says what is up: the world can be turned about z only.
     moved before it is turned | e_p = (p - p[0]) - (p_true - p_true[0]) @ R.T -> e_p = p - (p_true - p_true[0] + p[0]) @ R.T | Turn first, then move to p[0]: else the start of the path is turned away, too.
     P of the frame before | P[1:] -> P[[1, *range(1, len(P) - 1)]] | Each error has the covariance of its own frame: P[i] belongs to e[i].
-    P turned, too | return np.sum( -> P = np.kron(np.eye(2), R) @ P @ np.kron(np.eye(2), R).T; return np.sum( | P is that of the filter's world, into which the truth has been turned: it stays as it is.
-    P turned back | return np.sum( -> P = np.kron(np.eye(2), R.T) @ P @ np.kron(np.eye(2), R); return np.sum( | P is that of the filter's world, into which the truth has been turned: it stays as it is.
+    P turned, too | return np.sum( -> P = np.kron(np.eye(2), R) @ P @ np.kron(np.eye(2), R).T; return np.sum( | Error and P belong in one world, that of the filter: turn the truth into it, and leave P and the estimate as they are.
+    P turned back | return np.sum( -> P = np.kron(np.eye(2), R.T) @ P @ np.kron(np.eye(2), R); return np.sum( | Error and P belong in one world, that of the filter: turn the truth into it, and leave P and the estimate as they are.
     """,
 )

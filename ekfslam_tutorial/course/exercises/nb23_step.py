@@ -81,7 +81,7 @@ exercise = table(
     """,
     wrong="""
     gravity forgotten | g = R @ a + np.array([0, 0, -9.81]) -> g = R @ a | An accelerometer does not feel gravity, only what holds it up: add gravity in the world.
-    gravity upwards | np.array([0, 0, -9.81]) -> np.array([0, 0, 9.81]) | z points up, and things fall down: gravity is -9.81 along z.
+    gravity upwards | np.array([0, 0, -9.81]) -> np.array([0, 0, 9.81]) | z points up, and things fall down: gravity, -9.81 along z, is added. At rest R (a - b_a) is +9.81 along z, and both together are zero.
     gravity in the axes of the IMU | g = R @ a + np.array([0, 0, -9.81]) -> g = R @ (a + np.array([0, 0, -9.81])) | Gravity is given in the world: add it after a is turned.
     biases added | w, a = u[:3] - b[:3], u[3:] - b[3:] -> w, a = u[:3] + b[:3], u[3:] + b[3:] | measured = true + bias. So the true one is measured *minus* bias.
     biases added in all: measured = true + bias. So the true one is measured *minus* bias: in the derivatives, too.
