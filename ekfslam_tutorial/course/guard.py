@@ -13,8 +13,8 @@ import numpy as np
 from .deadline import Stopped
 from .expect import Failed
 
-IN_PLACE = "`+=` and `x[i] = ...` write into what the caller has."
-IN_PLACE_LIST = "`append`, `insert`, `+=` and `x[i] = ...` write into what the caller has."
+IN_PLACE = "`+=`, `-=`, `*=` and `x[i] = ...` write into what the caller has, also by another name for it."
+IN_PLACE_LIST = "`append`, `insert`, `+=` and `x[i] = ...` write into what the caller has, also by another name for it."
 
 
 ADVICE = {

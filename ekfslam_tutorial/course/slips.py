@@ -634,7 +634,8 @@ def _of_all_entries(entries, row):
     for name in sorted(names):
         without = [re.sub(FACTOR.format(name), "", entry) for entry in entries]
         if sum(a != b for a, b in zip(entries, without, strict=True)) > 1:
-            yield f"The factor `{name}` is missing", row(without)
+            divides = any(re.search(rf"/ {name}\b", entry) for entry in entries)
+            yield f"The {'division by' if divides else 'factor'} `{name}` is missing", row(without)
     for pattern, new in (r"\*\*2\b", ""), (r"/ (\w+)\b(?!\*\*)", r"/ \1**2"), (r"/ (\w+)\b(?!\*\*)", r"/ np.sqrt(\1)"):
         other = [re.sub(pattern, new, entry) for entry in entries]
         if sum(a != b for a, b in zip(entries, other, strict=True)) > 1:

@@ -50,7 +50,7 @@ wrapping = table(
     small angles      | wrapped | small  | An angle that is already between -pi and pi stays as it is, in radians.
     one turn too many | wrapped | one    | From pi to 2 pi one turn of 2 pi is taken away, from -2 pi to -pi one is added: the direction stays the same.
     many turns        | wrapped | many   | A robot may have turned many times: remove all turns, not only one.
-    an array          | wrapped | arrays | The function must take arrays of any shape, too: no `if` on the whole array.
+    an array          | wrapped | arrays | The function must take arrays of any shape, and give back that shape: each angle is turned by itself.
     whole numbers     | wrapped | whole  | Whole numbers stay of type int in an array, and what is written into it loses its decimals: np.array(angle, dtype=float).
     """,
     wrong="""

@@ -69,7 +69,7 @@ grown = table(
     double counting | L_y @ R @ L_y.T -> L_y @ R @ L_y.T / 2 | Your block is exactly half of L R L': the measurement that starts the landmark must not update it, too.
     very large | L_y @ R @ L_y.T -> 1e6 * np.eye(2) | A large first guess is honest only if the measurement then corrects it. Or directly: L R L'.
     inverse of H missing | L_y @ R @ L_y.T -> np.linalg.inv(L_y) @ R @ np.linalg.inv(L_y).T | You used H (range and bearing by x and y). The noise goes the other way: L_y = dl/dy, the inverse of H.
-    new landmark first | P_new[:n, :n] = P -> P_new[2:, 2:] = P | The new landmark goes behind the others: the ranges of the old ones must not change.
+    new landmark first | P_new[:n, :n] = P -> P_new[2:, 2:] = P | The new landmark goes behind the others: the places of the old ones must not change.
         P_new[n:, n:] -> P_new[:2, :2]
         [x, l] -> [l, x]
     measurement instead of landmark | [x, l] -> [x, y] | The map holds x and y of each landmark: append q(y, x_r), not the measurement y.

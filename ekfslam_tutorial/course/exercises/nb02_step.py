@@ -132,7 +132,7 @@ step = table(
     R squared | H.T + R -> H.T + R @ R | R holds variances already: do not square it.
     square root of R | H.T + R -> H.T + np.sqrt(np.abs(R)) | R holds variances, and Z wants variances: no square root.
     diagonal of R | H.T + R -> H.T + np.diag(np.diag(R)) | You used the diagonal of R only. R may have a covariance between range and bearing.
-    return inside the loop | zip(seen, ys -> zip(seen[:1], ys[:1] | Only the first measurement is used: is the `return` inside the loop?
+    return inside the loop | zip(seen, ys -> zip(seen[:1], ys[:1] | Not all measurements are used: does your loop end too early, by a `return` or a `break` in it?
     only the last measurement | zip(seen, ys -> zip(seen[-1:], ys[-1:] | Only the last measurement is used: is the update outside the loop?
     ids not kept | ids.append(id) -> pass | The map has grown, but `ids` has not: append the id of each new landmark, and return the list.
     id put in front | ids.append(id) -> ids.insert(0, id) | add_landmark puts the new landmark at the end of x: append its id at the end of ids.

@@ -71,7 +71,7 @@ covered = table(
 
 @covered.link(
     "between 0 and 1",
-    "Probabilities, one for each k: numbers from 0 to 1. Not per cent, and not values of chi-square: that is ppf.",
+    "Probabilities, one for each k: numbers from 0 to 1, as chi2.cdf gives them.",
     before="one dimension",
 )
 def _(f, rng):

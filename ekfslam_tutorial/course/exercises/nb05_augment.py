@@ -99,7 +99,7 @@ augmentation = table(
     double counting: The measurement is used up when it has started the landmark. A correction with it again counts it twice.
         return np.concatenate([x, l]), -> n, W = len(x), np.linalg.inv(L_y); H = np.hstack([-W @ L_r, np.zeros((2, n - 3)), W]); x, P = np.concatenate([x, l]),
         [P_lx, P_ll]]) -> [P_lx, P_ll]]); K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R); return x, P - K @ H @ P
-    landmark in front | return np.concatenate([x, l]), -> n = len(x); x, P = np.concatenate([x, l]), | The new landmark comes to the end of the state: the ranges of the others stay.
+    landmark in front | return np.concatenate([x, l]), -> n = len(x); x, P = np.concatenate([x, l]), | The new landmark comes to the end of the state: the places of the others stay.
         [P_lx, P_ll]]) -> [P_lx, P_ll]]); i = np.r_[0:3, n : n + 2, 3:n]; return x[i], P[np.ix_(i, i)]
     P does not grow | np.block([[P, P_lx.T], [P_lx, P_ll]]) -> P | P needs two rows and columns more, as x does.
     P_mm for P_rr | P_lx[:, :3] @ L_r.T -> L_r @ P[-3:, -3:] @ L_r.T | The pose's covariance is the first block of P, P[:3, :3].

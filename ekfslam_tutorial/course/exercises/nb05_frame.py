@@ -160,7 +160,7 @@ frame = table(
 
 @frame.link(
     "two known landmarks",
-    "Two known landmarks in one frame: each is observed from the x that the correction before it has left, and corrects with its own measurement.",
+    "Two known landmarks in one frame: each is observed from the x that the correction before it has left, and corrects the whole of x and P with its own measurement and R.",
 )
 def _(f, rng):
     x, P, ids, _ = start(rng)

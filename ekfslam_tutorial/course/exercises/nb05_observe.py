@@ -91,7 +91,7 @@ observation = table(
     heading in the range | [0, -1] -> [-1, 0] | Turning on the spot changes no distance: d range / d theta = 0, d bearing / d theta = -1.
     heading in both rows | [0, -1] -> [-1, -1] | Turning on the spot changes no distance: d range / d theta = 0.
     heading in degrees | [0, -1] -> [0, -180 / np.pi] | The column of the heading is in degrees: keep to radians.
-    same sign for robot and landmark | = -E_l, -> = E_l, | A robot that comes nearer makes the range smaller: the columns of the robot are minus those of the landmark.
+    same sign for robot and landmark | = -E_l, -> = E_l, | What the robot moves one way looks as if the landmark moved the other way: the position columns of the robot are minus those of the landmark, in both rows.
     signs swapped | -E_l, [0, -1], E_l -> E_l, [0, -1], -E_l | The signs of robot and landmark are exchanged: dr/dx_l = +dx/r.
     position columns zero | = -E_l, -> = 0, | A robot that moves sees the landmark at another range: the first two columns are -E_l.
     r for r^2 | [-dy / r2, dx / r2] -> [-dy / r, dx / r] | The bearing row is divided by r^2, not by r.

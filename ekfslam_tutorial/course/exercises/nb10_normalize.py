@@ -61,7 +61,7 @@ exercise = table(
         np.eye(7) -> np.eye(7) / n
     norm of the whole state | return np.concatenate([x[:3], u]) -> u, J = unit(x); return u | Take the norm of the quaternion, x[3:], alone.
     norm of the whole state, position kept | np.linalg.norm(x[3:]) -> np.linalg.norm(x) | Take the norm of the quaternion, x[3:], alone.
-    projector, not divided | (np.eye(4) - np.outer(u, u)) / n -> np.eye(4) - np.outer(u, u) | U_q = (I - u u') / |q|: yours lacks the division by |q|.
+    projector, not divided | (np.eye(4) - np.outer(u, u)) / n -> np.eye(4) - np.outer(u, u) | U_q = (I - u u') / |q|, with the |q| of the old q: yours is not divided by it.
     q q' of the long q | np.outer(u, u) -> np.outer(x[3:], x[3:]) | The projector needs the unit vector: I - u u', with u = q / |q|, not q q'.
     plus | np.eye(4) - np.outer -> np.eye(4) + np.outer | U_q = (I - u u') / |q|, with a minus: the part of the noise along q is taken away.
     J applied once | J @ P @ J.T -> J @ P | A covariance is multiplied from both sides: J P J'.

@@ -63,7 +63,7 @@ exercise = table(
     },
     checks="""
     a frame that is not turned | pf         | not turned    | Seen from the frame, the point is p - t away.
-    a frame at the origin      | pf         | at the origin | R turns from the frame to the parent. You go the other way.
+    a frame at the origin      | pf         | at the origin | R turns from the frame to the parent, R' from the parent to the frame.
     the origin of the frame    | pf         | p = t         | The origin of the frame, p = t, must become zero; R pf + t must be p again.
     any frame                  | pf         | any           | The origin of the frame, p = t, must become zero; R pf + t must be p again.
     derivative by t            | d PF_t / t | any           | Move the frame a little: how does the point move, seen from the frame?

@@ -49,7 +49,7 @@ exercise = table(
     full of ones | np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.outer([sigma_v] * 3 + [sigma_w] * 3, [sigma_v] * 3 + [sigma_w] * 3) | Independent impulses: nothing beside the diagonal.
     the sum of one second | return dt * np -> return dt / 3 * np | sigma is that of each axis: a variance is not shared among the three.
     three impulses as one | np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.kron(np.diag([sigma_v**2, sigma_w**2]), np.ones((3, 3))) | The three entries of an impulse are independent: only the diagonal is not zero.
-    dt forgotten for w | [sigma_w**2] * 3 -> [sigma_w**2 / dt] * 3 | The variance of dw goes with dt as that of dv does.
-    dt forgotten for v | [sigma_v**2] * 3 -> [sigma_v**2 / dt] * 3 | The variance of dv goes with dt as that of dw does.
+    dt forgotten for w | [sigma_w**2] * 3 -> [sigma_w**2 / dt] * 3 | Both variances go with dt, that of dw, too.
+    dt forgotten for v | [sigma_v**2] * 3 -> [sigma_v**2 / dt] * 3 | Both variances go with dt, that of dv, too.
     """,
 )

@@ -52,7 +52,7 @@ projected = table(
     cases={"any": lambda rng: [case(rng, n) for n in (2, 1, 3)]},
     checks="""
     pixel                 | u         | any | First into the frame of the robot, then of the camera, then the pixel.
-    by the camera's frame | U_s       | any | U_s = U_ls LS_s, and LS_s is taken at lr, not at l.
+    by the camera's frame | U_s       | any | U_s = U_ls LS_s: LS_s is taken at lr, the point in the robot's frame, and U_ls at ls.
     by the robot's frame  | U_r       | any | Rf changes lr, lr changes ls, ls changes u: U_r = U_ls LS_lr LR_r.
     by the point          | d U_l / l | any | l changes lr, lr changes ls, ls changes u: U_l = U_ls LS_lr LR_l.
     by the camera's k     | d U_k / k | any | No frame stands between k and the pixel: U_k comes out of pin_hole.

@@ -97,7 +97,7 @@ _link(
 )
 _link(
     "there and back",
-    "distort(up, d) must give ud again, to 1e-6. So ud - distort(up, d) is what is still missing: divide by f, or *add* inv(UD_up) times what is missing, until it is zero.",
+    "distort(up, d) must give ud again, to 1e-6. So ud - distort(up, d) is what is still missing: divide by f, or add inv(UD_up) times what is missing, until nothing is, to 1e-6.",
     lambda rng: [case(rng, d) for d in LENSES],
 )
 _link(
@@ -113,7 +113,9 @@ _link(
 )
 
 
-@undistorted.link("UP_ud", "The derivative of the inverse is the inverse of the derivative, both at up.", part=1)
+@undistorted.link(
+    "UP_ud", "UP_ud is the inverse of UD_up at up, the point for which distort(up, d) is ud to 1e-6.", part=1
+)
 def _(f, rng):
     for ud, d in (*(case(rng, d) for d in LENSES[:4]), (np.zeros(2), np.array([-0.25, 0.05]))):
         back = lambda x, d=d: exact_undistort(x, d)[0]

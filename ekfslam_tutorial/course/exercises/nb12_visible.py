@@ -94,7 +94,7 @@ seen = table(
     no test of the depth | p[:, 2] > 0 -> p[:, 2] != 0 | A point behind the camera has a pixel, too: that of the point -p. Only z > 0 is ahead.
     z turned round | p[:, 2] > 0 -> p[:, 2] < 0 | z points ahead: what is seen has z > 0.
     x ahead | p[:, 2] > 0 -> p[:, 0] > 0 | The camera's axes are x right, y down, z ahead: z > 0.
-    width and height swapped | u <= size -> u <= size[::-1] | u goes with the width, v with the height.
+    width and height swapped | u <= size -> u <= size[::-1] | size is [width, height]: u goes with the width, v with the height.
     centre of the image at zero | (u >= 0) & (u <= size) -> np.abs(u) <= size / 2 | Pixels are counted from the corner: from 0 to the width, not from minus half.
     one coordinate is enough | np.all( -> np.any( | Both u and v must be inside, one is not enough.
     left and upper border forgotten | (u >= 0) & (u <= size) -> u <= size | A pixel may be negative: 0 <= u is a condition, too.

@@ -78,7 +78,7 @@ turned = table(
     the point              | x | alone | The point is anchor + m / rho, in the place of the six numbers: x has n - 3 numbers, P has n - 3 rows and columns.
     the other states       | x | any   | All other numbers of x stay, in their order.
     alone in the map       | P | alone | P_l = [I, M_py / rho, -m / rho^2]: the covariance of the point is P_l P P_l'.
-    covariance with the others | P | any | Rows and columns of the landmark change by the same Jacobian.
+    covariance with the others | P | any | J P J' with J of the whole map: the landmark's rows and columns change by P_l, the states behind it keep theirs and move up by three.
     """,
     wrong="""
     rho taken for the distance | a + m / rho -> a + m * rho | rho is one over the distance: the point is anchor + m / rho.

@@ -47,7 +47,7 @@ roomy = table(
     },
     checks="""
     two numbers     | place | any       | Return [start, stop], with stop = start + k. Where nothing is free the state begins behind the last number in use.
-    no gap          | place | no gap    | Nothing is free: the map grows, the state begins at n.
+    no gap          | place | no gap    | Where nothing is free the map grows, and the state begins at n. Neighbours in use have no gap between them.
     one gap         | place | one gap   | A deleted landmark leaves a gap of k free numbers, or more: start is the first of them, stop = start + k. It may begin at any number, 0 included.
     one piece       | place | one piece | A state lies in one piece: two small gaps do not make a large one.
     first gap       | place | first gap | Of the gaps that are long enough take the first.

@@ -49,8 +49,8 @@ born = table(
     },
     checks="""
     the point                 | p    | any   | From the robot, r metres in the direction theta + beta.
-    pose and range known      | P_pp | prior | Then only the prior is left: the point is uncertain *across* the line of sight.
-    pose and bearing known    | P_pp | range | Then only the range is left: the point is uncertain *along* the line of sight.
+    pose and range known      | P_pp | prior | Where pose and range are known only the prior is left: the point is uncertain *across* the line of sight.
+    pose and bearing known    | P_pp | range | Where pose and bearing are known only the range is left: the point is uncertain *along* the line of sight.
     covariance with the robot | P_px | any   | Error of the pose in, error of the point out: P_px = P_x P.
     own covariance            | P_pp | any   | Three causes of error, three terms: pose, range, prior of the bearing.
     """,

@@ -51,7 +51,7 @@ omni = table(
     derivative of the azimuth   | Y_p[..., 0, :] | any | Row 0 of Y_p: the derivative of the azimuth. One point gives Y_p of shape (2, 3).
     derivative of the elevation | Y_p[..., 1, :] | any | Row 1 of Y_p: the derivative of the elevation.
     derivatives for rays | Y_p   | rays | The nearer the point, the more the angles change when it moves.
-    many points | y, Y_p | many | Write p[..., 0], not p[0], and stack along axis=-1 and axis=-2.
+    many points | y, Y_p | many | Any number of leading axes, in their order: x = p[..., 0], and stack along axis=-1 and axis=-2.
     """,
     wrong="""
     arctan | np.arctan2(y, x) -> np.arctan(y / x) | arctan(y / x) cannot tell ahead from behind: arctan2(y, x).
@@ -81,7 +81,7 @@ omni = table(
     downwards, in all: Elevation is positive upwards, as z is: arctan2(z, sqrt(x^2 + y^2)), and so are its derivatives.
         np.arctan2(z, s)], -> -np.arctan2(z, s)],
         E_p = np.stack([-x * z / (s * r2), -y * z / (s * r2), s / r2], -> E_p = np.stack([x * z / (s * r2), y * z / (s * r2), -s / r2],
-    elevation: divided by the distance in the plane | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [0 * x, 0 * x, 1 / s] | s depends on x and y, and r on z: the elevation of a point falls as it moves away, and its row is [-x z / s, -y z / s, s] / r^2.
+    elevation: divided by the distance in the plane | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [0 * x, 0 * x, 1 / s] | s depends on x and y, and r on z: the elevation of a point falls as it moves away, and its row is [-x z / s, -y z / s, s] / r^2, with s = sqrt(x^2 + y^2) and r = |p|.
     elevation by the arcsine of z | np.arctan2(z, s)] -> np.arcsin(np.clip(z, -1, 1))] | arcsin takes z / r, and p has any length: arctan2(z, s) needs no r.
     """,
 )

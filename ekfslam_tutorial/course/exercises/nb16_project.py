@@ -41,7 +41,7 @@ ranged = table(
     checks="""
     range       | y         | any  | The range is the length of the vector, sqrt(px^2 + py^2): one point of shape (2,) gives y of shape (1,).
     Jacobian    | d Y_p / p | any  | When the point moves along the line of sight by 1 m, the range grows by 1 m: Y_p is p / |p|, each point with its own range. One point gives Y_p of shape (1, 2).
-    many points | y, Y_p | many | Write p[..., 0] and axis=-1, not p[0] and axis=0: then a list of points is one call.
+    many points | y, Y_p | many | Each point has its own range and its own row of Y_p: take p[..., 0], norms with axis=-1, and look at the shapes that you divide.
     """,
     wrong="""
     squared range | return r, Y_p -> return r**2, 2 * r[..., None] * Y_p | That is the square of the range. Take the root.

@@ -51,7 +51,7 @@ weighed = table(
     innovations       | w | equal Z | The smaller the innovation, the more likely: exp(-z^2 / (2 Z)).
     variances         | w | any     | A Gaussian that is wide is low: 1 / sqrt(Z) is a part of the likelihood.
     unlikely ones     | w | unlikely | The rule of Bayes drops nothing: a hypothesis that explains little keeps its small weight.
-    far from all      | w | far     | All likelihoods are 0 in the computer: subtract the largest logarithm before exp.
+    far from all      | w | far     | All likelihoods are as good as 0: subtract the largest logarithm before exp, and cut nothing off.
     """,
     wrong="""
     height of the Gaussian forgotten | / Z + np.log(Z)) -> / Z) | A wide Gaussian is low in the middle: the factor 1 / sqrt(Z) is missing. Without it the most uncertain hypothesis wins.

@@ -75,14 +75,14 @@ both = table(
     robot a taken as known | H[:, a], H[:, b] = E_a, E_b -> H[:, b] = E_b | Robot a is uncertain, too: its block E_a belongs in H.
     only the one who looks | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a); return x + K @ z, P - K @ H @ P | K has rows for all numbers: b, and all that is correlated with either of them, must move.
     only the one who is seen | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, b); return x + K @ z, P - K @ H @ P | K has rows for all numbers: a moves, too.
-    only the two robots | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a, b); return x + K @ z, P - K @ H @ P | Landmarks and other robots are correlated with the two. Leave the rows of K in: whoever drops them, breaks P.
+    only the two robots | return x + K @ z, P - K @ Z @ K.T -> K = _rows(K, a, b); return x + K @ z, P - K @ H @ P | Landmarks and other robots are correlated with the two: K has a row for every number of the state, in x as in P.
     cross-covariance left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R | The two robots share landmarks, so they are correlated: Z holds E_a P[a, b] E_b' and its transpose, too. H P H' does it all.
     cross-covariance counted once | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + E_b @ P[b, b] @ E_b.T + R + E_a @ P[a, b] @ E_b.T | E_a P[a, b] E_b' comes twice in Z, once transposed. H P H' does it all.
     b left out of Z | H @ P @ H.T + R -> E_a @ P[a, a] @ E_a.T + R | The place of b is uncertain, too: Z = H P H' + R with both blocks in H.
     no R | H.T + R -> H.T | The camera is noisy: Z = H P H' + R.
     R counted twice | H.T + R -> H.T + 2 * R | One sighting has one R, although it is about two robots.
     robots exchanged | = E_a, E_b -> = E_b, E_a | E_a belongs in the columns a of H, E_b in the columns b.
-    x minus K z | x + K @ z -> x - K @ z | z is measured minus expected, so the correction is added.
+    x minus K z | x + K @ z -> x - K @ z | z is measured minus expected, and E_a and E_b are derivatives of what is expected: no minus before any of them, and x + K z.
     x left as it was | x + K @ z -> x | Add K z to the mean.
     P left as it was | P - K @ Z @ K.T -> P | The sighting makes all that is correlated with it more certain: P - K Z K'.
     P grows | P - K @ Z -> P + K @ Z | A correction takes uncertainty away: minus.

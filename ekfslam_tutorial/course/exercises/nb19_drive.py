@@ -105,7 +105,7 @@ truck = table(
     X_x with the wrong sign | [-way[1], way[0]] -> [way[1], -way[0]] | d cos = -sin, d sin = +cos: the last column is [-step_y, step_x].
     X_x transposed | return x2, X_x -> return x2, X_x.T | Rows are outputs, columns are inputs: X_x[0, 2] = dx/dtheta.
     X_u without dt | np.column_stack([X_v, X_alpha]) -> np.column_stack([X_v, X_alpha]) / dt | The step is velocity times dt, and so is its derivative.
-    dv_c/dalpha forgotten | k**2 * H / L * way + k -> k | alpha changes v_c, too: dv_c/dalpha = v (1 + tan^2) (H / L) / (1 - H tan / L)^2, of tan(alpha).
+    dv_c/dalpha forgotten | k**2 * H / L * way + k -> k | alpha changes v_c, too: dv_c/dalpha = v (1 + tan^2) (H / L) / (1 - H tan / L)^2, with tan = tan(alpha).
     X_u of the axle | X_v = dt -> around = np.array([0, 0, 1]); way = along + around * t / L; X_v = dt | While it turns, the laser goes sideways: v and alpha act on that, too.
     divided by v | X_v = dt * k * way -> X_v = dt * k * v * way / v | At rest, with v = 0, that is 0 / 0. The speed is a factor of the step: its derivative by v is the step without v.
     derivative of tan forgotten | T_a = 1 + t**2 -> T_a = 1 | d tan(alpha) / d alpha = 1 + tan(alpha)^2.

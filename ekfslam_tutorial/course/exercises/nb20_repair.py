@@ -74,7 +74,7 @@ repair = table(
     as it was reported | X_x = np -> c, s = _late(x, u); X_x = np | Both bugs are still there: sine and cosine, and one that the thread does not name. Ask your guard.
         [0, 1, t * c], [0, 0, 1]] -> [0, 1, t * s], [0, 0, 1]]
         [[1, 0, -t * s] -> [[1, 0, -t * c]
-    the repair of the thread | X_x = np -> c, s = _late(x, u); X_x = np | Sine and cosine are right. But the Jacobians use the heading after the motion, x[2] + r1 + r2: take the angle from the x before it.
+    the repair of the thread | X_x = np -> c, s = _late(x, u); X_x = np | The places of sine and cosine are right. But the Jacobians are made with the heading after the motion: take theta + r1 with the theta from before it.
     only X_u is still late | X_u = np -> c, s = _late(x, u); X_u = np | X_u still uses the heading after the motion: one angle, taken before, for both.
     only X_x is still late | X_x = np -> c, s = _late(x, u); X_x = np | X_x still uses the heading after the motion: one angle, taken before, for both.
         X_u = np -> c, s = _timely(x, u); X_u = np

@@ -66,7 +66,7 @@ born = table(
     by the ends  | d L_y / y | any | A pixel turns the plane, n; and e1, e2 lie in that plane, so v turns with it.
     """,
     wrong="""
-    rays exchanged | np.cross(m[:3], m[3:]) -> np.cross(m[3:], m[:3]) | The order counts: m1 x m2. The other way round the line runs backwards.
+    rays exchanged | np.cross(m[:3], m[3:]) -> np.cross(m[3:], m[:3]) | n is m1 x m2, in this order and with this sign: turned round, the line runs backwards.
     one normal for any length | n, N_c = unit(c) -> n, N_c = c, np.eye(3) | n has the length one here: unit(c), with its derivative.
     prior of length one | np.column_stack([e1, e2])]) -> np.column_stack([e1, e2]) / np.linalg.norm(b)]) | v = b1 e1 + b2 e2 is linear in b: its derivative is [e1, e2], whatever the length of b is.
     normal of any length, v of the unit one: n has the length one here: unit(c), with its derivative.
@@ -86,7 +86,7 @@ born = table(
     prior times itself | np.column_stack([e1, e2])]) -> np.column_stack([b[0] * e1, b[1] * e2])]) | v = b1 e1 + b2 e2 is linear in b: the columns of L_b are e1 and e2 themselves, without b.
     prior in rows | np.column_stack([e1, e2])]) -> np.vstack([e1, e2, e1])[:, :2]]) | The columns of L_b are by b1 and b2: e1 and e2 stand upright.
     prior reshaped | np.column_stack([e1, e2])]) -> np.array([e1, e2]).reshape(3, 2)]) | reshape leaves the numbers in their order and mixes e1 with e2: the columns of L_b are e1 and e2, so transpose, or np.column_stack.
-    rays exchanged, in the derivative, too: The order counts: m1 x m2. The other way round the line runs backwards.
+    rays exchanged, in the derivative, too: n is m1 x m2, in this order and with this sign: turned round, the line runs backwards.
         np.cross(m[:3], m[3:]), np.hstack([-hat(m[3:]), hat(m[:3])]) -> np.cross(m[3:], m[:3]), np.hstack([hat(m[3:]), -hat(m[:3])])
     divided by the length, not projected | n, N_c = unit(c) -> n, N_c = unit(c)[0], np.eye(3) / np.linalg.norm(c) | The length of c depends on the rays, too: the derivative of n by c is that of `unit`, (I - n n') / |c|.
     normal of any length, unit in the derivative | np.concatenate([n, v]), -> np.concatenate([c, v]), | n has the length one here: unit(c).

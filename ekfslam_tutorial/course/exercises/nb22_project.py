@@ -66,7 +66,7 @@ pictured = table(
     wrong="""
     matrix of points | [[av, 0, 0], [0, au, 0], [-av * u0, -au * v0, au * av]] -> [[au, 0, u0], [0, av, v0], [0, 0, 1]] | That is K, which takes points to pixels. A line goes through K_L: the inverse transposed of K, times au av.
     transposed | au * av]]) -> au * av]]).T | K_L is transposed: the centre u0, v0 stands in its last row.
-    au and av exchanged | u0, v0, au, av = k -> u0, v0, av, au = k | The first row of K_L has av, not au: a line is no point.
+    au and av exchanged | u0, v0, au, av = k -> u0, v0, av, au = k | au and av are exchanged: k = [u0, v0, au, av], and the first row of K_L has av, the second au.
     u0 and v0 exchanged | u0, v0, au, av = k -> v0, u0, au, av = k | k = [u0, v0, au, av]: u0 comes first, it goes with the columns of the image.
     sign of the centre | [-av * u0, -au * v0, -> [av * u0, au * v0, | The last row is [-av u0, -au v0, au av]: mind the signs.
     R for R' | K_L @ F.R.T -> K_L @ F.R | F.R goes from the camera to the world. The normal comes from the world and goes into the camera: R'.

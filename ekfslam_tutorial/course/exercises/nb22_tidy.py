@@ -67,7 +67,7 @@ tidied = table(
     s taken for a constant | -s * np.eye(3) - np.outer(n, v - 2 * s * n) / (n @ n) -> -s * np.eye(3) | s depends on n as well: product rule, -s I - n (v - 2 s n)' / n'n.
     denominator taken for a constant | v - 2 * s * n) / (n @ n) -> v) / (n @ n) | n'n depends on n, too: its derivative brings -2 s n.
     s n: one factor only | -s * np.eye(3) - np.outer -> -np.outer | Product rule: s n changes with n even where s is held, by -s I.
-    outer product turned round | np.outer(n, v - 2 * s * n) -> np.outer(v - 2 * s * n, n) | Rows are what comes out, columns what goes in: s n changes along n, so np.outer(n, v - 2 s n).
+    outer product turned round | np.outer(n, v - 2 * s * n) -> np.outer(v - 2 * s * n, n) | Rows are what comes out, columns what goes in: s n changes along n, so np.outer(n, v - 2 s n) / n'n.
     D_v the identity | np.eye(3) - np.outer(n, n) / (n @ n) -> np.eye(3) | The part of v along n is gone, also out of its covariance: by v, d has the derivative I - n n' / n'n.
     length of n in D_v | np.outer(n, n) / (n @ n) -> np.outer(n, n) | n need not have the length one: by v, d has the derivative I - n n' / n'n.
     J' P J | J @ P @ J.T -> J.T @ P @ J | The covariance of J l is J P J', in this order.

@@ -150,7 +150,7 @@ exercise = table(
     gravity forgotten in the position | g * dt**2 / 2, q2 -> (R @ a) * dt**2 / 2, q2 | What falls moves, too: the position has half of (R a + g) dt^2, gravity included.
     a with its bias in the derivative | G_w = np.einsum("ijk,j->ik", R_m, a) -> G_w = np.einsum("ijk,j->ik", R_m, u[3:]) | What R turns is a without its bias, a - b_a: so it is in the derivative of R a.
     the other derivative of the product | np.einsum("ijk,j->ik", R_m, a) @ M_half -> np.einsum("ijk,j->ik", R_m, a) @ q_prod(q, half)[1] | q_prod(q, half) has two derivatives, by q and by `half`: b_w sits in `half`, so it is the second one.
-    half of the turn forgotten in the derivative | @ HALF_w * dt / 2 -> @ HALF_w * dt | The middle of the step turns by w dt / 2: its inner derivative is dt / 2.
+    half of the turn forgotten in the derivative | @ HALF_w * dt / 2 -> @ HALF_w * dt | The middle of the step turns by w dt / 2: its inner derivative is dt / 2 by w, and -dt / 2 by b_w.
     half of dt^2 forgotten in X_b | X_b[:3] = np.hstack([G_w, R]) * -(dt**2) / 2 -> X_b[:3] = np.hstack([G_w, R]) * -(dt**2) | The position has half of a dt^2, and so have its derivatives.
     """,
 )

@@ -59,7 +59,7 @@ cut = table(
     one row too few | image[v - h : v + h + 1, u - h : u + h + 1] -> image[v - h : v + h, u - h : u + h] | A slice ends *before* its last number: v - h : v + h + 1 has 2 h + 1 rows.
     y at the corner | image[v - h : v + h + 1, u - h : u + h + 1] -> image[v : v + 2 * h + 1, u : u + 2 * h + 1] | The pixel y is in the middle of the patch, h to each side, not at its corner.
     cut off instead of rounded | np.rint(y).astype(int) -> y.astype(int) | int cuts off: 40.6 becomes 40. Round first, np.rint.
-    rounded up | np.rint(y) -> np.ceil(y) | np.ceil rounds up always; the *next* whole pixel is np.rint.
+    rounded up | np.rint(y) -> np.ceil(y) | np.ceil rounds up always; the *nearest* whole pixel is np.rint.
     patch less its mean | return patch, -> return patch - np.mean(patch), | Return the grey values as they are; the mean is taken off later.
     variance | np.std(patch) -> np.var(patch) | The contrast is a standard deviation: the root of the variance.
     n - 1 | np.std(patch) -> np.std(patch, ddof=1) | The mean of (grey - mean)^2: divide by the number of pixels, not by one less.
