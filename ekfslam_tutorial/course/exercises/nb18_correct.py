@@ -82,7 +82,7 @@ both = table(
     no R | H.T + R -> H.T | The camera is noisy: Z = H P H' + R.
     R counted twice | H.T + R -> H.T + 2 * R | One sighting has one R, although it is about two robots.
     robots exchanged | = E_a, E_b -> = E_b, E_a | E_a belongs in the columns a of H, E_b in the columns b.
-    x minus K z | x + K @ z -> x - K @ z | z is measured minus expected, and E_a and E_b are derivatives of what is expected: no minus before any of them, and x + K z.
+    x minus K z | x + K @ z -> x - K @ z | z is measured minus expected, so the correction is added, and E_a and E_b stand in H without a minus.
     x left as it was | x + K @ z -> x | Add K z to the mean.
     P left as it was | P - K @ Z @ K.T -> P | The sighting makes all that is correlated with it more certain: P - K Z K'.
     P grows | P - K @ Z -> P + K @ Z | A correction takes uncertainty away: minus.
