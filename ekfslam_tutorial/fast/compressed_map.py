@@ -349,7 +349,8 @@ class CompressedMap:
         -------
         x, std : ndarray, shape (n,) or longer
             Not to be written to; std is 0 for the active states, whose means are exact.
-        moved : ndarray
+        moved : ndarray, shape (m,)
+            What the small map has moved by since then; empty if no mean is behind.
         """
         if settled:
             self._settle_means()

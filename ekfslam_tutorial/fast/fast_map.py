@@ -320,8 +320,8 @@ class FastMap:
         if not self.compiled or not compiled().subtract(self, Wt):
             self._downdate(Wt, self.keep_one_triangle())
 
-    def roughly(self, settled=True):
-        """Return the means of all states, exact here: see `CompressedMap.roughly`."""
+    def roughly(self, settled=False):
+        """Return the means of all states, exact here in any case: see `CompressedMap.roughly`."""
         return self._xn, self._xn, NOTHING
 
     def referred(self):
