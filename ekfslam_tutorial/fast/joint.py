@@ -30,7 +30,8 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, threshold):
     if not soon:
         table.keep(map, near)
     seen, id = [Obs(table, k) for k in in_view], sen.id
-    obs.update({(id, o.lmk): o for o in seen})
+    for o in seen:
+        obs[id, o.lmk] = o
 
     expected = seen if by_id else [Obs(table, k) for k in near]
     pairs, new, refused = associated(opt.association, map, expected, raw, sen.model)

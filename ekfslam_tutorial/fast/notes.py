@@ -2,9 +2,13 @@
 
 Users change records, maps and dicts of landmarks as they like. So whatever is noted is compared with what is there
 before it is used, by identity or by its bytes; where they differ it is noted anew. Of landmarks, those that a sensor
-should see are compared; the others count as they were until a state is added to the map, becomes shorter or goes.
+should see are compared, and how many there are, and the last one; the others count as they were until a state is added
+to the map, becomes shorter or goes. (To look at each of a thousand landmarks in each step, even at its identity only,
+takes what a tenth of a step does.) Where some are known, and so no change of the map tells of them, all are compared.
 Copies and files begin without notes.
 """
+
+from itertools import islice
 
 import numpy as np
 
@@ -61,7 +65,7 @@ class Notes:
     def groups(self, lmks):
         """Return the groups of the landmarks of this dict, up to date."""
         groups = self._groups_of(lmks)
-        groups.follow(list(lmks.values()), self.changes)
+        groups.follow(lmks, self.changes)
         return groups
 
     def started(self, lmks):
@@ -88,6 +92,8 @@ class Group:
     Attributes
     ----------
     lmks : list of Lmk
+    keys : list of int
+        Under which each stands in its dict.
     ranges : list of slice or None
         Range of each in the map.
     places : list of int
@@ -98,10 +104,10 @@ class Group:
 
     def __init__(self, kind, known):
         self.kind, self.known = kind, known
-        self.lmks, self.ranges, self.places, self.kinds = [], [], [], []
+        self.lmks, self.keys, self.ranges, self.places, self.kinds = [], [], [], [], []
         self._indices = np.zeros((8, kind.size), int)
 
-    def add(self, lmk, place):
+    def add(self, key, lmk, place):
         """One more."""
         n = len(self.lmks)
         if n == len(self._indices):
@@ -109,6 +115,7 @@ class Group:
         if not self.known:
             self._indices[n] = np.arange(lmk.r.start, lmk.r.stop)  # if the length is wrong, nothing has been added
         self.lmks.append(lmk)
+        self.keys.append(key)
         self.ranges.append(lmk.r)
         self.places.append(place)
         self.kinds.append(lmk.type)
@@ -140,27 +147,33 @@ class Groups:
 
         Parameters
         ----------
-        lmks : list of Lmk
+        lmks : dict of int to Lmk
         changes : int
             Of the map. After more of them than the last time, all landmarks are looked at.
         """
-        n, self._changes, same = len(self.lmks), changes, self._changes == changes
-        if same and self.lmks == lmks:
-            return
-        if not same or self.lmks != lmks[:n]:
+        n = len(self.lmks)
+        if changes != self._changes or not self._begins(lmks, n):
+            self._changes, n = changes, 0
             self.forget()
-            n = 0
+        if len(lmks) == n:
+            return
         try:
-            for place, lmk in enumerate(lmks[n:], n):
-                self._of(lmk.type, lmk.r is None).add(lmk, place)
+            for key, lmk in reversed(list(islice(reversed(lmks.items()), len(lmks) - n))):
+                self._of(lmk.type, lmk.r is None).add(key, lmk, len(self.lmks))
+                self.lmks.append(lmk)
         except BaseException:
             self.forget()  # half of them would be wrong
             raise
-        self.lmks = lmks
+
+    def _begins(self, lmks, n):
+        """Return True if a dict begins with the n landmarks that are noted: the last one of them is where it was."""
+        if self._known or len(lmks) < n:
+            return self.lmks == list(islice(lmks.values(), n))
+        return n == 0 or next(islice(reversed(lmks.values()), len(lmks) - n, None)) is self.lmks[-1]
 
     def forget(self):
         """Begin anew: a landmark is not what it was."""
-        self.all, self.lmks, self.started = [], [], [None, 0]
+        self.all, self.lmks, self.started, self._known = [], [], [None, 0], False
 
     def _of(self, kind, known):
         """Return the group for a landmark of this type."""
@@ -168,4 +181,5 @@ class Groups:
             if group.known == known and (group.kind is kind or group.kind == kind):
                 return group
         self.all.append(Group(kind, known))
+        self._known = self._known or known
         return self.all[-1]

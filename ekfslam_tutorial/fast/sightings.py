@@ -28,8 +28,10 @@ class Sightings:
 
     Attributes
     ----------
-    r, kinds, places : list of slice or None, list of LmkType, list of int
-        Range of each landmark in the map, its type, and where it stands among all: as they are noted.
+    group, some : Group, list of int or None
+        Where the landmarks are noted, and which of those; None if all.
+    r, places : list of slice or None, list of int
+        Range of each in the map, and where it stands among all: as they are noted.
     untidy : bool
         True if some of the landmarks have something to tidy up after a correction: see `tidy`.
     has_E : bool
@@ -40,14 +42,15 @@ class Sightings:
 
     def __init__(self, sen, lmks, e, v, visible, ranges, E_r=None, E_s=None, E_l=None, *, J=None, n=None):
         self.sen, self.lmks, self.e, self.v, self.visible, self.ranges = sen, lmks, e, v, visible, ranges
-        self.J, self.n, self.has_E, self.untidy = J, n, False, False
-        self.r, self.kinds, self.places = [], [], []
+        self.J, self.n, self.has_E, self.untidy, self.some = J, n, False, False, None
         if J is None:
             vars(self).update(E_r=E_r, E_s=E_s, E_l=E_l)  # not looked up in J, then
         self.K = K = len(e)
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
         self._measured = (), (), None, None, None  # see `measure`
 
+    r = lazy(lambda self: chosen(self.group.ranges, self.some))
+    places = lazy(lambda self: chosen(self.group.places, self.some))
     E_r = lazy(lambda self: self.J[..., : self.n])
     E_s = lazy(lambda self: self.J[..., self.n : 2 * self.n])
     E_l = lazy(lambda self: self.J[..., 2 * self.n :])
@@ -152,6 +155,11 @@ class Sightings:
     y = lazy(lambda self: self._column(lambda a, i, y, z, R: y[i]))
     z = lazy(lambda self: self._column(lambda a, i, y, z, R: z[a]))
     R = lazy(lambda self: self._column(lambda a, i, y, z, R: R if R.ndim == 2 else R[a]))
+
+
+def chosen(each, some):
+    """Return some of a list, given by their indices; all of it if some is None."""
+    return each if some is None else [each[i] for i in some]
 
 
 def merged(parts):

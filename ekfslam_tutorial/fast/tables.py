@@ -26,7 +26,7 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
         if not fits(sen.model, group.kind):
             continue
         part = _part(map, rob, sen, group, Rf, Sf, in_view)
-        if part is not None and not _as_noted(part):
+        if part is not None and not _as_noted(part, lmks):
             groups.forget()
             return sightings(map, rob, sen, lmks, Rf, Sf, in_view)
         parts += [part] if part is not None else []
@@ -35,46 +35,57 @@ def sightings(map, rob, sen, lmks, Rf, Sf, in_view=False):
 
 def _part(map, rob, sen, group, Rf, Sf, in_view):
     """The table of the landmarks of one type; None if there are none."""
-    kind, indices, lmks = group.kind, group.indices, group.lmks
-    r, places, kinds = group.ranges, group.places, group.kinds
-    if in_view and len(lmks) > MANY:
-        at = _in_view(map, Rf, Sf, sen.model, kind, lmks, indices)
-        indices, at = None if indices is None else indices.take(at, 0), at.tolist()
-        lmks, r, places, kinds = ([each[i] for i in at] for each in (lmks, r, places, kinds))
+    traced = map.compiled and rob.first is None
+    if in_view and len(group.lmks) > MANY:
+        some, part = _seen(map, rob, sen, group, Rf, Sf, traced)
+    else:
+        some, part = None, _table(map, rob, sen, group.kind, group.lmks, group.indices, Rf, Sf, traced, not in_view)
+    if part is not None:
+        part.group, part.some = group, some
+        part.untidy = hasattr(group.kind, "ahead") or hasattr(group.kind, "linearity")
+    return part
+
+
+def _seen(map, rob, sen, group, Rf, Sf, traced):
+    """Those of many landmarks that may be seen, and their table: a quick look at all of them, most are elsewhere."""
+    kind, indices, found = group.kind, group.indices, None
+    ranges = frame_range(rob, Rf), sen.r
+    if traced and indices is not None:
+        found = compiled().expected_in_view(map, Rf, Sf, sen.model, kind, indices, *ranges)
+    if found is not None:
+        some, indices, *found = found
+        some = some.tolist()
+        lmks = [group.lmks[i] for i in some]
+        return some, _as_compiled(sen, lmks, (*ranges, indices), Rf.size, *found) if some else None
+    l = map.x[indices] if indices is not None else np.array([lmk.x for lmk in group.lmks], float)
+    at = np.flatnonzero(may_be_seen(Rf, Sf, sen.model, kind, l))
+    indices, some = None if indices is None else indices.take(at, 0), at.tolist()
+    return some, _table(map, rob, sen, kind, [group.lmks[i] for i in some], indices, Rf, Sf, traced, False)
+
+
+def _table(map, rob, sen, kind, lmks, indices, Rf, Sf, traced, every):
+    """The table of some landmarks of one type, by compiled code if they can be traced; None if there are none."""
     if not lmks:
         return None
     l = np.array([lmk.x for lmk in lmks], float) if indices is None else map.state(indices)
     ranges = frame_range(rob, Rf), sen.r, indices
-    part = _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, not in_view) if map.compiled else None
-    part = part or _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges)
-    part.r, part.places, part.kinds = r, places, kinds
-    part.untidy = hasattr(kind, "ahead") or hasattr(kind, "linearity")
-    return part
+    found = compiled().expected(map, Rf, Sf, sen.model, kind, l, *ranges, every) if traced else None
+    if found is not None:
+        return _as_compiled(sen, lmks, ranges, Rf.size, *found)
+    return _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges)
 
 
-def _as_noted(part):
-    """Return True if the visible landmarks have the types and the ranges that are noted of them."""
-    lmks, r, kinds = part.lmks, part.r, part.kinds
-    for k in part.visible.nonzero()[0].tolist():
-        lmk = lmks[k]
-        if lmk.r is not r[k] or lmk.type is not kinds[k]:
-            return False
-    return True
-
-
-def _in_view(map, Rf, Sf, sensor, kind, lmks, indices):
-    """Indices of the landmarks that `may_be_seen`: a quick look at all of them, most of which are elsewhere."""
-    if map.compiled and indices is not None:
-        at = compiled().in_view(map, Rf, Sf, sensor, kind, indices)
-        if at is not None:
-            return at
-    l = map.x[indices] if indices is not None else np.array([lmk.x for lmk in lmks], float)
-    return np.flatnonzero(may_be_seen(Rf, Sf, sensor, kind, l))
+def _as_compiled(sen, lmks, ranges, n, e, v, visible, J, E):
+    """The table of what compiled code has found; E may come later."""
+    table = Sightings(sen.id, lmks, e, v, visible, ranges, J=J, n=n)
+    if E is not None:
+        table.E, table.has_E = E, True
+    return table
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges):
-    """The table of landmarks of one type."""
+    """The same, by numpy."""
     e, v, E_r, E_s, E_l, visible = expected(Rf, Sf, sen.model, kind, l)
     if E_l.ndim == 2:
         E_l = np.repeat(E_l[None], len(l), 0)  # the same for all
@@ -85,15 +96,11 @@ def _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges):
     return Sightings(sen.id, lmks, e, v, visible, ranges, E_r, E_s, E_l)
 
 
-def _compiled(map, rob, sen, lmks, kind, l, Rf, Sf, ranges, every):
-    """The same by compiled code, with E; None if that cannot be."""
-    if rob.first is not None:
-        return None
-    found = compiled().expected(map, Rf, Sf, sen.model, kind, l, *ranges, every)
-    if found is None:
-        return None
-    e, v, visible, J, E = found
-    table = Sightings(sen.id, lmks, e, v, visible, ranges, J=J, n=Rf.size)
-    if E is not None:
-        table.E, table.has_E = E, True
-    return table
+def _as_noted(part, lmks):
+    """Return True if the visible landmarks are those of the dict, with the types and the ranges that are noted."""
+    group, some = part.group, part.some
+    for k in part.visible.nonzero()[0].tolist():
+        i, lmk = k if some is None else some[k], part.lmks[k]
+        if lmks.get(group.keys[i]) is not lmk or lmk.r is not group.ranges[i] or lmk.type is not group.kinds[i]:
+            return False
+    return True

@@ -5,7 +5,7 @@ import pytest
 
 from ekfslam_tutorial.fast import CompressedMap, FastMap, augment, correct, covariance, cross, fast_map, innovation
 from ekfslam_tutorial.fast import virtual as by_numpy
-from ekfslam_tutorial.fast.compiled import cholesky, explained, follow, in_view, settle, spots
+from ekfslam_tutorial.fast.compiled import cholesky, expected, expected_in_view, explained, follow, settle, spots
 from ekfslam_tutorial.fast.expectation import may_be_seen
 from ekfslam_tutorial.fast.virtual import VirtualStates
 from ekfslam_tutorial.geometry import Frame2
@@ -198,8 +198,10 @@ def test_what_may_be_seen_is_told_from_means_that_are_behind(rng):
             correct(m, PHt, innovation(z, covariance(PHt, blocks), np.eye(2)))
         R = Frame2(np.array([some[0] + 1.0, 0.1, 0.3]))
         behind = map._far_behind
-        got = in_view(map, R, S, sensor, kind, indices)
+        got, at, *found, E = expected_in_view(map, R, S, sensor, kind, indices, None, None)
         kept, settled = kept + (behind and map._far_behind), settled + (behind and not map._far_behind)
         assert np.array_equal(got, np.flatnonzero(may_be_seen(R, S, sensor, kind, beside.x[indices])))
-        assert len(got)
+        assert len(got) and E is None and np.array_equal(at, indices[got])
+        each = expected(map, R, S, sensor, kind, beside.x[at], None, None, at, False)
+        assert all(close(np.asarray(a, float), np.asarray(b, float)) for a, b in zip(found, each[:4], strict=True))
     assert kept > 20 and settled > 5

@@ -245,4 +245,4 @@ def test_parameters_of_any_sequence(rng):
     F, map, indices = Frame3(np.eye(7)[3]), FastMap(compiled=True), np.arange(3)[None]
     map.add([0.1, -0.2, 2.0], np.eye(3))
     for k in ([320.0, 240.0, 320.0, 320.0], np.array([320.0, 240.0, 320.0, 320.0])):
-        assert step.in_view(map, F, F, PinHole(k=k), EucPnt(3), indices).tolist() == [0]
+        assert step.expected_in_view(map, F, F, PinHole(k=k), EucPnt(3), indices, None, None)[0].tolist() == [0]

@@ -28,7 +28,7 @@ from .maps import (
     spots,
     subtract,
 )
-from .step import born, correct_found, expected, in_view, left_out, move, normalized
+from .step import born, correct_found, expected, expected_in_view, left_out, move, normalized
 
 __all__ = [
     "between",
@@ -38,13 +38,13 @@ __all__ = [
     "correct_found",
     "correct_some",
     "expected",
+    "expected_in_view",
     "explained",
     "follow",
     "joined",
     "left_out",
     "mirror",
     "move",
-    "in_view",
     "normalized",
     "overwrite",
     "predict",

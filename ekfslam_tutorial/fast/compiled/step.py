@@ -113,25 +113,7 @@ def expected(map, Rf, Sf, sensor, kind, l, r, s, indices, every):
 
 
 def _write_expected(frame, sensor, kind):
-    tape, found = trace_expectation(frame, sensor, kind)
-    n_f, n_l, m, d, size = frame.size, kind.size, *found["e"].shape, *found["v"].shape, found["J"].shape[1]
-    places = {"e": "e[k, {}]", "v": "v[k, {}]", "visible": "visible[k]", "J": "J[k, {}, {}]"}
-    outputs = [(place, found[name]) for name, place in places.items()]
-    before, loop = straight_code(tape, outputs, each="[k")
-    finite = " + ".join(f"J[k, {a}, {2 * n_f + c}]" for a, c in np.ndindex(m, n_l))
-    loop += [
-        f"visible[k] = visible[k] and isfinite({finite})",
-        "if every or visible[k]:",
-        f"    covariance_of(P, lower, J, cols, at, indices, k, {2 * n_f}, E[k])",
-        "else:",
-        "    E[k] = np.nan",
-    ]
-    lines = [
-        f"cols, at = columns_of(r, s, {n_f}, {n_f}, {n_l}, known)",
-        *before,
-        "for k in range(len(l)):",
-        *(f"    {line}" for line in loop),
-    ]
+    lines, (m, d, size) = _expectations(frame, sensor, kind, "every or visible[k]")
     signature = (
         "void(f8[::1], f8[::1], f8[:, ::1], f8[::1, :], b1, i8, i8, i8[:, ::1], b1, b1, "
         "f8[:, ::1], f8[:, ::1], b1[::1], f8[:, :, ::1], f8[:, :, ::1])"
@@ -140,38 +122,97 @@ def _write_expected(frame, sensor, kind):
     return build(signature, arguments, lines), m, d, size
 
 
-def in_view(map, Rf, Sf, sensor, kind, indices):
-    """Indices of the landmarks that `may_be_seen`; they are in the map at these indices, (K, k). None if not compiled.
+def _expectations(frame, sensor, kind, wanted):
+    """Lines that write e, v, visible, J of landmarks l, and E of those that are wanted; and their sizes m, d, J's."""
+    tape, found = trace_expectation(frame, sensor, kind)
+    n_f, n_l, m, d, size = frame.size, kind.size, *found["e"].shape, *found["v"].shape, found["J"].shape[1]
+    places = {"e": "e[k, {}]", "v": "v[k, {}]", "visible": "visible[k]", "J": "J[k, {}, {}]"}
+    outputs = [(place, found[name]) for name, place in places.items()]
+    before, loop = straight_code(tape, outputs, each="[k")
+    finite = " + ".join(f"J[k, {a}, {2 * n_f + c}]" for a, c in np.ndindex(m, n_l))
+    loop += [
+        f"visible[k] = visible[k] and isfinite({finite})",
+        f"if {wanted}:",
+        f"    covariance_of(P, lower, J, cols, at, indices, k, {2 * n_f}, E[k])",
+        "elif len(E) > 0:",
+        "    E[k] = np.nan",
+    ]
+    lines = [f"cols, at = columns_of(r, s, {n_f}, {n_f}, {n_l}, known)", *before]
+    return [*lines, "for k in range(len(l)):", *(f"    {line}" for line in loop)], (m, d, size)
+
+
+ROOM = 32  # landmarks in view, at first
+
+
+def expected_in_view(map, Rf, Sf, sensor, kind, indices, r, s):
+    """`expected` of those that `may_be_seen`, of many that are in the map: a quick look at all, most are elsewhere.
 
     The means of far states are taken as they were last settled, and settled if one of them may be in range.
+
+    Parameters
+    ----------
+    Rf, Sf, sensor, kind, r, s
+        As in `expected`.
+    indices : ndarray of int, shape (N, k)
+        Where the landmarks are in the map.
+
+    Returns
+    -------
+    some, indices : ndarray of int, shape (K,) and (K, k)
+        Which of them may be seen, and where those are in the map.
+    e, v, visible, J, E : ndarray, or None
+        Of these, as `expected` has them; E of the visible ones. None instead of all if it cannot be.
     """
-    found = program(_write_in_view, type(Rf), sensor, kind)
+    found = program(_write_expected_in_view, type(Rf), sensor, kind)
     if found is None or type(Sf) is not type(Rf) or indices.shape[-1] != kind.size:
         return None
-    (run, by_range), at = found, np.empty(len(indices), np.int64)
-    for settled in (not by_range, True):
-        x, std, moved = map.roughly(settled)
-        q = run(Rf.x, Sf.x, x, std, moved, indices, at)
-        if q >= 0:
-            return at[:q]
+    run, by_range, (m, d, size) = found
+    _, P, _, lower = map.storage
+    some, room, settled, whole = np.empty(len(indices), np.int64), ROOM, not by_range, map.all_active
+    r, s = (start_of(r), start_of(s)) if whole else (-1, -1)
+    while True:
+        e, v, visible = np.empty((room, m)), np.empty((room, d)), np.empty(room, bool)
+        J, E, at = np.empty((room, m, size)), np.empty((room * whole, m, m)), np.empty((room, kind.size), np.int64)
+        K = run(Rf.x, Sf.x, *map.roughly(settled), indices, P, lower, r, s, some, at, e, v, visible, J, E)
+        if 0 <= K <= room:
+            return some[:K], at[:K], e[:K], v[:K], visible[:K], J[:K], E[:K] if whole else None
+        room, settled = max(room, K), settled or K < 0
 
 
-def _write_in_view(frame, sensor, kind):
+def _write_expected_in_view(frame, sensor, kind):
     """A program that says how many may be seen, -1 if it takes a mean that is not exact to say so.
 
-    And whether it can tell from means that are not exact: they tell what is out of range.
+    If that is more than there is room for, it does no more. And whether it can tell from means that are not exact: they
+    tell what is out of range.
     """
     tape, by_range = Tape(), kind == EUCLIDEAN[frame.dim] and getattr(sensor, "max_range", inf) < inf
     Rf, Sf = frame(tape.inputs("rf[{}]", frame.size)), frame(tape.inputs("sf[{}]", frame.size))
-    l, std = (tape.inputs(f"{name}[indices[k, {{}}]]", kind.size) for name in ("x", "std"))
+    l, std = (tape.inputs(f"{name}[every[k, {{}}]]", kind.size) for name in ("x", "std"))
     off = tape.inputs("norm", 1)[0] * std.sum()
     seen = may_be_seen(Rf, Sf, sensor, kind, l[None], off if by_range else 0.0)
     before, loop = straight_code(tape, [("seen", np.asarray(seen)[0]), ("off", off)], each="[k")
-    loop += ["if seen:", "    if off > 0:", "        return -1", "    at[q] = k", "    q += 1"]
-    lines = ["q, norm = 0, 0.0", "for step in moved:", "    norm += step * step", "norm = math.sqrt(norm)", *before]
-    lines += ["for k in range(len(indices)):", *(f"    {line}" for line in loop), "return q"]
-    signature = "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[:, ::1], i8[::1])"
-    return build(signature, "rf, sf, x, std, moved, indices, at", lines), by_range
+    loop += ["if seen:", "    if off > 0:", "        return -1", "    some[K] = k", "    K += 1"]
+    then, sizes = _expectations(frame, sensor, kind, "len(E) > 0 and visible[k]")
+    lines = ["K, norm = 0, 0.0", "for step in moved:", "    norm += step * step", "norm = math.sqrt(norm)", *before]
+    lines += [
+        "for k in range(len(every)):",
+        *(f"    {line}" for line in loop),
+        "if K > len(e):",
+        "    return K",
+        f"l, known = np.empty((K, {kind.size})), False",
+        "for k in range(K):",
+        f"    for c in range({kind.size}):",
+        "        indices[k, c] = every[some[k], c]",
+        "        l[k, c] = x[indices[k, c]]",
+        *then,
+        "return K",
+    ]
+    signature = (
+        "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[:, ::1], f8[::1, :], b1, i8, i8, "
+        "i8[::1], i8[:, ::1], f8[:, ::1], f8[:, ::1], b1[::1], f8[:, :, ::1], f8[:, :, ::1])"
+    )
+    arguments = "rf, sf, x, std, moved, every, P, lower, r, s, some, indices, e, v, visible, J, E"
+    return build(signature, arguments, lines), by_range, sizes
 
 
 def correct_found(map, sensor, spots, n, J, e, E, no_E, found, index, y, R, threshold):
