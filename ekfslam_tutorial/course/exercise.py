@@ -270,7 +270,8 @@ class Exercise:
             hint = AN_ID if raised else f"{AN_ID} {hint}"  # such a place is no matter of counting from 0
         if outcome.certain and not forgiven:  # who changes an input may have made another mistake, too
             besides = self.judge(answer, forgiven=self.parameters())
-            name, hint = besides.misconception, f"{hint} And besides: {besides.hint}" if besides.misconception else hint
+            if besides.misconception and not besides.misconception.startswith("slip: "):  # it may come of the change
+                name, hint = besides.misconception, f"{hint} And besides: {besides.hint}"
         if len(known) == 1:
             tested = hint if at[0] is self.links[0] else at[0].help
             slip = not known[0].edits

@@ -13,8 +13,9 @@ import numpy as np
 from .deadline import Stopped
 from .expect import Failed
 
-IN_PLACE = "`+=`, `-=`, `*=` and `x[i] = ...` write into what the caller has, also by another name for it."
-IN_PLACE_LIST = "`append`, `insert`, `+=` and `x[i] = ...` write into what the caller has, also by another name for it."
+OTHER_NAME = "write into what the caller has, also by another name for it: `b = a` is no copy."
+IN_PLACE = f"`+=`, `-=`, `*=` and `x[i] = ...` {OTHER_NAME}"
+IN_PLACE_LIST = f"`append`, `insert`, `+=` and `x[i] = ...` {OTHER_NAME}"
 
 
 ADVICE = {
@@ -25,7 +26,8 @@ ADVICE = {
     "without an axis count through all rows, one after the other.",
     np.linalg.LinAlgError: "Print the matrix of that line: is it the one that you mean?",
     RecursionError: "The function calls itself without end.",
-    ValueError: "Print the shapes of the arrays in that line, `print(a.shape)`: do they fit?",
+    ValueError: "Print what goes into that line: values, and the shapes of arrays by `np.shape(...)`. Are they what "
+    "you think they are?",
     TypeError: "Print what is in that line: is each name the array, number or function that you think it is?",
     AttributeError: "Print what is in that line: is each name the array, number or function that you think it is?",
     SystemExit: "A function gives its result back by `return`; it never ends Python.",
@@ -49,6 +51,8 @@ SLIPS = {
     "`@`.",
     "ufunc 'positive'": "A frame is made of 7 numbers, in the plane of 3, and here is something else. Is it None? A "
     "mounting that is in the map is `x[sen.r]`, and `sen.x` is None.",
+    "negative dimensions": "A size in that line is negative. Print the numbers that it is made of: which of them did "
+    "you expect to be the larger one?",
     "mismatch in its core dimension": "In A @ B the columns of A must be as many as the rows of B: look at the "
     "order of the factors, and at the transposes (.T).",
     "object is not subscriptable": "What stands before the bracket [ ] is a single number or a function, not an array.",
@@ -136,10 +140,10 @@ def _copy_advice(name, value):
             return f"{IN_PLACE_LIST} Build a new list, of copies: `{name} = [item.copy() for item in {name}]`."
         return f"{IN_PLACE_LIST} Build a new list: `{name} = list({name})`."
     if isinstance(value, dict):
-        return f"{IN_PLACE} Work on a copy: `{name} = dict({name})`."
+        return f"{IN_PLACE} Work on a copy: `dict({name})`."
     floats = isinstance(value, np.ndarray) and value.dtype.kind == "f"  # of whole numbers, type int keeps no decimals
     of_floats = ", dtype=float" if floats else ""
-    return f"{IN_PLACE} Work on a copy: `{name} = np.array({name}{of_floats})`."
+    return f"{IN_PLACE} Work on a copy: `np.array({name}{of_floats})`."
 
 
 def misses_arguments(function, names):

@@ -186,8 +186,8 @@ def _of(function, text) -> Iterator[tuple[str, ...]]:
         parent = _around(nodes, node, text) if small else node
         for what, new in [*_changes(node, text), *_of_name(node, names), *_by_dt(node, names, text, parameters)]:
             both = text.both(parent, node, new)
-            if re.search(r"linspace\((\S+), \1,", both[1]):
-                continue  # nobody searches in a single number
+            if _one_number(both[1]):
+                continue
             yield told(what, parent, *both), text.with_(node, new, id(node) not in free), *both
     yield from _of_parameters(function, parameters, text)
     for node in statements:
@@ -201,6 +201,11 @@ def _of(function, text) -> Iterator[tuple[str, ...]]:
             if other != node.id:
                 both = text.both(around, node, other)
                 yield told(f"`{other}` for `{node.id}`", around, *both), text.with_(node, other, False), *both
+
+
+def _one_number(text) -> bool:
+    """Return True for a search in a single number: nobody makes that."""
+    return bool(re.search(r"linspace\((\S+), \1,", text))
 
 
 class _Places:
@@ -263,6 +268,8 @@ def _of_uses(function, nodes, names, places, text, means):
         for inner in (n for n in ast.walk(formula) if isinstance(n, ast.expr)):
             for what, new in _changes(inner, text):
                 old, changed = text.both(formula, inner, new)
+                if _one_number(changed):
+                    continue
                 told = f"{what}: your results are as if `{node.id}` were `{changed}`, not `{old}`,"
                 known = _explained(means, old, changed)
                 yield f"{told}{where}{known}.", text.with_(node, changed), old, changed
@@ -483,8 +490,8 @@ OPERATIONS = {
         ("The product of matrices is `@`, and `*` goes entry by entry", "{a} * {b}"),
         ("A transpose too many", "{a}.T @ {b}"),
         ("A transpose too many", "{a} @ {b}.T"),
-        ("Only the diagonal counts", "np.diag(np.diag({left})) @ {b}"),
-        ("Only the diagonal counts", "{a} @ np.diag(np.diag({right}))"),
+        ("Only the diagonal counts in yours", "np.diag(np.diag({left})) @ {b}"),
+        ("Only the diagonal counts in yours", "{a} @ np.diag(np.diag({right}))"),
         ("An inverse", "np.linalg.inv({left}) @ {b}"),
         ("An inverse", "{a} @ np.linalg.inv({right})"),
         ("Twice as much", "2 * ({left} @ {right})"),
@@ -549,7 +556,10 @@ def _of_call(node, of):
         quotient = f"{stem or 'np'}.arctan(({args[0]}) / ({args[1]}))"
         yield "`arctan` of the quotient cannot tell ahead from behind", quotient
     if name in ("inv", "solve") and args:
-        yield "Only the diagonal counts", f"{function}({', '.join([f'np.diag(np.diag({args[0]}))', *args[1:]])})"
+        yield (
+            "Only the diagonal counts in yours",
+            f"{function}({', '.join([f'np.diag(np.diag({args[0]}))', *args[1:]])})",
+        )
     if name == "solve" and len(args) == 2:
         yield "The inverse is missing", f"({args[0]}) @ ({args[1]})"
     for i in range(len(args) - 1 if name not in COUNTING else 0):
@@ -587,8 +597,9 @@ def _of_entries(node, of):
         for i, entry in enumerate(entries):
             for wrong, new in (
                 ("An entry has the wrong sign", f"-({entry})"),
-                ("An entry is missing", "0"),
-                ("An entry is 1", "1"),
+                *(
+                    (("An entry is missing", "0"), ("An entry is 1", "1")) if opened else ()
+                ),  # else it is a whole result
                 ("An entry is twice as much", f"2 * ({entry})"),
                 ("An entry is half as much", f"({entry}) / 2"),
             ):
@@ -612,7 +623,7 @@ def _of_terms(node, of, row):
     for some in itertools.combinations(sums, 2):
         for side in "left", "right":
             left = [of(getattr(e, side)) if i in some else of(e) for i, e in enumerate(node.elts)]
-            yield "A term is missing in two entries", row(left)
+            yield "A term is missing at two places", row(left)
 
 
 def _of_two_entries(rows, matrix):

@@ -159,7 +159,7 @@ def table(
             ]
         return settled(taken, right) if settled else taken
 
-    @made.link("the results", form or f"The function must end with `return {returns}`.")
+    @made.link("the results", form or _form(names, returns))
     def _(f, rng):
         for args in cases["any"](rng):
             parts(args, f(*args))
@@ -233,6 +233,13 @@ def _shape_of(value):
     """The shape of a number or an array, None for anything else."""
     numbers = guard.numbers(value)
     return None if numbers is None else numbers.shape
+
+
+def _form(names, returns) -> str:
+    """What is wanted of the form of the results."""
+    if len(names) == 1:
+        return f"One thing is returned, {returns}, in the shape that the statement says."
+    return f"{len(names)} things are returned, in this order: {returns}. Each has the shape that the statement says."
 
 
 def _taken(value, right, name, help):

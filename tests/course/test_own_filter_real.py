@@ -222,7 +222,7 @@ def test_08_goes_on_with_mistakes(tmp_path):
         run = Run("08", {"08.2": ekf})
         assert "predict (05.1): the reference (yours in my_slam.py does not pass its check any more" in run.printed
         assert "observe (05.2), correct (05.3), augment (05.4): yours" in run.printed
-        assert "[08.2] failed" in run.printed and "That is the ordinary EKF" in " ".join(run.printed.split())
+        assert "[08.2] failed" in run.printed and "it is the ordinary EKF" in " ".join(run.printed.split())
         assert run.calls["predict"] == 0 and run.calls["correct"] > 6000
         assert run.space["standing_fej"](30, 3)[1][-1] == pytest.approx(30, abs=0.05)
 

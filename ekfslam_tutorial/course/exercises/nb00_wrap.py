@@ -49,9 +49,9 @@ wrapping = table(
     checks="""
     small angles      | wrapped | small  | An angle that is already between -pi and pi stays as it is, in radians.
     one turn too many | wrapped | one    | From pi to 2 pi one turn of 2 pi is taken away, from -2 pi to -pi one is added: the direction stays the same.
-    many turns        | wrapped | many   | A robot may have turned many times: remove all turns, not only one.
+    many turns        | wrapped | many   | A robot may have turned many times, to the left or to the right. All whole turns of 2 pi are taken away: the same direction is left, between -pi and pi.
     an array          | wrapped | arrays | The function must take arrays of any shape, and give back that shape: each angle is turned by itself.
-    whole numbers     | wrapped | whole  | Whole numbers stay of type int in an array, and what is written into it loses its decimals: np.array(angle, dtype=float).
+    whole numbers     | wrapped | whole  | Whole numbers must work, too: 4, or an array of type int. The result has decimals all the same; np.array(angle, dtype=float) makes floats of them.
     """,
     wrong="""
     nothing done | np.pi - (np.pi - angle) % (2 * np.pi) -> angle | Your function gives back its input. What is 2 pi more than 0.5?
@@ -68,7 +68,7 @@ wrapping = table(
     sign lost | np.pi - (np.pi - angle) % (2 * np.pi) -> np.abs(np.pi - (np.pi - angle) % (2 * np.pi)) | The sign is lost: left and right are different directions.
     arctan2 with its arguments swapped | np.pi - (np.pi - angle) % (2 * np.pi) -> np.arctan2(np.cos(angle), np.sin(angle)) | arctan2 takes the sine first, then the cosine.
     cut off | np.pi - (np.pi - angle) % (2 * np.pi) -> np.clip(angle, -np.pi, np.pi) | You cut the angle off at pi. Another angle is another direction: remove whole turns instead.
-    shift not undone | np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
+    shift not undone | np.pi - (np.pi - angle) % (2 * np.pi) -> (angle + np.pi) % (2 * np.pi) | Yours is pi too large. An angle that is shifted by pi before the % is shifted back afterwards.
     fmod | np.pi - (np.pi - angle) % (2 * np.pi) -> np.fmod(angle + np.pi, 2 * np.pi) - np.pi | Angles below -pi stay below -pi in yours. Python's % with a positive number brings them up, too; np.fmod and math.fmod do not: they keep the sign of the input.
     half a turn off | np.pi - (np.pi - angle) % (2 * np.pi) -> angle % (2 * np.pi) - np.pi | Yours is off by half a turn: add pi before the %, and subtract it afterwards.
     mirrored | np.pi - (np.pi - angle) % (2 * np.pi) -> (np.pi - angle) % (2 * np.pi) - np.pi | The sign is the wrong way round: left has become right.
@@ -87,7 +87,11 @@ wrapping = table(
 )
 
 
-@wrapping.link("the seam", "Straight back: pi or -pi, and nothing else.", before="an array")
+@wrapping.link(
+    "the seam",
+    "Straight back (pi, -pi, 3 pi, -3 pi) comes out as pi or -pi; 0.001 rad beside it, as the same direction between -pi and pi.",
+    before="an array",
+)
 def _(f, rng):
     for angle in (np.pi, -np.pi, 3 * np.pi, -3 * np.pi, np.pi - 1e-3, np.pi + 1e-3, 1e-3 - np.pi, -np.pi - 1e-3):
         got = expect.array(f(angle), (), "wrapped")

@@ -69,7 +69,7 @@ correction = table(
     the mean                 | x | sizes       | x + K z with K = P H' inv(H P H' + R).
     the covariance           | P | sizes       | P - K H P, a covariance: what was measured is known better.
     P does not depend on z   | P | surprises   | How sure the filter is does not depend on what was measured.
-    P shrinks                | P | often       | P must stay symmetric, and lose uncertainty in every direction.
+    P shrinks                | P | often       | Ten corrections, one after the other. P stays symmetric, and the uncertainty grows in no direction.
     """,
     wrong="""
     Z without R | H @ P @ H.T + R -> H @ P @ H.T | The measurement has noise, too: Z = H P H' + R.
@@ -93,7 +93,7 @@ correction = table(
     K z added twice | x + K @ z -> x + 2 * K @ z | Add K z once.
     gain of the new P | x + K @ z -> x + (P - K @ Z @ K.T) @ H.T @ np.linalg.inv(Z) @ z | K = P H' inv(Z) has the P before the correction, for x as for P. Yours takes the new P for x.
     K R K' subtracted | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it.
-    K Z subtracted | K @ Z @ K.T -> K @ K.T | P - K Z K': Z stands between two gains, else the sizes fit by chance only.
+    K Z subtracted | K @ Z @ K.T -> K @ K.T | P - K Z K': Z = H P H' + R stands between the two gains.
     half of Joseph's form | P - K @ Z @ K.T -> (np.eye(len(P)) - K @ H) @ P @ (np.eye(len(P)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     P (I - K H) | P - K @ Z @ K.T -> P @ (np.eye(len(P)) - K @ H) | The order matters: (I - K H) P. Yours is not symmetric.
     K H transposed | P - K @ Z @ K.T -> P - (K @ H).T @ P | K H P, in this order and not transposed: yours is P - (K H)' P.

@@ -62,10 +62,10 @@ surprise = table(
         ],
     },
     checks="""
-    measured minus expected | z | small | z = y - e: positive where more was measured than expected.
-    the seam                | z | seam  | At +-pi a small difference of bearings looks like a whole turn: wrap it.
-    whole turns             | z | turns | A bearing of 350 degrees and one of -10 degrees are the same direction.
-    the range is no angle   | z | far   | Only the bearing is wrapped: a range may be off by more than pi.
+    measured minus expected | z | small | z = y - e, in the shape of y: (2,) for one measurement, (m, 2) for m of them; positive where more was measured than expected.
+    the seam                | z | seam  | At +-pi a small difference of bearings looks like a whole turn: -3.1 - 3.1 = -6.2 must come out as 0.083, the wrapped difference.
+    whole turns             | z | turns | Bearings may hold one or several whole turns, in y or in e: 350, 710 and -10 degrees are the same direction. z[..., 1] is the same with them and without.
+    the range is no angle   | z | far   | A range is a length: z[..., 0] is the plain difference y[..., 0] - e[..., 0], here 4, -5, 7 or 40 m, which is more than pi.
     many at once            | z | many  | For shape (m, 2) each row is a measurement: z[..., 1] holds all bearings.
     """,
     wrong="""
@@ -89,6 +89,6 @@ surprise = table(
     one measurement only | z[..., 1] = wrap(z[..., 1]) -> z[1] = wrap(z[1]) | For shape (m, 2), z[1] is the second *row*, and only one measurement alone has its bearing there: write z[..., 1] for the bearings.
     sine for the wrapped angle | wrap(z[..., 1]) -> np.sin(z[..., 1]) | The sine of a small angle is nearly the angle, but not the angle. Take whole turns away: wrap.
     arcsine of the sine | wrap(z[..., 1]) -> np.arcsin(np.sin(z[..., 1])) | An arcsine ends at 90 degrees: a difference of 100 degrees becomes one of 80. arctan2(sine, cosine) knows all directions.
-    shift not undone | wrap(z[..., 1]) -> (z[..., 1] + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
+    shift not undone | wrap(z[..., 1]) -> (z[..., 1] + np.pi) % (2 * np.pi) | The bearing of your z is pi too large. An angle that is shifted by pi before the % is shifted back afterwards.
     """,
 )

@@ -59,11 +59,11 @@ motion = table(
     },
     checks="""
     the new heading      | x2[2]     | any     | theta + w dt: where w is positive, the robot turns to the left.
-    straight along x     | x2        | along   | With theta = 0 and w = 0 the robot goes v dt along x, and nothing else.
-    the new pose         | x2        | any     | The robot drives the way it looks: cos(theta) goes with x, sin(theta) with y.
+    straight along x     | x2        | along   | With theta = 0 and w = 0 the robot goes v dt along x: x grows by v dt, y and theta stay as they are.
+    the new pose         | x2        | any     | The robot drives v dt straight ahead, the way it looks before the step: x + v dt cos(theta), y + v dt sin(theta).
     F_x                  | d F_x / x | any     | Differentiate each line of x2 by x, by y, and by theta.
     F_u                  | d F_u / u | any     | Differentiate each line of x2 by v and by w.
-    special cases        | x2, F_x, F_u | special | The robot may also stand still, turn on the spot, or drive back: the formulas are the same, without a division by v, w or dt.
+    special cases        | x2, F_x, F_u | special | The robot may also stand still, turn on the spot, drive back (v < 0) or turn fast: the same formulas hold for all v, w and dt, and need no division.
     """,
     wrong="""
     sine and cosine swapped | x[0] + d * c, x[1] + d * s -> x[0] + d * s, x[1] + d * c | x goes with the cosine, y with the sine.
@@ -101,7 +101,7 @@ motion = table(
     cosine for sine in the heading column | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, -d * c], [0, 1, d * s] | d cos = -sin belongs in the row of x, d sin = cos in the row of y: in the third column yours has the cosine where the sine belongs, and the other way round.
     v left in F_u | [[dt * c, 0], [dt * s, 0], [0, dt]] -> [[d * c, 0], [d * s, 0], [0, dt]] | The derivative of v dt cos(theta) by v is dt cos(theta): v itself is gone.
     w left in F_u | [0, dt]]) -> [0, u[1] * dt]]) | The derivative of w dt by w is dt: w itself is gone.
-    F_u multiplied by F_x | return x2, F_x, F_u -> return x2, F_x, F_x @ F_u | F_u is the derivative by the control alone: it is not multiplied by F_x. The robot drives first, then it turns: w moves no position.
+    F_u multiplied by F_x | return x2, F_x, F_u -> return x2, F_x, F_x @ F_u | The robot drives first, then it turns: w moves no position, so F_u[0, 1] and F_u[1, 1] are 0. They are not if it turns before it drives, nor if F_u is multiplied by F_x.
     heading column in the axes of the robot | [[1, 0, -d * s], [0, 1, d * c] -> [[1, 0, 0], [0, 1, d] | The state is in the world: the way sideways, v dt, is turned with the heading: -v dt sin and v dt cos.
     dt forgotten in the turn of F_u | [0, dt]]) -> [0, 1]]) | x2 holds w dt: its derivative by w has the factor dt.
     """,

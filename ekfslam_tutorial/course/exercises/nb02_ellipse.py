@@ -108,20 +108,29 @@ def _(f, rng):
         _on_the_ellipse(f, mean, s**2 * np.eye(2), k)
 
 
-@drawn.link("upright", "With a diagonal P the half axes are k times the roots of its two variances.")
+@drawn.link(
+    "upright",
+    "With a diagonal P the axes lie along x and y: half axis k sqrt(P[0, 0]) along x, k sqrt(P[1, 1]) along y.",
+)
 def _(f, rng):
     for P, k in (([[0.25, 0], [0, 4]], 1), ([[9, 0], [0, 0.04]], 3)):
         _on_the_ellipse(f, rng.normal(size=2), P, k)
 
 
-@drawn.link("tilted", "The axes are the eigenvectors of P (columns of V), the half axes k times the root of D.")
+@drawn.link(
+    "tilted",
+    "The axes lie along the eigenvectors of P. With D, V = np.linalg.eigh(P), the half axis along column j of V is k sqrt(D[j]).",
+)
 def _(f, rng):
     for k in (3.0, 1.0, 2.5, 3.0, 0.7, 3.0):
         A = rng.normal(size=(2, 2)) * rng.uniform(0.1, 3.0)
         _on_the_ellipse(f, 5 * rng.normal(size=2), A @ A.T + 0.01 * np.eye(2), k)
 
 
-@drawn.link("once round", "The angle of the circle goes from 0 to 2 pi, in small steps: the plot is one closed curve.")
+@drawn.link(
+    "once round",
+    "The points go once round the ellipse in small steps, as an angle from 0 to 2 pi does: one closed curve.",
+)
 def _(f, rng):
     for P in (np.eye(2), np.array([[2.0, 0.6], [0.6, 0.5]])):
         p = _points(f(np.zeros(2), P, 3.0))
@@ -139,7 +148,7 @@ k under the root | k * V @ np.diag(np.sqrt(D)) -> V @ np.diag(np.sqrt(k * D)) | 
 k forgotten | k * V -> V | That is the ellipse of 1 sigma, whatever k is.
 always 3 sigma | k * V -> 3 * V | The size of the ellipse is the argument k; 3 is only what is drawn most.
 k squared | k * V -> k**2 * V | k squared belongs to the squared distance, (p - mean)' P^-1 (p - mean) = k^2. The half axis is k sigma.
-rows of V | np.linalg.eigh -> np.linalg.eig | The eigenvectors are the *columns* of V. Its rows turn the ellipse the other way.
+rows of V | np.linalg.eigh -> np.linalg.eig | Yours is tilted the other way. The axes lie along the *columns* of V: its rows, or minus the angle, turn to the wrong side.
     k * V -> k * V.T
 mean scaled, too | return mean + (k -> return k * mean + (k | Only the circle grows with k: scale it first, then move it to the mean.
 columns for points | return mean + (k -> return mean[:, None] + (k | One row for each point, shape (n, 2): yours has them in columns: transpose the result, `.T`.

@@ -51,7 +51,7 @@ grown = table(
     old landmarks                  | x[:-2], P[:-2, :-2] | any   | What was in the map stays where it was, as it was.
     mean of the new landmark       | x[-2:]              | any   | It is l = q(y, x_r), at the end of x.
     covariance of the new landmark | P[-2:, -2:]         | any   | y has the covariance R. What is the covariance of q(y)?
-    the first landmark             | x, P                | empty | An empty map has x of shape (0,) and P of shape (0, 0): no special case is needed.
+    the first landmark             | x, P                | empty | An empty map has x of shape (0,) and P of shape (0, 0). The same formulas hold: the new x is l alone, the new P is the covariance of l alone.
     """,
     wrong="""
     R itself | L_y @ R @ L_y.T -> R | R is the covariance of range and bearing (m^2, rad^2). A landmark has x and y: carry R over with L_y R L_y'.
@@ -68,7 +68,7 @@ grown = table(
     zero | L_y @ R @ L_y.T -> 0 | A zero block says that the new landmark is known exactly. It was measured with noise R.
     double counting | L_y @ R @ L_y.T -> L_y @ R @ L_y.T / 2 | Your block is exactly half of L R L': the measurement that starts the landmark must not update it, too.
     very large | L_y @ R @ L_y.T -> 1e6 * np.eye(2) | A large first guess is honest only if the measurement then corrects it. Or directly: L R L'.
-    inverse of H missing | L_y @ R @ L_y.T -> np.linalg.inv(L_y) @ R @ np.linalg.inv(L_y).T | You used H (range and bearing by x and y). The noise goes the other way: L_y = dl/dy, the inverse of H.
+    inverse of H missing | L_y @ R @ L_y.T -> np.linalg.inv(L_y) @ R @ np.linalg.inv(L_y).T | Yours is H R H', with H the derivative of range and bearing by x and y. The noise goes the other way: L_y = dl/dy, the inverse of H.
     new landmark first | P_new[:n, :n] = P -> P_new[2:, 2:] = P | The new landmark goes behind the others: the places of the old ones must not change.
         P_new[n:, n:] -> P_new[:2, :2]
         [x, l] -> [l, x]
@@ -103,7 +103,12 @@ def new_P(f, args):
 KNOWN = "covariance of the new landmark"
 
 
-@grown.link("symmetric", "The block below the diagonal is the transpose of the one above it.", 1, KNOWN)
+@grown.link(
+    "symmetric",
+    "A covariance is its own transpose: the block of the new landmark is symmetric, the two blocks beside the old P are each other's transpose.",
+    1,
+    KNOWN,
+)
 def _(f, rng):
     expect.symmetric(new_P(f, some(rng, 2)), "the new P")
 
@@ -115,7 +120,7 @@ def _(f, rng):
     expect.true(zero, "the blocks between the new landmark and the old ones are not exactly zero")
 
 
-CLOUD = "Draw many y with covariance R: the landmarks q(y) must scatter as your block says."
+CLOUD = "The map is empty: the new P is one block. Draw many y with covariance R: the landmarks q(y) must scatter as it says."
 
 
 @grown.link("a cloud of measurements", CLOUD, 1, "the first landmark")

@@ -69,17 +69,17 @@ expected = table(
     },
     checks="""
     range                     | e[0]       | any     | The range is the distance from the robot to the landmark: the root of dx^2 + dy^2, with dx = x[2*i] - x_r[0], dy = x[2*i + 1] - x_r[1].
-    bearing                   | e[1]       | along x | Look along the x axis of the robot: an angle to the left is positive.
-    heading                   | e[1]       | turned  | The bearing is measured from where the robot looks: what does theta do to it?
-    landmark i                | e          | others  | Landmark i sits at x[2*i] and x[2*i + 1]; counting starts at 0.
+    bearing                   | e[1]       | along x | This robot looks along the x axis (theta = 0). The bearing is the angle from there to the landmark: positive to the left, negative to the right, near pi or -pi behind.
+    heading                   | e[1]       | turned  | This robot is turned by theta. The bearing is the angle from the direction in which it looks to the direction of the landmark, both in the map; whole turns do not matter.
+    landmark i                | e          | others  | Here i is 3, 1 or 2: the same range and bearing, of landmark i, which sits at x[2*i] and x[2*i + 1]; counting starts at 0. Whole turns of the bearing do not matter.
     shape of H                | H[:0]      | sizes   | H has one row per measured number and one column per number in the map.
     derivative of the range   | d H[0] / x | all     | Differentiate r = sqrt(dx^2 + dy^2) by x_l and by y_l.
-    derivative of the bearing | d H[1] / x | all     | d arctan2(dy, dx): [-dy, dx] over what? Does theta matter here?
+    derivative of the bearing | d H[1] / x | all     | On the board: d beta = (cos(a) d y_l - sin(a) d x_l) / r, with the range r and a = arctan2(dy, dx). What stands before d x_l and d y_l are the two numbers of this row.
     """,
     wrong="""
     heading forgotten | np.arctan2(dy, dx) - x_r[2] -> np.arctan2(dy, dx) | That is the direction in the map frame. The robot measures from its own x axis: subtract theta.
     heading added | np.arctan2(dy, dx) - x_r[2] -> np.arctan2(dy, dx) + x_r[2] | Turn the robot to the left: the landmark moves to the right in its view. Subtract theta, do not add it.
-    from the landmark to the robot | np.arctan2(dy, dx) -> np.arctan2(-dy, -dx) | Your differences point from the landmark to the robot. Use landmark minus robot in arctan2.
+    from the landmark to the robot | np.arctan2(dy, dx) -> np.arctan2(-dy, -dx) | Your bearing points the other way, from the landmark to the robot. arctan2 takes landmark minus robot.
     arctan2 swapped | np.arctan2(dy, dx) -> np.arctan2(dx, dy) | arctan2 takes y first: arctan2(dy, dx).
     arctan of the quotient | np.arctan2(dy, dx) -> np.arctan(dy / dx) | arctan(dy / dx) cannot tell ahead from behind. Use arctan2(dy, dx).
     bearing to the right | np.arctan2(dy, dx) - x_r[2] -> x_r[2] - np.arctan2(dy, dx) | Your bearing has the wrong sign: angles count to the left (counter-clockwise).
@@ -102,7 +102,7 @@ expected = table(
     columns instead of vectors | return e, H -> return e[:, None], H | Vectors have one axis here: np.array([r, beta]), no columns, no extra brackets.
     derivative by the robot | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[-dx / r, -dy / r], [dy / r2, -dx / r2]] | That is the derivative by the robot's position. By the landmark's it has the other sign: dr/dx_l = +dx/r.
     sign of the range row | [[dx / r, dy / r], -> [[-dx / r, -dy / r], | The range grows when the landmark moves away: dr/dx_l = +dx/r, dr/dy_l = +dy/r.
-    r for r^2 | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, dy / r], [-dy / r, dx / r]] | The bearing row is divided by r^2, not by r: a landmark twice as far away turns half as fast.
+    r for r^2 | [[dx / r, dy / r], [-dy / r2, dx / r2]] -> [[dx / r, dy / r], [-dy / r, dx / r]] | The bearing row is [-dy / r^2, dx / r^2], which is [-sin(a) / r, cos(a) / r]: a landmark twice as far away turns half as fast. Yours lacks one division by r.
     r^2 for r | [[dx / r, dy / r], -> [[dx / r2, dy / r2], | The range row is divided by r, not by r^2: it is a unit vector.
     sign of the bearing row | [-dy / r2, dx / r2] -> [dy / r2, -dx / r2] | d bearing / d x_l = -dy/r^2 and d bearing / d y_l = +dx/r^2. Check with a landmark straight ahead.
     minus sign forgotten | [-dy / r2, dx / r2] -> [dy / r2, dx / r2] | d bearing / d x_l = -dy/r^2: a landmark on the left that moves forward (x_l grows) gets a smaller bearing.

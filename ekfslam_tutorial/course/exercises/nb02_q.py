@@ -53,10 +53,10 @@ born = table(
         "ahead": lambda rng: [(random_y(rng), np.array([*rng.uniform(-3, 3, 2), 0.0])) for _ in range(2)],
     },
     checks="""
-    robot at the origin   | l         | origin | From polar to Cartesian: x = r cos(...), y = r sin(...).
+    robot at the origin   | l         | origin | For a robot at the origin with theta = 0, from polar to Cartesian: x_l = r cos(beta), y_l = r sin(beta), with y = [r, beta].
     position of the robot | l         | ahead  | The range is counted from the robot, the map from its own origin.
     heading of the robot  | l         | any    | The bearing is counted from the heading theta of the robot.
-    derivative            | d L_y / y | any    | First column: dl/d range. Second column: dl/d bearing, it grows with the range.
+    derivative            | d L_y / y | any    | First column: dl/d range, the unit vector along the line of sight. Second column: dl/d bearing, a quarter turn to the left of the first; its length is the range.
     """,
     wrong="""
     heading forgotten | l = np.array([x_r[0] + r * c, x_r[1] + r * s]) -> l = x_r[:2] + r * np.array([np.cos(y[1]), np.sin(y[1])]) | beta is counted from the robot's heading. In the map the direction is theta + beta.

@@ -92,31 +92,35 @@ step = table(
         "3": lambda rng: [sees(rng, 3) for _ in range(3)],
         "seam": lambda rng: [across(1, 0.0), across(-1, 0.0), across(1, 9.0), across(-1, -9.0)],
         "far": lambda rng: [alone([10.0, 0.0], 2.0, [14.0, 0.01])],
+        "aside": lambda rng: [alone([3.0, 0.0], 1.0, [3.0, bearing]) for bearing in (2.0, -2.5)],
         "mixed": lambda rng: [sees(rng, 4, 3, 12, 7, ids=(7, 3)), sees(rng, 12, 7, 3)],
     },
     checks="""
-    first sight                    | x, P        | any     | A landmark that is not in `ids` is started with its measurement, and that is all.
+    first sight                    | x, P        | any     | The map is empty, and one landmark is seen. It is not in `ids`, so it is new: x and P are what add_landmark makes of this measurement.
     ids                            | ids, x      | new     | `ids` says which landmark sits where in x: in the order in which they came, each started with its own row of ys.
-    nothing seen                   | x, P, ids   | nothing | Landmarks do not move, and no motion noise enters the map: without measurements nothing changes.
+    nothing seen                   | x, P, ids   | nothing | Nothing is seen (`seen` is empty, ys has shape (0, 2)), and landmarks do not move: nothing is added to P, and x, P and ids come out as they went in.
     size                           | ids         | 3       | A known landmark is corrected in its place: the map does not grow.
-    covariance of the first landmark  | P[:2, :2]   | 7       | P = (I - K H) P: the information of the measurement is added, to the landmark that is seen.
+    covariance of the first landmark  | P[:2, :2]   | 7       | P = (I - K H) P, with K = P H' inv(H P H' + R) and the H of the landmark that is seen, here the first one in x.
     covariance of the second landmark | P[2:4, 2:4] | 3       | P = (I - K H) P, with the H of the landmark that is seen: its place is ids.index(id).
     mean of the first landmark        | x[:2]       | 7       | x = x + K z, with z = y - e and K = P H' inv(H P H' + R).
-    mean of the second landmark       | x[2:4]      | 3       | x = x + K z, with z = y - e and K = P H' inv(H P H' + R).
-    the seam                       | x           | seam    | At +-pi the difference of two bearings is not small: wrap it.
-    the range is no angle          | x           | far     | Only the bearing is wrapped: a range innovation may be larger than pi.
+    mean of the second landmark       | x[2:4]      | 3       | x = x + K z, with z = y - e and K = P H' inv(H P H' + R); e and H are those of the landmark that is seen, here the second one in x.
+    the seam                       | x           | seam    | At +-pi, and where theta holds whole turns, y[1] - e[1] may hold whole turns, too: z[1] is that difference, wrapped; here it is a small angle.
+    the range is no angle          | x           | far     | Here the range innovation is 4 m, which is more than pi: z[0] is the plain difference y[0] - e[0] of two lengths, and x = x + K z as always.
+    a bearing far off              | x           | aside   | Here y[1] - e[1] is 2 rad, and then -2.5 rad. Both lie between -pi and pi: z[1] is that difference as it is.
     the others                     | x, P        | 3       | A measurement of one landmark tells nothing about the others: with a known pose they stay.
     a mixed scan                   | ids, x, P   | mixed   | Known and new landmarks in one scan, in any order: each row of ys is used once.
     """,
     wrong="""
-    double counting | else: -> if True: | The landmark was started with this measurement and then updated with it: P is exactly half. Use `else`.
+    double counting | else: -> if True: | P of a new landmark is exactly half of what it should be. A measurement either starts a landmark or corrects it: use `else`.
     no filtering | x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2], L_y = q(y, x_r) | A known landmark is started anew at each sighting: the star cloud. Combine old and new by the gain K.
         P = P - K @ Z @ K.T -> P = P.copy(); P[i : i + 2, i : i + 2] = L_y @ R @ L_y.T
-    known landmarks ignored | else: -> elif False: | A known landmark stays as it was at first sight. Its new measurement must correct x and P.
+    known landmarks ignored | else: -> elif False: | In yours a known landmark stays as it was at first sight. Its new measurement must correct x and P.
     known landmark added again | if id not in ids: -> if True: | A known landmark was put into the map a second time. Look it up in `ids`.
     plain mean | x = x + K @ z -> i = 2 * ids.index(id); x = x.copy(); x[i : i + 2] = (x[i : i + 2] + q(y, x_r)[0]) / 2 | Old and new are weighted equally, whatever P and R say. The gain K weighs them.
         P = P - K @ Z @ K.T -> pass
-    innovation reversed | Z = H @ P -> z = -z; Z = H @ P | z is measurement minus expectation, y - e. Yours pushes the landmark away.
+    innovation reversed | Z = H @ P -> z = -z; Z = H @ P | Yours pushes the landmark away from where it was seen: x = x + K z, with z = y - e, measurement minus expectation.
+    half turns removed | wrap(y[1] - e[1]) -> np.arctan(np.tan(y[1] - e[1])) | A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.
+    arcsine of the sine | wrap(y[1] - e[1]) -> np.arcsin(np.sin(y[1] - e[1])) | An arcsine ends at 90 degrees: a difference of 100 degrees becomes one of 80. arctan2(sine, cosine) knows all directions.
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).
     bearing not wrapped, nor expected so | wrap(y[1] - e[1]) -> y[1] - (np.arctan2(*(x.reshape(-1, 2)[ids.index(id)] - x_r[:2])[::-1]) - x_r[2]) | At the seam the difference of two bearings jumps by 2 pi: z[1] = wrap(z[1]).
     brackets forgotten | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % 2 * np.pi - np.pi | Python reads `% 2*np.pi` as `(... % 2) * np.pi`. The whole turn needs brackets: % (2 * np.pi).
@@ -150,7 +154,10 @@ step = table(
 )
 
 
-@step.link("honest over many runs", "Errors must be as large as P says: NEES near the number of states.")
+@step.link(
+    "honest over many runs",
+    "15 runs: the errors must be as large as P says, NEES near the number of states. P stays symmetric, zero between landmarks.",
+)
 def _(f, rng):
     nees, seen, truth = 0.0, list(WORLD), np.array(list(WORLD.values())).ravel()
     runs, turns = 15, 8

@@ -56,11 +56,11 @@ averaged = table(
         "units": other_units,
     },
     checks="""
-    one number          | average | one number  | Two runs, each with an error of 0.2 m and a sigma of 0.1 m: (0.2 / 0.1)^2 = 4 in both.
+    one number          | average | one number  | Two runs, each with an error of 0.2 m and a sigma of 0.1 m: (0.2 / 0.1)^2 = 4 in both, so the average is 4, one number.
     average             | average | runs        | NEES of each run first, e' P^-1 e with its own P, then the mean over the runs.
-    band of one run     | band    | one run     | With one run the band is that of chi-square with n degrees of freedom.
+    band of one run     | band    | one run     | With one run the band [low, high] is that of chi-square with n degrees of freedom: half of 1 - confidence lies below low, half above high.
     band of 20 runs     | band    | many runs   | 20 runs, 3 numbers each, 95 %: the band is 2.02 to 4.16.
-    confidence          | band    | confidences | The band gets wider with the confidence: equal parts are left out on both sides.
+    confidence          | band    | confidences | The band gets wider with the confidence. For 0.99 half a per cent is left out below low and half a per cent above high; for 0.5 it is 25 % and 25 %.
     unit                | average | units       | Metres or millimetres: the NEES has no unit and must not change.
     """,
     wrong="""

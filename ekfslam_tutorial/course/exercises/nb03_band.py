@@ -32,6 +32,11 @@ def _case(rng, T, k, large=False, turns=0):
     return x, truth, P, k
 
 
+def _turned_away(x, truth, P, k):
+    """The same with headings that are far off, by more than a quarter turn."""
+    return np.column_stack([x[:, :2], wrap(truth[:, 2] + np.array([2.0, -2.5, 1.7, -3.0]))]), truth, P, k
+
+
 def _easy(rng):
     """One time, no seam, no correlations."""
     P = np.diag([0.04, 0.25, 0.01])[None]
@@ -52,17 +57,21 @@ banded = table(
         "one pose": _easy,
         "far off": lambda rng: [_case(rng, 6, 2.0, large=True)],
         "turns": lambda rng: [_case(rng, 4, 3.0, turns=turns) for turns in (1, -1, 3)],
+        "lost": lambda rng: [_turned_away(*_case(rng, 4, 2.0))],
     },
     checks="""
     one error      | e[:, :2] | one pose | Estimate minus truth: 1.1 m for 1.0 m is an error of +0.1 m.
     one band       | w        | one pose | w[t, i] is k sigma, and P[t, i, i] is sigma squared: a variance of 0.04 m^2 is a sigma of 0.2 m, 3 sigma are 0.6 m.
-    errors         | e        | any      | Estimate minus truth, all times at once: x - truth.
-    metres         | e        | far off  | Only the heading is an angle: an error of 7 m stays an error of 7 m.
+    errors         | e        | any      | Estimate minus truth at each time, for x, y and theta. Here some headings lie on both sides of +-pi: 179 degrees minus -179 degrees is an error of -2 degrees.
+    metres         | e        | far off  | x and y are lengths, of any size, and the robot is far off here: an error of 7 m stays an error of 7 m.
     whole turns    | e        | turns    | A robot that turns round and counts on has the same heading: whole turns are no error, however many.
+    a heading far off | e     | lost     | The heading is off by 2, -2.5, 1.7 and -3 rad here. All of these lie between -pi and pi, and so they come out.
     band           | w        | any      | k times the root of the variances: the diagonal of P, at each time.
     """,
     wrong="""
     truth minus estimate | x - truth -> truth - x | The error is the estimate minus the truth, as a plot of it should say where the filter is.
+    half turns removed | wrap(e[:, 2]) -> np.arctan(np.tan(e[:, 2])) | A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.
+    arcsine of the sine | wrap(e[:, 2]) -> np.arcsin(np.sin(e[:, 2])) | An arcsine ends at 90 degrees: a difference of 100 degrees becomes one of 80. arctan2(sine, cosine) knows all directions.
     heading not wrapped | wrap(e[:, 2]) -> e[:, 2] | A heading of 179 deg and one of -179 deg are 2 deg apart: wrap the third column of e.
     all of it wrapped | e[:, 2] = wrap(e[:, 2]) -> e = wrap(e) | Only the heading is an angle. Metres are not wrapped.
     heading between 0 and 2 pi | wrap(e[:, 2]) -> e[:, 2] % (2 * np.pi) | A heading that is 1 degree too small has an error of -1 degree, not of 359: wrap into -pi ... pi.

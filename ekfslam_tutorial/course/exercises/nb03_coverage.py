@@ -35,28 +35,28 @@ covered = table(
     rtol={"p": 1e-6},
     cases={
         "any": lambda rng: [(np.array(k), dof) for k, dof in (([1.0, 2.0, 3.0], 2), ([2.0], 1), ([0.5, 3.0], 3))],
-        "line": lambda rng: [(np.array([1.0, 2.0, 3.0]), 1)],
+        "line": lambda rng: [(np.array([1.0, 2.0, 3.0]), 1), (np.array([1, 2, 3]), 1)],
         "plane": lambda rng: [(np.array([1.0, 3.0, 0.5, 2.0, 2.5]), 2)],
         "all": lambda rng: [some(rng, dof) for dof in (3, 6, 4, 1, 11, 2, 32)],
     },
     checks="""
     one dimension  | p | line  | For dof = 1 you know: 68.3 %, 95.4 % and 99.7 %. Inside means e' P^-1 e < k^2, and that is chi-square with dof degrees of freedom; each k by itself.
     two dimensions | p | plane | In the plane the probability is 1 - exp(-k^2 / 2).
-    any dimension  | p | all   | The same formula must hold for 1, 2, 3, 6 ... dimensions.
+    any dimension  | p | all   | For every dof it is the probability that a sum of dof squared standard normal numbers is below k^2: the same formula for 1, 2, 3, 6 ... dimensions.
     """,
     wrong="""
     k not squared | k**2 -> k | chi-square is about *squared* distances: inside means e' P^-1 e < k^2.
     one dimension for all | chi2.cdf(k**2, dof) -> erf(k / np.sqrt(2)) | That is right for one number. An ellipse holds less: use dof.
     a box instead of an ellipse | chi2.cdf(k**2, dof) -> erf(k / np.sqrt(2)) ** dof | The power of the 1D value belongs to a *box*. An ellipse has no corners.
-    the probability outside | chi2.cdf -> chi2.sf | That is the probability to be outside. Take 1 minus it: the cdf, not the sf.
+    the probability outside | chi2.cdf -> chi2.sf | That is the probability to be outside. The probability to be inside is 1 minus it: the cdf itself.
     always the plane | dof) -> 2) | 1 - exp(-k^2 / 2) is right for two dimensions only: use dof.
     always three dimensions | dof) -> 3) | The dimension is the argument dof: 3 is right for a point in space only.
-    one side only | chi2.cdf(k**2, dof) -> norm.cdf(k) | norm.cdf counts all that is below +k, the far left as well: the interval has two ends.
+    one side only | chi2.cdf(k**2, dof) -> norm.cdf(k) | That is the probability to be below +k, and the far left is in it as well: the interval has two ends.
     2 cdf - 1 | chi2.cdf(k**2, dof) -> 2 * chi2.cdf(k**2, dof) - 1 | 2 cdf - 1 belongs to the normal, which has two ends. A squared distance is below k^2 or not: the cdf itself.
     density | chi2.cdf -> chi2.pdf | pdf is the density. A probability is the cdf.
     arguments swapped | chi2.cdf(k**2, dof) -> chi2.cdf(dof, k**2) | scipy wants the value first: chi2.cdf(value, degrees of freedom).
     per cent | chi2.cdf -> 100 * chi2.cdf | Return a probability from 0 to 1, not per cent.
-    the inverse | chi2.cdf(k**2, dof) -> k**2 | ppf turns a probability into a value. Here you have the value, k^2, and want the probability.
+    the inverse | chi2.cdf(k**2, dof) -> k**2 | k^2 is a value of e' P^-1 e, no probability: wanted is the probability to be below it, the cdf.
     value for a probability | chi2.cdf -> chi2.ppf | ppf is the way back: from a probability to a value. Here you have the value, k^2, and want the probability: the cdf.
     degrees of freedom minus one | dof) -> max(dof - 1, 1)) | Nothing was fitted here: the degrees of freedom are the dimension itself.
     one degree of freedom too many | dof) -> dof + 1) | The degrees of freedom are the dimension itself: dof.

@@ -57,12 +57,12 @@ blocks = table(
         "scales": lambda rng: [some(rng, 7), some(rng, 3, 1e-4), some(rng, 11, 5.0)],
     },
     checks="""
-    shapes                            | P_lx[:0], P_ll[:0] | any | P_lx has the 2 rows of the landmark and one column for each number of the state so far.
+    shapes                            | P_lx[:0], P_ll[:0] | any | P_lx is 2 x n: the 2 rows of the landmark, one column for each number of the state so far. P_ll is 2 x 2: the landmark with itself.
     pose known exactly                | P_ll        | pose known | If the pose has no error, this must be notebook 02 again: P_ll = L_y R L_y'. The pose is the first 3 numbers of the state.
     measurement exact                 | P_ll        | exact      | If the measurement has no error, the landmark is exactly as uncertain as the pose makes it: P_ll = L_r P_rr L_r', with P_rr = P[:3, :3].
     P_ll                              | P_ll        | scales     | Two causes of error, pose and measurement, and they are independent: what do their covariances do?
     covariance with the robot         | P_lx[:, :3] | any        | The error of the pose is in the landmark, too: cov(dl, dx_r) = L_r P_rr, and nothing else is in both.
-    covariance with the old landmarks | P_lx[:, 3:] | any        | The old landmarks share errors with the robot, the new one does, too: so they share errors with each other.
+    covariance with the old landmarks | P_lx[:, 3:] | any        | P_lx[:, 3:] is the covariance of dl = L_r dx_r + L_y v with the errors of the old landmarks: these are correlated with dx_r, and v, the noise of the measurement, is new.
     """,
     wrong="""
     zero cross-covariance | return P_lx, -> return 0 * P_lx, | P_lx = 0 says: landmark and robot err independently. Yet the landmark was seen from that very pose.
@@ -79,7 +79,7 @@ blocks = table(
     R entry by entry squared | L_y @ R @ L_y.T -> L_y @ R**2 @ L_y.T | R holds variances already: do not square it.
     square root of R | L_y @ R @ L_y.T -> L_y @ np.sqrt(np.abs(R)) @ L_y.T | R holds variances, and P_ll wants variances: no square root.
     noise subtracted | L_r.T + L_y -> L_r.T - L_y | Two causes of error make the landmark more uncertain than one: the two terms add up.
-    double counting | return P_lx, P_ll -> return P_lx, P_ll / 2 | Your P_ll is half of what it should be: the measurement was used twice, to start the landmark and to correct it.
+    double counting | return P_lx, P_ll -> return P_lx, P_ll / 2 | Your P_ll is half of what it should be: L_r P_rr L_r' and L_y R L_y' both count in full. A landmark is not corrected with the measurement that has started it.
     identity | return P_lx, P_ll -> return P_lx, np.eye(2) | An identity says: 1 m^2 of variance, whatever the pose and the sensor. The covariance follows from L_r, P, L_y and R.
     identity and zero | return P_lx, P_ll -> return 0 * P_lx, np.eye(2) | An identity says: 1 m^2 of variance, whatever the pose and the sensor. And zero says: no error in common with the robot.
     heading left out | P_lx = L_r @ -> L_r = L_r * [1, 1, 0]; P_lx = L_r @ | Far landmarks suffer most from the heading: take all three columns of L_r and all three rows of the robot.

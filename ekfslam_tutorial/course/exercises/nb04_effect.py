@@ -62,9 +62,9 @@ effect = table(
         "one number": lambda rng: [some(rng, m=1)],
     },
     checks="""
-    shapes                      | K_b[:0], P_bb[:0] | any      | K_b has the 2 rows of landmark B and one column for each number of the measurement.
+    shapes                      | K_b[:0], P_bb[:0] | any      | K_b is 2 x m: the 2 rows of landmark B, one column for each number of the measurement. P_bb is 2 x 2: landmark B with itself.
     B shares nothing            | K_b, P_bb | nothing shared   | If B has no covariance with robot and A, its gain is zero and it stays as it is.
-    the gain of B               | K_b       | scales           | K = P H' inv(H P H' + R), with all of H and of P; K_b are the rows of B.
+    the gain of B               | K_b       | scales           | K = P H' inv(H P H' + R) for the whole state; K_b are the rows of B.
     the covariance of B         | P_bb      | scales           | P - K Z K' for the whole state; B's block of it is P[b, b] - K_b Z K_b'.
     a measurement of one number | K_b, P_bb | one number       | Nothing here needs two numbers: a range alone, with m = 1, works, too.
     a covariance that shrinks   | P_bb      | any              | What was P_bb before, minus what it is now, has no negative eigenvalue.

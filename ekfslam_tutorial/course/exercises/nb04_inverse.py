@@ -48,7 +48,7 @@ inverse = table(
     },
     checks="""
     the landmark, theta = 0 | l           | along x | A robot that looks along the x axis: l = x_r + r [cos(beta), sin(beta)].
-    the landmark            | l           | any     | What does the heading of the robot do to the direction of the beam?
+    the landmark            | l           | any     | A robot turned by theta: which way does the beam point in the map, and from which point does it start?
     L_r                     | d L_r / x_r | any     | Differentiate l by the pose: three columns, by x, by y and by theta.
     L_y                     | d L_y / y   | any     | Differentiate l by the measurement: two columns, by the range and by the bearing.
     """,
@@ -60,7 +60,7 @@ inverse = table(
     arm from the origin | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, -l[1]], [0, 1, l[0]]] | The robot turns about itself, not about the origin: the arm is l less the position of the robot, r c and r s.
     seen from the robot | [x_r[0] + r * c, x_r[1] + r * s] -> [r * c, r * s] | That is the landmark in a frame at the robot: add the robot's position.
     range subtracted | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] - r * c, x_r[1] - r * s] | The landmark is in front of the sensor: add r in the direction of the beam.
-    angles taken as degrees | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(np.radians(a)), x_r[1] + r * np.sin(np.radians(a))] | Angles are in radians already: no np.radians here.
+    angles taken as degrees | [x_r[0] + r * c, x_r[1] + r * s] -> [x_r[0] + r * np.cos(np.radians(a)), x_r[1] + r * np.sin(np.radians(a))] | Angles are in radians already: no conversion from degrees is needed.
     columns instead of vectors | return l, -> return l[:, None], | Vectors have one axis here: l = np.array([x, y]), no columns.
     the pose is known | [[1, 0, -r * s], [0, 1, r * c]] -> [[0, 0, 0], [0, 0, 0]] | L_r = 0 says: the landmark does not depend on the pose. That was notebook 02; now the pose is uncertain and its error goes into the landmark.
     turning does not matter | [[1, 0, -r * s], [0, 1, r * c]] -> [[1, 0, 0], [0, 1, 0]] | Turn the robot by a small angle: the landmark swings along a circle of radius r. The last column of L_r is not zero.

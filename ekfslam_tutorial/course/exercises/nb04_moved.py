@@ -85,9 +85,9 @@ motion = table(
     U not brought to the pose | X_u @ U @ X_u.T -> U | U belongs to the control, P_rr to the pose: X_u brings one to the other.
     noise everywhere | return P -> P[3:, 3:] += np.trace(X_u @ U @ X_u.T); return P | Only the robot moves: X_u U X_u' is added to P[:3, :3], the rest of P gets no noise.
     only the robot is left | return P -> return P[:3, :3] | P must keep the size of the joint state: robot and landmarks.
-    X_x twice, by the rows: X_x comes in twice: when P_rr is computed, your rows have gone through X_x already. Compute each block from the old P.
+    X_x twice, by the rows: X_x comes in twice on the left of P_rr: that happens if its rows have gone through X_x before P_rr is computed. Compute each block from the old P.
         P[:, :3] = P[:, :3] @ X_x.T -> P[3:, :3], P[:3, :3] = P[:3, 3:].T, X_x @ P[:3, :3] @ X_x.T
-    X_x twice, by the block: X_x comes in twice for P_rr: once in its own line, and once with its rows and columns. Compute each block from the old P.
+    X_x twice, by the block: X_x comes in twice on both sides of P_rr: that happens if P_rr has a line of its own, and its rows and columns are multiplied, too. Compute each block from the old P.
         P[:3] = X_x @ P[:3] -> P[:3, :3] = X_x @ P[:3, :3] @ X_x.T; P[:3] = X_x @ P[:3]
     noise on the first landmark: The landmarks stand still: X_u U X_u' is added to the robot's rows and columns only, P[:3, :3]. Behind them, in rows 3 and 4, there is no noise, and with the robot alone there are no such rows.
         P[:3, :3] += X_u @ U @ X_u.T -> G = np.zeros((len(P), len(U))); G[:3] = X_u; G[3:5] = X_u[:2]; P += G @ U @ G.T

@@ -80,17 +80,19 @@ correction = table(
             with_bearings(rng, -np.pi + 0.02, np.pi - 0.03),
         ],
         "turns": lambda rng: [turns_more(rng, turns) for turns in (1, -1, 2, -3)],
+        "aside": lambda rng: [case(rng, z=[0.1, off]) for off in (2.0, -2.5)],
         "far": lambda rng: [case(rng, scale=1.0, z=[far, 0.05]) for far in (4.0, -3.6)],
         "often": one_after_the_other,
     },
     checks="""
-    no surprise, no change   | x | expected | If the measurement is exactly as expected, x stays as it is.
-    the mean                 | x | scales   | x + K z, all numbers of the state, with K = P H' inv(Z) and the 2 x 2 matrix Z = H P H' + R.
-    the seam                 | x | seam     | At +-pi a small difference of bearings looks large: wrap the second number of z.
-    whole turns              | x | turns    | A bearing of 350 degrees and one of -10 degrees are the same direction.
-    the range is no angle    | x | far      | Only the bearing is wrapped: a range may be off by more than pi.
+    no surprise, no change   | x | expected | If the measurement is exactly as expected, z = y - e is zero: the new x is the old one, with shape (n,).
+    the mean                 | x | scales   | x + K z, all numbers of the state, with z = y - e (its bearing wrapped), K = P H' inv(Z) and the 2 x 2 matrix Z = H P H' + R.
+    the seam                 | x | seam     | The bearings in y and e lie close to +-pi. There a small difference can look large: the second number of z, wrapped, is less than 0.1 rad in size here.
+    whole turns              | x | turns    | 350, -10 and 710 degrees are the same direction: whole turns of a bearing do not count, however many.
+    a bearing far off        | x | aside    | The bearing of y - e is 2 rad here, and then -2.5 rad, or a whole turn more or less. Wrapped it lies between -pi and pi.
+    the range is no angle    | x | far      | The range is a distance: z[0] = y[0] - e[0], also where that is 4 m, which is more than pi.
     the covariance           | P | scales   | P - K Z K' (or (I - K H) P, or Joseph's form), an n x n matrix, with the same K and Z as for the mean.
-    a covariance that shrinks | P | often   | P must stay symmetric and lose uncertainty in every direction.
+    a covariance that shrinks | P | often   | P must stay symmetric, and a correction makes no direction less certain.
     """,
     wrong="""
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | 3.12 and -3.12 rad are nearly the same direction: wrap the difference of the bearings.
@@ -132,7 +134,9 @@ correction = table(
     R counted twice | H @ PHt + R -> H @ PHt + 2 * R | The noise of a measurement counts once: Z = H P H' + R.
     K H subtracted | K @ Z @ K.T -> K @ H | K H has no unit: it is K H P, or K Z K', that is taken off P.
     only the variances of P | return x, P -> return x, np.diag(np.diag(P)) | A correction does not make the states independent: keep all of P, not only its diagonal.
-    shift not undone | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % (2 * np.pi) | You shifted the angle by pi before the %: shift it back afterwards.
+    half turns removed | wrap(y[1] - e[1]) -> np.arctan(np.tan(y[1] - e[1])) | A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.
+    arcsine of the sine | wrap(y[1] - e[1]) -> np.arcsin(np.sin(y[1] - e[1])) | An arcsine ends at 90 degrees: a difference of 100 degrees becomes one of 80. arctan2(sine, cosine) knows all directions.
+    shift not undone | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % (2 * np.pi) | The bearing of z comes out half a turn too large. What may be taken off are whole turns, 2 pi; what is shifted by pi before a % is shifted back after it.
     bearing without its sign | wrap(y[1] - e[1]) -> abs(wrap(y[1] - e[1])) | The innovation of the bearing has a sign: to the left is positive, to the right is negative.
     """,
     forms="""

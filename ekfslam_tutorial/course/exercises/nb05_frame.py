@@ -107,18 +107,18 @@ frame = table(
     },
     checks="""
     nothing in view  | ids, x, P | any   | Without measurements the frame is a prediction with u and U, and nothing else; ids stay as they are.
-    first sight      | ids, x, P | new   | A new landmark: predict with u and U, once in a frame, then augment with its measurement, and that is all.
-    a known landmark | ids, x, P | known | Predict with u and U, then observe and correct with the landmark's own measurement and R. Its range in x follows from its place in ids.
+    first sight      | ids, x, P | new   | A new landmark: predict with u and U, once in a frame, then augment with its measurement. Its id comes to the end of ids, as the landmark comes to the end of x.
+    a known landmark | ids, x, P | known | Predict with u and U, then observe and correct with the landmark's own measurement and R. Its range in x follows from its place in ids; ids stay as they are.
     """,
     wrong="""
     double counting: The measurement that starts a landmark is used up: yours corrects that landmark with it once more, and its covariance is too small. In a frame a landmark is either started or corrected.
         x, P = augment(x, P, y, R) -> x, P = augment(x, P, y, R); x, P = correct(x, P, y, R, *observe(x, slice(len(x) - 2, len(x))))
-    prediction forgotten | x, P = predict(x, P, u, U) -> pass | The robot has moved: begin with predict(x, P, u, U).
+    prediction forgotten | x, P = predict(x, P, u, U) -> pass | The robot has moved: begin with x, P = predict(x, P, u, U).
     mean moved, covariance not | x, P = predict( -> x, _ = predict( | predict returns both x and P: take both.
     covariance moved, mean not | x, P = predict( -> _, P = predict( | predict returns both x and P: take both.
     first measurement for all new ones | for _, y in new: -> for y in [ys[0]] * len(new): | Each new landmark is started with its own measurement, not with the first one of the frame.
     mean corrected, covariance not | x, P = correct( -> x, _ = correct( | correct returns both x and P: take both.
-    known landmarks not used | x, P = correct(x, P, y, R, e, H) -> pass | A landmark that is in ids corrects the whole state: observe, then correct.
+    known landmarks not used | x, P = correct(x, P, y, R, e, H) -> pass | A landmark that is in ids corrects the whole state: observe, then correct, and keep the x and P that it returns.
     new landmarks not started | new.append((id, y)) -> pass | A landmark that is not in ids comes into the state: augment, and remember its id.
     every sight is a new landmark | if id in ids: -> if False: | A landmark that is in ids is known: do not start it again, correct with it.
     id not remembered | ids + [id for id, _ in new] -> ids | Put the id of a new landmark at the end of ids, as augment puts the landmark at the end of x.
@@ -140,7 +140,7 @@ frame = table(
     noise of the sensor in the prediction | predict(x, P, u, U) -> predict(x, P, u, R[0, 0] * np.eye(3)) | U is the noise of the step, R that of a measurement: predict(x, P, u, U).
     only the first known landmark: Each known landmark in view corrects, one after the other: is there a `break` in the loop?
         x, P = correct(x, P, y, R, e, H) -> x, P = correct(x, P, y, R, e, H) if id == next(i for i in seen if i in ids) else (x, P)
-    the robot moves for each landmark: The robot moves once in a frame, in any case: predict stands before the loop.
+    the robot moves for each landmark: The robot moves once in a frame, in any case, with nothing in view, too: predict is called once, outside of the loop over the measurements, and nothing returns before it.
         x, P = predict(x, P, u, U) -> pass
         x, P = augment(x, P, y, R) -> pass
         e, H = observe( -> x, P = predict(x, P, u, U); e, H = observe(
@@ -180,7 +180,7 @@ def _(f, rng):
 
 @frame.link(
     "known and new in one frame",
-    "Known landmarks correct, new ones are started; each measurement is used once, whatever the order in which they come.",
+    "Known landmarks correct, new ones are started, each with its own measurement and once, whatever the order in `seen`. The ids of the new ones come to the end of ids, in their order in x.",
 )
 def _(f, rng):
     for seen in ([4, 3, 21], [3, 21, 4]):

@@ -63,13 +63,13 @@ observation = table(
         "l = 5:7": lambda rng: [case(rng, n, 5) for n in (9, 7, 11)],
     },
     checks="""
-    range                          | e[0]      | any     | The range is the distance from the robot to the landmark in x[l].
-    bearing                        | e[1]      | turned  | Look from the robot: the direction arctan2(dy, dx), minus the heading theta.
+    range                          | e[0]      | any     | e = [range, bearing]: the range is the distance from the robot to the landmark in x[l].
+    bearing                        | e[1]      | turned  | Look from the robot, with [dx, dy] = x[l] - x[:2]: the bearing is arctan2(dy, dx) minus the heading theta, up to whole turns.
     shape of H                     | H[:0]     | any     | H has one column for each number of the joint state: robot and all landmarks.
     columns of the landmark        | H[:, 5:7] | l = 5:7 | The block of notebook 02, in the columns l of H.
     columns of the robot's position | H[:, :2] | any     | The first two columns: only the difference landmark minus robot counts, so they are minus those of the landmark, range row and bearing row.
     column of the heading          | H[:, 2]   | any     | The column of theta: turn the robot a bit to the left: what happens to range and bearing?
-    the world as a whole           | d H / x   | any     | Shift or turn robot and landmarks together: no measurement changes.
+    the world as a whole           | d H / x   | any     | H is the derivative of e by all of x, wherever l is. Shift or turn robot and landmarks together: no measurement changes.
     """,
     wrong="""
     heading forgotten | np.arctan2(dy, dx) - x[2] -> np.arctan2(dy, dx) | That is the direction in the map. The robot measures from its own x axis: subtract theta.
@@ -86,7 +86,7 @@ observation = table(
     robot at the origin | x[l] - x[:2] -> x[l] | The differences begin at the robot: subtract its position, x[:2].
     the mapping Jacobian | -E_l, [0, -1], E_l -> 0, 0, E_l | That is H of notebook 02, where the pose was known. Now the pose is in the state: it has columns of its own, the first three.
     the localisation Jacobian | -E_l, [0, -1], E_l -> -E_l, [0, -1], 0 | The landmark is in the state, too: its block belongs in the columns l.
-    heading column forgotten | [0, -1] -> [0, 0] | The bearing is measured from the robot's own axis: d bearing / d theta = -1. Without it the filter never corrects its heading, and diverges.
+    heading column forgotten | [0, -1] -> [0, 0] | The bearing is measured from the robot's own axis: d bearing / d theta = -1. Without it a bearing says nothing of the heading itself.
     heading column positive | [0, -1] -> [0, 1] | Turn the robot to the left: the landmark moves to the right in its view. d bearing / d theta = -1.
     heading in the range | [0, -1] -> [-1, 0] | Turning on the spot changes no distance: d range / d theta = 0, d bearing / d theta = -1.
     heading in both rows | [0, -1] -> [-1, -1] | Turning on the spot changes no distance: d range / d theta = 0.

@@ -85,9 +85,9 @@ prediction = table(
     checks="""
     the landmarks stay           | x[3:]     | any      | Only the robot moves: x[3:] does not change.
     the pose, theta = 0          | x[:3]     | along x  | A robot that looks along the x axis: the step is simply added.
-    the pose                     | x[:3]     | any      | The step is seen from the robot: which way is `ahead` in the map?
+    the pose                     | x[:3]     | any      | The step is seen from the robot: which way are `ahead` and `to the left` in the map? And the heading grows by dtheta.
     X_x P X_x'                   | P[:3, :3] | no noise | Without noise: P_rr becomes X_x P_rr X_x', with X_x taken at the pose before the step.
-    X_u U X_u'                   | P[:3, :3] | certain  | The noise is that of the step, ahead and to the left: X_u turns it into the map.
+    X_u U X_u'                   | P[:3, :3] | certain  | The pose is nearly certain here, so P_rr is nearly X_u U X_u': the noise of the step, ahead, to the left and in the turn, brought into the map.
     block of the map             | P[3:, 3:] | any      | Landmarks stand still, and no motion noise reaches them: P_mm stays.
     blocks between robot and map | P[:3, 3:], P[3:, :3] | any | P_rm becomes X_x P_rm, and P_mr its transpose.
     """,
@@ -150,7 +150,7 @@ prediction = table(
     arm from the origin in X_x | P[:3] = X_x @ P[:3] -> X_x[:2, 2] = -x[1], x[0]; P[:3] = X_x @ P[:3] | A wrong heading turns the *step*, not the whole way from the origin: the last column is that of the new position less the old one.
     half of the turn, in all: The step is seen from the robot *before* the step: turn it by the old heading, in X_x and X_u, too.
         c, s = np.cos(x[2]), np.sin(x[2]) -> c, s = np.cos(x[2] + u[2] / 2), np.sin(x[2] + u[2] / 2)
-    X_x twice in P_rr | P[:3, :3] += X_u -> P[:3, :3] = X_x @ P[:3, :3]; P[:3, :3] += X_u | X_x comes in twice in P_rr: your rows have gone through it before. Compute each block from the old P.
+    X_x twice in P_rr | P[:3, :3] += X_u -> P[:3, :3] = X_x @ P[:3, :3]; P[:3, :3] += X_u | X_x comes in twice on the left of P_rr: that happens if its rows have gone through X_x before. Compute each block from the old P.
     """,
     forms="""
     matrices of the whole state | P[:3] = X_x @ P[:3] -> F, G = np.eye(len(x)), np.zeros((len(x), 3)) | F P F' + G U G' of the whole state

@@ -57,10 +57,10 @@ chain = table(
     checks="""
     shapes                          | dx[:0], P[:0] | any | dx has n numbers, P is n x n.
     the last landmark               | dx[-1] | sizes   | The last landmark is measured. It moves by P_nn/(P_nn + R) times z, and its variance P_nn is the sum of all q.
-    all landmarks move              | dx     | sizes   | What corrects the last landmark corrects all that share errors with it: K has n entries.
+    all landmarks move              | dx     | sizes   | What corrects the last landmark corrects all that share errors with it. K has an entry for each landmark: which steps do landmark i and the last one share?
     an exact closure                | dx, P[-1] | exact | With R = 0 the last landmark is known exactly, and the gap is closed entirely: P - K Z K' has zeros in its row. Before it, P_ik is the sum of the errors that both share.
-    the covariance afterwards       | P      | sizes   | P - K H P has all covariances between the landmarks, too.
-    negative gap, long chain        | dx, P  | slipped | Nothing here depends on the sign of z or on the number of steps.
+    the covariance afterwards       | P      | sizes   | P - K H P, in every entry. Before the closure, the covariance P_ik of landmarks i and k is the sum of the q of the steps that both share.
+    negative gap, long chain        | dx, P  | slipped | 30 steps, z is negative, and one step has the variance 1 m^2. The formulas are those of a short chain: dx = K z is negative here, and P does not depend on z.
     """,
     wrong="""
     landmarks without a common error | np.minimum.outer(C, C) -> np.diag(C) | A diagonal covariance says: no common errors. But landmarks 3 and 5 share the errors of the steps 1, 2 and 3.
@@ -91,8 +91,8 @@ chain = table(
     only the variance of the last | np.outer(K, P[-1]) -> np.diag(np.eye(len(P))[-1]) * K[-1] * P[-1, -1] | All entries of P change, not only the last one: P - K H P.
     only the diagonal of P | P - np.outer(K, P[-1]) -> np.diag(np.diag(P - np.outer(K, P[-1]))) | P has the covariances between the landmarks, too: they do not vanish.
     errors of the steps behind | np.minimum.outer(C, C) -> np.minimum.outer(np.cumsum(q[::-1])[::-1], np.cumsum(q[::-1])[::-1]) | Landmark k has the errors of the steps 1 to k, which lie before it, and not those of the steps behind it.
-    product of K and P as a number | np.outer(K, P[-1]) -> K @ P[-1] | K and the last row of P are vectors: K H P is their outer product, a matrix. K @ P[-1] is one number.
-    Joseph without the noise | P - np.outer(K, P[-1]) -> (A := np.eye(len(P)) - np.outer(K, np.eye(len(P))[-1])) @ P @ A.T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
+    product of K and P as a number | np.outer(K, P[-1]) -> K @ P[-1] | K is a vector: `K @ K`, `K @ K.T` and `K @ P[-1]` are one number, taken off all of P. What is taken off is a matrix, the outer product K H P = K Z K' = np.outer(K, P[-1]).
+    Joseph without the noise | P - np.outer(K, P[-1]) -> (A := np.eye(len(P)) - np.outer(K, np.eye(len(P))[-1])) @ P @ A.T | P - K H P is (I - K H) P, with (I - K H) once. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     P_nn twice in Z | (P[-1, -1] + R) -> (2 * P[-1, -1] + R) | The error of the way counts once: Z = P_nn + R.
     what is left of z | return K * z -> return z - K * z | dx = K z is by how much each landmark moves, not what is left of z.
     """,
@@ -116,7 +116,7 @@ def _(f, rng):
         expect.close(variances(f, args), np.diag(close_chain(*args)[1]), "the diagonal of P")
 
 
-BETTER = "The variance of each landmark must fall, not only of the last."
+BETTER = "After the closure the variance of each landmark is smaller than before, of the unseen ones, too."
 
 
 @chain.link("an unseen landmark becomes better", BETTER, None, "negative gap, long chain")

@@ -44,8 +44,8 @@ corr = table(
     },
     checks="""
     shape        | C[:0] | any   | C has one entry for each entry of P.
-    two numbers  | C     | two   | Divide the covariance by the two standard deviations: one each.
-    many numbers | C     | many  | C[i, j] = P[i, j] / (s[i] s[j]), for every pair.
+    two numbers  | C     | two   | C[0, 1] and C[1, 0] are the covariance, divided by the two standard deviations: one each.
+    many numbers | C     | many  | C[i, j] = P[i, j] / (s[i] s[j]), for every pair, with the standard deviations s.
     other units  | C     | units | A correlation has no unit: in centimetres it is the same as in metres.
     """,
     wrong="""

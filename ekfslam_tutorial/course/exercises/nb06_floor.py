@@ -62,7 +62,7 @@ floor = table(
     shape            | floor[:0] | any      | The floor is the covariance of the two numbers of the landmark.
     heading exact    | floor     | heading  | If the first heading is exact, the whole map is shifted with the first position.
     position exact   | floor     | position | A wrong heading moves a landmark across the line to it, by the angle times the distance.
-    the general case | floor     | any      | How does l change with each of the three numbers of the first pose? That is J.
+    the general case | floor     | any      | First position and heading are uncertain here, and their errors are correlated. How does l change with each of the three numbers of the first pose? That is J.
     at the start     | floor     | start    | A landmark at the first position feels no rotation.
     """,
     wrong="""

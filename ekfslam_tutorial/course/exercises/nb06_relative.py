@@ -54,7 +54,7 @@ relative = table(
     independent landmarks  | D     | independent | Without a common error the two covariances add up: P[a, a] + P[b, b].
     a common error cancels | D     | common      | If both landmarks are shifted by the same error, their difference is exact: P[a, b] and P[b, a] are taken away.
     the general case       | D     | any         | Multiply out (dl_b - dl_a)(dl_b - dl_a)': four blocks.
-    small numbers          | D     | small       | Multiply out (dl_b - dl_a)(dl_b - dl_a)': four blocks.
+    small numbers          | D     | small       | All covariances are 10 000 times smaller here, and D with them: the same four blocks of (dl_b - dl_a)(dl_b - dl_a)'.
     """,
     wrong="""
     cross-covariances forgotten | - P[a, b] - P[b, a] -> - 0 | That is right only if the two errors have nothing in common. They share the error of the robot: subtract P[a, b] and P[b, a].

@@ -97,7 +97,7 @@ gate = table(
     no gate | int(inside[0]) if len(inside) == 1 else None -> int(np.argmin(d2)) | The nearest landmark may be far away: without a gate every measurement is matched to something.
     Euclidean distance | z @ np.linalg.solve(Z, z) -> z @ z | z has a unit for each entry (m, rad), and each its own sigma: use z' inv(Z) z.
     not squared | z @ np.linalg.solve(Z, z) -> np.sqrt(z @ np.linalg.solve(Z, z)) | chi2.ppf is a limit for the *squared* distance: no root.
-    root in the gate | d2 <= chi2 -> np.sqrt(d2) <= chi2 | chi2.ppf(confidence, m) is a limit for the *squared* distance: compare d2 with it as both are, without a root of d2, and without a square of the limit.
+    root in the gate | d2 <= chi2 -> np.sqrt(d2) <= chi2 | chi2.ppf(confidence, m) is a limit for the *squared* distance: compare d2 with it as both are. In yours there is a root of d2, or a square of the limit.
     diagonal of Z | np.linalg.solve(Z, z) -> (z / np.diag(Z)) | The entries of z are correlated: use the whole Z.
     Z not inverted | np.linalg.solve(Z, z) -> Z @ z | In units of sigma: divide by Z, z' inv(Z) z.
     one Z for all | np.linalg.solve(Z, z) -> np.linalg.solve(Zs[0], z) | Each landmark has its own Z: Zs[k] belongs to zs[k].

@@ -69,9 +69,9 @@ joint = table(
     },
     checks="""
     one pair             | Z  | one     | For m = 1 it is the gate of a single pair: Z = H P H' + R.
-    the joint covariance | Z  | several | Z = H P H' + (R on the diagonal), with all pairs stacked.
+    the joint covariance | Z  | several | With all pairs stacked, one after the other: Z = H P H', plus R in each 2 x 2 block on the diagonal.
     the joint distance   | d2 | several | d2 = z' inv(Z) z, with the stacked z and the whole Z: one number for all pairs.
-    together plausible   | ok | leaning | The same shift of both pairs is what an uncertain robot does: plausible.
+    together plausible   | ok | leaning | Both pairs shifted to the same side is what an uncertain robot does: plausible. Shifted to opposite sides they are not: ok tells if the joint d2 passes the gate.
     the gate             | ok | limit   | The limit is the chi-square quantile for 2m numbers: chi2.ppf(confidence, 2 m).
     """,
     wrong="""
@@ -89,7 +89,7 @@ joint = table(
     m times the single gate | chi2.ppf(confidence, len(z)) -> len(zs) * chi2.ppf(confidence, 2) | Quantiles do not add up: take chi2 with 2m degrees of freedom.
     as many degrees of freedom as states | chi2.ppf(confidence, len(z)) -> chi2.ppf(confidence, len(P)) | The innovations are tested, 2m numbers, not the n states behind them.
     always 99 % | chi2.ppf(confidence, -> chi2.ppf(0.99, | The limit follows from `confidence`: 0.99 is only an example.
-    other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | chi2.ppf takes the probability to be *inside*: confidence itself. With 1 - confidence the gate lets almost nothing in.
+    other tail | chi2.ppf(confidence, -> chi2.ppf(1 - confidence, | Your gate lets almost nothing in, as with the probability 1 - confidence to be *inside*. Wanted is d2 <= chi2.ppf(confidence, 2 m); as a p-value, 1 - chi2.cdf(d2, 2 m) >= 1 - confidence.
     confidence to the power of m | chi2.ppf(confidence, -> chi2.ppf(confidence ** len(zs), | One joint test is made, with this confidence: no power of it, as for m tests of single pairs.
     not squared | d2 = z @ np.linalg.solve(Z, z) -> d2 = np.sqrt(z @ np.linalg.solve(Z, z)) | The gate is for the squared distance: no root.
     sum of the single distances | z @ np.linalg.solve(Z, z) -> sum(a @ np.linalg.solve(Z[2 * i : 2 * i + 2, 2 * i : 2 * i + 2], a) for i, a in enumerate(zs)) | The sum of single distances looks at each pair alone. Use the stacked z and Z.

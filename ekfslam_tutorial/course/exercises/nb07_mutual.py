@@ -62,12 +62,12 @@ mutual = table(
     },
     checks="""
     shape                          | j[:0] | any         | One entry for each measurement.
-    clear pairs                    | j | clear           | Each measurement near one landmark: the answer is the column of the least entry of its row, if that is at most the limit.
-    the gate                       | j | gate            | The nearest landmark may still be too far: -1. A distance of just the limit is not too far.
-    a landmark is used once        | j | one landmark    | Two measurements want the same landmark: only the nearer one gets it. The other has no claim to its second best.
+    clear pairs                    | j | clear           | Each measurement is near one landmark or none: the answer is the column of the least entry of its row, if that is at most the limit, else -1.
+    the gate                       | j | gate            | A pair is kept if its entry of D is at most the limit: a distance of just the limit is kept, a larger one gives -1.
+    a landmark is used once        | j | one landmark    | Two measurements want the same landmark: the nearer one gets it. The other one gets -1, also where another landmark is inside its gate.
     two landmarks, one measurement | j | one measurement | The measurement goes to the nearer of the two landmarks.
-    nothing to match               | j | nothing         | No landmark in the map, or no measurement: no pairs, and no error.
-    many at random                 | j | many            | Rows and columns together: is each pair the least of its row and of its column?
+    nothing to match               | j | nothing         | No landmark in the map: each of the k measurements gets -1. No measurement: j is empty.
+    many at random                 | j | many            | A pair counts if it is the least of its row and the least of its column, and at most the limit. All such pairs count, and no other pair.
     """,
     wrong="""
     each measurement for itself | np.argmin(D[:, near]) == i and D -> D | Two measurements may now get the same landmark. Ask the landmark, too: is this measurement its nearest?
@@ -97,7 +97,7 @@ mutual = table(
     none of two | np.argmin(D[:, near]) == i and -> np.sum(np.argmin(D, axis=1) == near) == 1 and np.argmin(D[:, near]) == i and | A landmark that two measurements want goes to the nearer one. The other stays unmatched, not both.
     claims of the landmark's own only | np.argmin(D[:, near]) == i -> D[i, near] <= min(D[a, near] for a in range(k) if np.argmin(D[a]) == near) | The nearest measurement of a landmark is the least of its *whole* column, also where that measurement prefers another landmark.
     given up where several are inside | np.argmin(D[:, near]) == i and -> np.sum(D[i] <= limit) == 1 and np.argmin(D[:, near]) == i and | Here a measurement with two landmarks inside its gate is not given up: it takes the nearer one, if that one's nearest is this measurement.
-    stops at the first that is too far | for i in range(k): -> for i in range(next((a for a in range(k) if D[a].min() > limit), k)): | Where one measurement has no landmark, the next may have one: go on with the loop, `continue` and not `break`.
+    stops at the first that is too far | for i in range(k): -> for i in range(next((a for a in range(k) if D[a].min() > limit), k)): | Where one measurement has no landmark, the next may have one: the loop goes on to the last measurement. `continue` does that, `break` and `return` end it.
     as many as landmarks | if n == 0: -> if n == 0 and not np.size(j := j[:0]): | Where there is no landmark each of the k measurements gets -1: j has the shape (k,), also if the map is empty.
     """,
 )

@@ -107,12 +107,12 @@ new = table(
     },
     checks="""
     the distances                | D      | sizes       | D[i, j] = z' inv(Z) z, with z = y_i - e_j and Z = E_j + R.
-    behind the robot             | D      | behind      | At +-pi the difference of two bearings jumps by 2 pi: wrap it, here, too.
+    behind the robot             | D      | behind      | Two bearings of one direction may differ by whole turns, one or more. The difference y - e of the bearings is wrapped: between -pi and pi.
     the range is no angle        | D      | ranges      | Wrap the bearing only: ranges may differ by more than pi metres.
-    new is far from all          | new    | far         | A measurement is new if *every* landmark is too far, not if one of them is. Return the indices of the new ones.
+    new is far from all          | new    | far         | A measurement is new if it is outside of the gates of *all* landmarks. Return the list of the indices of the new ones, counted from 0.
     a wide gate beside a narrow  | new    | beside      | Ask the gate of *every* landmark: the nearest in range and bearing may have the narrower gate.
     an empty map                 | new, D | empty       | At the start there is no landmark: every measurement is new, and D has no columns.
-    the gate                     | new    | limit       | The limit is chi2.ppf(confidence, 2): what is between is neither old nor new.
+    the gate                     | new    | limit       | The limit is chi2.ppf(confidence, 2), whatever the number of landmarks: just outside of all gates a measurement is new, just inside of one it is not.
     behind the robot, as a whole | new    | many behind | A landmark straight behind is in the map already: it must not be born again.
     """,
     wrong="""

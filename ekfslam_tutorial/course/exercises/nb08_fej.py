@@ -62,7 +62,7 @@ def behind(rng, side):
     x_first[2] += back - x[2]
     x[2] = back
     e = observe(x, 1)[0]
-    return x, P, np.array([e[0] + 0.1, wrap(e[1] + side * 0.05)]), i, x_first, R
+    return x, P, np.array([e[0] + 0.1, wrap(e[1] - side * 0.05)]), i, x_first, R
 
 
 fej = table(
@@ -81,23 +81,27 @@ fej = table(
         "expected": lambda rng: [case(rng, z=0.0) for _ in range(3)],
         "sizes": lambda rng: [case(rng, n) for n in (1, 2, 3)],
         "behind": lambda rng: [behind(rng, side) for side in (-1, 1)],
+        "aside": lambda rng: [case(rng, 2, 1, z=np.array([0.1, off])) for off in (2.0, -2.5)],
         "far": lambda rng: [case(rng, 2, 1, z=np.array([far, 0.05])) for far in (4.0, -3.6)],
     },
     checks="""
-    first estimate = estimate | x, P | ordinary | If x_first is x, this is the ordinary EKF correction with landmark i: x + K z and P - K Z K', with Z = H P H' + R and K = P H' inv(Z).
-    no innovation, no change  | x    | expected | Where y is what x makes us expect, the mean must not move: z = y - e, and e is taken at x alone.
-    covariance                | P    | sizes    | H is taken at x_first and nowhere else, and H alone decides what happens to P.
+    first estimate = estimate | x, P | ordinary | If x_first is x, this is the ordinary EKF correction with landmark i: x + K z and P - K Z K', with z = y - e (bearing wrapped), Z = H P H' + R and K = P H' inv(Z).
+    no innovation, no change  | x    | expected | Here y is just what the present x makes us expect. e is taken at x, its pose and its landmark: z = y - e is zero, and the new mean x + K z is x.
+    covariance                | P    | sizes    | H is taken at x_first, its pose and its landmark. This H stands in Z = H P H' + R, in K = P H' inv(Z) and in the new P, (I - K H) P.
     mean                      | x    | sizes    | e is taken at x: the innovation is what it always was. The gain comes from x_first.
-    seam of the bearing       | x    | behind   | A landmark behind the robot: the bearing innovation must be wrapped.
+    seam of the bearing       | x    | behind   | A landmark behind the robot: the bearings of y and e are near the seam, +-pi. The bearing of z is wrapped into -pi ... pi: it is small here, above or below 0.
+    a bearing far off         | x    | aside    | The bearing of y - e is 2 rad here, and then -2.5 rad, or a whole turn more or less. Wrapped it lies between -pi and pi.
     the range is no angle     | x    | far      | Only the bearing is wrapped: a range may be off by more than pi.
     """,
     wrong="""
-    ordinary EKF | _, H = observe(x_first, i) -> _, H = observe(x, i) | You take H at the present estimate. That is the ordinary EKF: take H at x_first.
+    ordinary EKF | _, H = observe(x_first, i) -> _, H = observe(x, i) | With H at the present x it is the ordinary EKF: take H at x_first.
     all at the first estimate | e, _ = observe(x, i) -> e, _ = observe(x_first, i) | The expectation e belongs to the present x. Only the Jacobian is taken at x_first.
     the two places swapped | _, H = observe(x_first, i) -> e, H = observe(x_first, i)[0], observe(x, i)[1] | It is the other way round: e at the present x, H at x_first.
     first estimate of the robot only | observe(x_first, i) -> observe(np.concatenate([x_first[:3], x[3:]]), i) | The landmark, too, is taken at its first estimate: H at the whole x_first.
     first estimate of the landmark only | observe(x_first, i) -> observe(np.concatenate([x[:3], x_first[3:]]), i) | The pose, too, is taken at its first estimate: H at the whole x_first.
     correction added to x_first | return x + K @ z -> return x_first + K @ z | Add the correction to the present x: x + K z.
+    half turns removed | wrap(y[1] - e[1]) -> np.arctan(np.tan(y[1] - e[1])) | A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.
+    arcsine of the sine | wrap(y[1] - e[1]) -> np.arcsin(np.sin(y[1] - e[1])) | An arcsine ends at 90 degrees: a difference of 100 degrees becomes one of 80. arctan2(sine, cosine) knows all directions.
     bearing not wrapped | wrap(y[1] - e[1]) -> y[1] - e[1] | Near the seam y and e may differ by 2 pi: wrap the bearing of z.
     bearing not wrapped, nor expected so | wrap(y[1] - e[1]) -> y[1] - (np.arctan2(x[4 + 2 * i] - x[1], x[3 + 2 * i] - x[0]) - x[2]) | Near the seam y and e may differ by 2 pi: wrap the bearing of z.
     all at the first estimate, not wrapped | e, _ = observe(x, i) -> e, _ = observe(x_first, i) | Two things. Near the seam y and e may differ by 2 pi: wrap the bearing of z. And the expectation e belongs to the present x: only the Jacobian is taken at x_first.
@@ -119,7 +123,7 @@ fej = table(
         observe(x_first, i) -> observe(x_first, 0)
     gain at x, covariance at x_first | return x + K @ z -> G = observe(x, i)[1]; return x + P @ G.T @ np.linalg.inv(G @ P @ G.T + R) @ z | One H, taken at x_first, for the gain and for the covariance.
     gain at x_first, covariance at x | P - K @ Z @ K.T -> P - P @ (G := observe(x, i)[1]).T @ np.linalg.inv(G @ P @ G.T + R) @ G @ P | One H, taken at x_first, for the gain and for the covariance.
-    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
+    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | The new P is (I - K H) P, with (I - K H) once. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     shifted, as by an iterated filter | Z = H @ P -> d = x_first - x; d[2] = wrap(d[2]); z = z - H @ d; Z = H @ P | The innovation is y - e, with e at the present x, and nothing more: only the Jacobian is taken at x_first.
     R missing in the new P | P - K @ Z @ K.T -> P - P @ H.T @ np.linalg.inv(H @ P @ H.T) @ H @ P | P - K H P has the gain K = P H' inv(H P H' + R) in it: R is missing there.
     H of the present x in (I - K H) P | P - K @ Z @ K.T -> P - K @ observe(x, i)[1] @ P | The same H in the gain and in (I - K H) P: that of x_first. Yours takes that of x for P.

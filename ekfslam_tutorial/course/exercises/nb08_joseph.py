@@ -52,8 +52,8 @@ form = table(
     checks="""
     shape      | P[:0] | any        | P keeps its shape (n, n), whatever the number m of measurements.
     gain zero  | P     | zero       | With K = 0 the measurement is ignored: P must stay as it is.
-    best gain  | P     | best       | With the gain of the Kalman filter it must be what (I - K H) P gives.
-    any gain   | P     | any        | The gain may be another one: both terms are needed, (I - K H) P (I - K H)' and K R K'.
+    best gain  | P     | best       | K is the gain of the Kalman filter here. The new P is the sum of (I - K H) P (I - K H)' and K R K', with the whole R; the sum of both is (I - K H) P at this gain.
+    any gain   | P     | any        | The gain may be any one: the new P is the sum of two terms, (I - K H) P (I - K H)' and K R K'.
     one number | P     | one number | n = m = 1, P = 4, H = 1, R = 1, K = 0.5: the new error is 0.5 dx - 0.5 v.
     """,
     wrong="""

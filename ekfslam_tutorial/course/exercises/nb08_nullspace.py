@@ -70,9 +70,9 @@ hidden = table(
     checks="""
     first measurements     | O[:1] | any        | H_0 sees the first state itself: O begins with the rows of H_0, and those of all the others follow, up to H_K.
     one motion             | O     | one motion | H_1 sees the state at time 1, F_0 dx_0: these rows of O are H_1 F_0.
-    several motions        | O     | any        | The first motion acts first, so it stands on the right: H_2 F_1 F_0.
+    several motions        | O     | any        | H_2 sees the state after two motions, F_0 and then F_1: these rows of O are H_2 F_1 F_0, and so on for every later time.
     one time only          | d     | one time   | Only H_0 and no motion: d is n minus the rank of H_0.
-    fewer rows than columns | d    | few rows   | O v = 0 has n minus rank solutions, and n is the number of *columns*.
+    fewer rows than columns | d    | few rows   | O has fewer rows than columns here. O v = 0 has n minus the rank of O independent solutions, and n is the number of *columns*.
     the same again         | d     | again      | A row that comes again tells nothing new, and a later one may: the rank of *all* rows of O.
     several times          | d     | any        | All measurements of all times together: the rank of the whole O.
     other units            | d     | units      | In other units the rank is the same. A fixed threshold depends on the units: compare the singular values with the largest of them.
@@ -86,7 +86,7 @@ hidden = table(
     motion transposed | F_k @ Phi -> F_k.T @ Phi | dx_1 = F_0 dx_0: no transpose.
     motion undone | F_k @ Phi -> np.linalg.inv(F_k) @ Phi | dx_1 = F_0 dx_0: an error of the first state goes forward by F itself, not by its inverse.
     motion on the wrong side | Phi = F_k @ Phi -> Phi = np.linalg.multi_dot([np.eye(len(F_k)), *F]) | H_1 sees F_0 dx_0: the motion stands between H_1 and the first state, H_1 F_0.
-    one time too late | Phi = F_k @ Phi -> pass | H_1 sees the state at time 1, after F_0: multiply Phi by F_0 first, then H_1 Phi.
+    one time too late | Phi = F_k @ Phi -> pass | H_1 sees the state at time 1, after F_0: H_1 F_0. A product Phi of the motions has F_0 in it before H_1 comes: H_1 Phi.
         rows.append(H_k @ Phi) -> rows.append(H_k @ Phi); Phi = F_k @ Phi
     rank instead of what is missing | O.shape[1] - np -> np | That is the number of directions that *are* seen. Return n minus it.
     rows instead of columns | O.shape[1] - np -> len(O) - np | n is the number of columns, one for each state: O.shape[1], not len(O).
@@ -108,7 +108,7 @@ hidden = table(
         zip(H[1:], F, strict=True) -> zip(H[:-1], F, strict=True)
     only the first n rows: O has more than n rows, and the later ones may see what the first ones do not: the rank of the whole O.
         np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> np.linalg.matrix_rank(O[: O.shape[1]])
-    the last H left out: The rows of the last H are missing: there is one H more than F, and zip stops at the shorter.
+    the last H left out: The rows of the last H are missing: there is one H more than F. A loop over the F, or over both with zip, ends one H too early.
         rows, Phi = [H[0]], np.eye(H[0].shape[1]) -> rows, Phi = [], np.eye(H[0].shape[1])
         for H_k, F_k in zip(H[1:], F, strict=True): -> for H_k, F_k in zip(H, F):
         Phi = F_k @ Phi -> pass

@@ -62,10 +62,10 @@ trajectory = table(
     },
     checks="""
     identity  | aligned | same | A path that lies on the truth already must stay, with an ATE of zero.
-    alignment | aligned | any  | One angle and one vector for all points: subtract the means, find the best angle.
-    no mirror | aligned | mirrored | One angle and one vector for all points: subtract the means, find the best angle.
-    no error  | ate | same     | A path that lies on the truth already must stay, with an ATE of zero.
-    error     | ate | any      | Squared distance (x and y together) of each point, then the mean, then the root.
+    alignment | aligned | any  | One angle and one vector for all points: subtract the means, find the best angle, and put the mean of the path on the mean of the truth.
+    no mirror | aligned | mirrored | The truth is the mirror image of the path here. One angle and one vector make no mirror image: turn by the best angle, mean on mean, and a distance is left.
+    no error  | ate | same     | The ATE is one number: the root of the mean squared distance. It is zero for a path that lies on the truth already.
+    error     | ate | any      | Squared distance (x and y together) of each aligned point from its point of the truth, then the mean, then the root.
     gauge     | ate | moved    | The ATE must not change when the whole path is moved and turned.
     """,
     wrong="""

@@ -61,10 +61,10 @@ barcodes = table(
         "nothing": lambda rng: [nothing(rng), nothing(rng, robots=True)],
     },
     checks="""
-    which rows stay | times        | any     | Which rows stay, in the order of the file: all but those whose barcode is not in the table, and those that show a robot.
-    subjects        | subjects     | any     | Look the barcode up in column 1 of the table; the subject is in column 0.
+    which rows stay | times        | any     | times is column 0 of the rows that stay, in the order of the file. Dropped are the rows whose barcode is not in the table, and those that show a robot; all others stay.
+    subjects        | subjects     | any     | One subject for each row that stays, in the order of the rows: look its barcode up in column 1 of the table; the subject is in column 0.
     measurements    | measurements | any     | Columns 2 and 3 of the rows that stay: range and bearing.
-    nothing left    | measurements | nothing | With no row that stays, return empty arrays, do not fail: np.zeros((0, 2)) for the measurements.
+    nothing left    | measurements | nothing | Here no row stays, k = 0: return three empty arrays of the shapes (0,), (0,) and (0, 2), np.zeros((0, 2)) for the measurements.
     """,
     wrong="""
     barcode taken for the subject | subject_of.get(barcode, -1) -> barcode | The number in the log is the barcode. Translate it with the table.
@@ -93,7 +93,7 @@ barcodes = table(
     barcodes of the rows that stay | subjects[keep] -> rows[keep, 1].astype(int) | Return the subject that wears the barcode, not the barcode.
     first sighting only | return rows[keep, 0], -> keep &= np.isin(np.arange(len(rows)), [np.flatnonzero(keep & (subjects == s))[0] for s in set(subjects[keep].tolist())]); return rows[keep, 0], | A landmark is seen many times: each of its rows stays, not the first one only.
     bearing in degrees | rows[keep, 2:] -> rows[keep, 2:] * [1, 180 / np.pi] | The measurements stay as they are in the rows: the bearing in radians.
-    first row of the table for not found | subject_of.get(barcode, -1) for barcode -> (subject_of.get(barcode, -1) if len(table) and barcode != table[0][0] else -1) for barcode | The first row of the table has the index 0, and 0 counts as False: ask whether a row was found, not for its number.
+    first row of the table for not found | subject_of.get(barcode, -1) for barcode -> (subject_of.get(barcode, -1) if len(table) and barcode != table[0][0] else -1) for barcode | The subject in the first row of the table is missing. That row has the index 0, and 0 counts as False: ask whether a row was found, not for its number.
     subjects above the number of robots | ~np.isin(subjects, robots) -> (subjects > len(robots)) | The list says which subjects are robots, and that may be any: ask whether a subject is in the list.
     subjects above the highest robot | ~np.isin(subjects, robots) -> (subjects > max(robots, default=0)) | The list says which subjects are robots, and that may be any: ask whether a subject is in the list.
     """,

@@ -57,7 +57,7 @@ clock = table(
     mean NIS    | nis    | any   | NIS = z' inv(Z) z for each measurement, with its own Z; then the mean over a run.
     best offset | offset | any   | The offset, in seconds, of the run with the smallest mean NIS.
     one offset  | offset | one   | The offset, in seconds, of the run with the smallest mean NIS.
-    one measurement | nis, offset | single | A run with one measurement: its NIS is the mean.
+    one measurement | nis, offset | single | Each run has one measurement here: its NIS is the mean NIS of the run. The offset is that of the run with the smallest.
     units       | nis    | units | Metres or millimetres: the NIS has no unit and must not change.
     """,
     wrong="""

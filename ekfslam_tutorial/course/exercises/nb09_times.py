@@ -64,27 +64,27 @@ times = table(
         "stamps": lambda rng: [(np.array([[3.0], [2.0], [1.0], [0.0]]),), (log(rng, 60, 1, 12, 1e3),)],
     },
     checks="""
-    good order  | rows | good order | Each row moves as a whole: find the order from column 0, then take rows[order].
-    sorted      | rows | no ties    | Each row moves as a whole: find the order from column 0, then take rows[order].
-    a few rows  | rows | small      | Each row moves as a whole: find the order from column 0, then take rows[order].
-    a few rows: late | late | small      | How many rows have an earlier stamp than the row just before them in the *file*: np.diff(...) < 0, before you sort.
-    equal stamps: rows | rows | ties      | Rows with the same stamp keep their order: kind="stable".
-    equal stamps: late | late | ties      | Compare the stamp of each row with that of the row just before it: earlier is late, equal is not.
-    none late   | late | good order | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
-    late rows   | late | any        | Count the steps back in the *file*, before you sort: np.diff(...) < 0.
-    gap         | gap  | any        | The longest step between neighbours *after* sorting, in seconds.
+    good order  | rows | good order | These rows are in the order of time already: they come out as they are. Each row moves as a whole: find the order from column 0, then take rows[order].
+    sorted      | rows | no ties    | The same rows, so that the stamps rise (or stay equal) from row to row: find the order from column 0, then take rows[order]. Each row moves as a whole.
+    a few rows  | rows | small      | The same rows, so that the stamps rise (or stay equal) from row to row: find the order from column 0, then take rows[order]. Each row moves as a whole.
+    a few rows: late | late | small      | late is how many rows have an earlier stamp than the row just before them, in the order of the file: count the steps with np.diff(...) < 0.
+    equal stamps: rows | rows | ties      | Here the rows are in no order at all, and many have the same stamp. Sort them by the stamp; rows with the same stamp keep their order: kind="stable".
+    equal stamps: late | late | ties      | Here the rows are in no order at all, and many have the same stamp. A row is late if its stamp is earlier than that of the row just before it in the file; an equal stamp is in order.
+    none late   | late | good order | Here the rows are in the order of time: no row has an earlier stamp than the row just before it in the file, so late is 0.
+    late rows   | late | any        | late is how many rows have an earlier stamp than the row just before them, in the order of the file: count the steps back, np.diff(...) < 0.
+    gap         | gap  | any        | The longest step between two neighbours of the sorted rows, in seconds.
     stamps alone | rows, late, gap | stamps | A log of one column has stamps only: the same is asked of it.
-    gap of few  | gap  | small      | The longest step between neighbours *after* sorting, in seconds.
+    gap of few  | gap  | small      | The longest of the m - 1 steps between neighbours of the sorted rows, in seconds. Two rows have one step.
     """,
     wrong="""
-    each column sorted by itself | rows = rows[np.argsort(rows[:, 0], kind="stable")] -> rows = np.sort(rows, axis=0) | np.sort(rows, axis=0) sorts every column alone: stamps and measurements no longer belong together.
+    each column sorted by itself | rows = rows[np.argsort(rows[:, 0], kind="stable")] -> rows = np.sort(rows, axis=0) | Each column comes out sorted by itself, as np.sort(rows, axis=0) does it: stamps and measurements no longer belong together.
     not sorted | return rows, late -> return file, late | The rows still have the order of the file.
         late = int( -> file = rows; late = int(
     latest first | return rows, late -> return rows[::-1], late | Time must rise from row to row.
     equal stamps lose their order | np.argsort(rows[:, 0], kind="stable") -> np.lexsort((*rows.T[:0:-1], rows[:, 0])) | Rows with the same stamp must keep their order: use a stable sort and the stamp alone.
     a sort that is not stable | , kind="stable")] -> )] | np.argsort alone may put rows with the same stamp into another order: kind="stable".
     equal stamps turned round | rows = rows[np.argsort(rows[:, 0], kind="stable")] -> rows = rows[::-1][np.argsort(rows[::-1, 0], kind="stable")] | Rows with the same stamp must keep their order: yours comes out the other way round.
-    rows of equal stamps dropped | np.argsort(rows[:, 0], kind="stable") -> np.unique(rows[:, 0], return_index=True)[1] | np.unique keeps one row of each stamp. Two sightings in one picture have the same stamp: all rows stay.
+    rows of equal stamps dropped | np.argsort(rows[:, 0], kind="stable") -> np.unique(rows[:, 0], return_index=True)[1] | One row of each stamp is left, as np.unique does it. Two sightings in one picture have the same stamp: all rows stay.
     counted after sorting | int(np.sum(np.diff(rows[:, 0]) < 0)) -> 0 | After sorting no row is late. Count the steps back in the rows as they come.
     rows that moved | np.sum(np.diff(rows[:, 0]) < 0) -> np.sum(np.argsort(rows[:, 0], kind="stable") != np.arange(len(rows))) | One late row pushes many others. Count rows whose stamp is earlier than that of the row before.
     behind the latest so far | np.diff(rows[:, 0]) < 0 -> rows[:, 0] < np.maximum.accumulate(rows[:, 0]) | Compare each row with the row just before it in the file, not with the latest stamp so far.

@@ -54,8 +54,8 @@ exercise = table(
     },
     checks="""
     position      | e[:3] | any   | A pose in space has six degrees of freedom: three of position, three of rotation. The first three numbers are t - t_truth.
-    level         | e[3:] | level | q = q_truth dq, so dq = conjugate of q_truth, times q.
-    a small turn  | e[3:] | any   | q = q_truth dq, so dq = conjugate of q_truth, times q.
+    level         | e[3:] | level | The truth is not turned here, so dq is q itself, and v is the rotation vector of q, about one axis. In general q = q_truth dq, so dq = conjugate of q_truth, times q.
+    a small turn  | e[3:] | any   | q = q_truth dq, so dq = conjugate of q_truth, times q; v is the rotation vector of dq.
     no turn       | e[3:] | no turn | No turn is left: v is zero, and its axis is 0/0. Treat |v| = 0, or use q2v.
     a large turn  | e[3:] | large | A rotation vector has the angle as its length, up to pi.
     """,
@@ -65,9 +65,9 @@ exercise = table(
     sign of q looked at | dq if dq[0] >= 0 else -dq -> dq if x[3] >= 0 else -dq | Two quaternions with a >= 0 may still be the long way round from each other: it is the sign of dq[0] that tells.
     signs of both looked at | dq if dq[0] >= 0 else -dq -> dq if x[3] * truth[3] >= 0 else -dq | Two quaternions with a >= 0 may still be the long way round from each other: it is the sign of dq[0] that tells, after the product.
     each component wrapped | q2v(dq if dq[0] >= 0 else -dq) -> q2v(dq); v = (v + np.pi) % (2 * np.pi) - np.pi | Shorten v along its axis, not each component: if |v| > pi, take v (1 - 2 pi / |v|), or -dq for dq.
-    sign of zero | dq if dq[0] >= 0 else -dq -> dq * np.sign(dq[0]) | np.sign(0) is 0: half a turn vanishes. Use `if dq[0] < 0`.
+    sign of zero | dq if dq[0] >= 0 else -dq -> dq * np.sign(dq[0]) | Half a turn has dq[0] = 0, and np.sign(0) is 0: half a turn vanishes. Use `if dq[0] < 0`, so that 0 is on one of the two sides.
     truth minus estimate | np.concatenate([x[:3] - truth[:3], v]) -> np.concatenate([truth[:3] - x[:3], -v]) | An error is estimate minus truth: you have the two the other way round.
-    rotation the other way | q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(q2qc(x[3:])[0], truth[3:]) | You turn the estimate into the truth. Conjugate the true quaternion, not the estimated one.
+    rotation the other way | q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(q2qc(x[3:])[0], truth[3:]) | This is the turn from the estimate to the truth. v turns the truth into the estimate: dq = conjugate of q_truth, times q.
     in the axes of the world | q_prod(q2qc(truth[3:])[0], x[3:]) -> q_prod(x[3:], q2qc(truth[3:])[0]) | q q_truth* is the turn in the axes of the world. q = q_truth dq: put the conjugate on the left.
     no conjugate | q2qc(truth[3:])[0] -> truth[3:] | The product of two orientations is no difference: conjugate the true one.
     difference of the quaternions | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = 2 * (x - truth)[4:] | Twice the difference of the vector parts is right for a truth that is not turned only: multiply by the conjugate.
@@ -81,14 +81,14 @@ exercise = table(
     degrees | v, _ = q2v(dq if dq[0] >= 0 else -dq) -> v = np.degrees(q2v(dq if dq[0] >= 0 else -dq)[0]) | The rotation vector is asked in radians: q2v gives radians.
     orientation first | [x[:3] - truth[:3], v] -> [v, x[:3] - truth[:3]] | The error of the position comes first, then the rotation vector.
     half the turn | np.concatenate([x[:3] - truth[:3], v]) -> np.concatenate([x[:3] - truth[:3], v / 2]) | A quaternion holds *half* the angle: the rotation vector has the angle 2 arctan2(|dq[1:]|, dq[0]).
-    angle shortened, axis kept | q2v(dq if dq[0] >= 0 else -dq) -> q2v(dq); a = np.linalg.norm(v); v = v * (2 * np.pi - a) / a if a > np.pi else v | The shorter way round goes about the *opposite* axis: for |v| > pi it is v (1 - 2 pi / |v|), or take -dq for dq.
+    angle shortened, axis kept | q2v(dq if dq[0] >= 0 else -dq) -> q2v(dq); a = np.linalg.norm(v); v = v * (2 * np.pi - a) / a if a > np.pi else v | The shorter way round goes about the *opposite* axis: where dq[0] < 0 take -dq, all four numbers, before angle and axis are computed. Or later: v becomes v (1 - 2 pi / |v|) where |v| > pi.
     """,
 )
 
 
 @exercise.link(
     "q and -q",
-    "q and -q are the same orientation, so the error must be the same. The long way is shortened along its axis (-dq for dq), not in each component.",
+    "q and -q are the same orientation, so the error must be the same, with |v| <= pi. The long way is shortened along its axis: -dq for dq.",
 )
 def _(f, rng):
     for angle in (0.0, 0.2, 2.5):
@@ -103,7 +103,10 @@ def _(f, rng):
             expect.true(same(e[3:], want[3:], atol=1e-6), message)
 
 
-@exercise.link("half a turn", "Half a turn has dq[0] = 0 and the length pi. np.sign(0) is 0: use `if dq[0] < 0`.")
+@exercise.link(
+    "half a turn",
+    "Half a turn has dq[0] = 0, and dq and -dq are equally short: either will do. v has the length pi, along the axis or against it.",
+)
 def _(f, rng):
     for axis in np.eye(3):
         e = expect.array(f(np.array([0, 0, 0, 0, *axis]), LEVEL), 6, "e")

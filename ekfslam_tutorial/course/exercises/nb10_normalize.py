@@ -48,12 +48,12 @@ exercise = table(
     state                        | x         | any | u = q / |q|, and the position stays.
     covariance of the position   | P[:3, :3] | any | P_tt has nothing to do with the quaternion: it stays.
     covariance of the quaternion | P[3:, 3:] | any | The noise of q passes through U_q: P_qq = U_q P_qq U_q'.
-    cross-covariance             | P[:3, 3:] | any | P_tq shares its columns with q: it is multiplied once, P_tq U_q'.
-    still a covariance           | P         | any | J P J' is symmetric and has no negative eigenvalue.
+    cross-covariance             | P[:3, 3:] | any | The columns of P_tq belong to q: P_tq becomes P_tq U_q'.
+    still a covariance           | P         | any | J P J' is symmetric: its block P[3:, :3] is the transpose of P[:3, 3:].
     """,
     wrong="""
     covariance forgotten | J @ P @ J.T -> P | q has changed, so has its noise: P goes through the Jacobian of q / |q|.
-    q only made shorter | (np.eye(4) - np.outer(u, u)) -> np.eye(4) | Your U_q is I / |q|. The norm depends on q, too: U_q = (I - u u') / |q|.
+    q only made shorter | (np.eye(4) - np.outer(u, u)) -> np.eye(4) | I / |q| is the derivative for a norm that stays the same. The norm depends on q, too: U_q = (I - u u') / |q|.
     scalar part made positive | [x[:3], u] -> [x[:3], u * np.sign(u[0])] | -u is the same orientation, but u = q / |q| was asked for, and P belongs to it: keep the sign.
     cross-covariance forgotten | J @ P @ J.T -> _block(P, J[3:, 3:], P[:3, 3:]) | You have changed P_qq only. P_tq is about q, too: use one J for all of P.
     cross-covariance set to zero | J @ P @ J.T -> _block(P, J[3:, 3:], np.zeros((3, 4))) | Position and quaternion stay correlated: P_tq becomes P_tq U_q'.
@@ -76,7 +76,7 @@ exercise = table(
         u]), J @ P @ J.T -> u]), Q
     one for the outer product | np.outer(u, u) -> u @ u | u @ u' of two vectors is the number 1. The outer product is a matrix: np.outer(u, u).
     P_tq divided only | J @ P @ J.T -> np.block([[P[:3, :3], P[:3, 3:] / n], [P[3:, :3] / n, (J @ P @ J.T)[3:, 3:]]]) | P_tq goes through the same U_q as the rest: it is multiplied, P_tq U_q', and not divided by |q| only.
-    squared norm in all: The square root is missing: divide by |q|, not by its square, in u and in U_q.
+    squared norm in all: The norm |q| is the square root of q'q: divide by it, not by its square, in u and in U_q.
         [x[:3], u] -> [x[:3], u / n]
         np.outer(u, u)) / n -> np.outer(u, u)) / n**2
     """,

@@ -62,7 +62,7 @@ exercise = table(
         "p = t": lambda rng: [at_the_point(*case(rng)) for _ in range(3)],
     },
     checks="""
-    a frame that is not turned | pf         | not turned    | Seen from the frame, the point is p - t away.
+    a frame that is not turned | pf         | not turned    | A frame that is not turned, R = I, sees the point at p - t.
     a frame at the origin      | pf         | at the origin | R turns from the frame to the parent, R' from the parent to the frame.
     the origin of the frame    | pf         | p = t         | The origin of the frame, p = t, must become zero; R pf + t must be p again.
     any frame                  | pf         | any           | The origin of the frame, p = t, must become zero; R pf + t must be p again.
@@ -84,7 +84,7 @@ exercise = table(
         -R.T, R.T -> -np.eye(3), np.eye(3)
     PF_t without rotation | -R.T, R.T -> -np.eye(3), R.T | t passes through R' as p does: PF_t = -R'.
     PF_t with the sign of PF_p | -R.T, R.T -> R.T, R.T | When the frame goes forward, the point comes nearer: PF_t has a minus.
-    derivatives with R | -R.T, R.T -> -R, R | Your pf has R', so have its derivatives.
+    derivatives with R | -R.T, R.T -> -R, R | pf = R' (p - t): its derivatives have R', too.
     derivatives swapped | -R.T, R.T -> R.T, -R.T | Return the derivative by t first, then the one by p.
     PF_p with a minus | -R.T, R.T -> -R.T, -R.T | When the point goes forward, it does so in the frame, too: PF_p = R', with a plus.
     PF_p without rotation | -R.T, R.T -> -R.T, np.eye(3) | p passes through R': PF_p = R'.

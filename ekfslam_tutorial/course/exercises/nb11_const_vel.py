@@ -52,11 +52,11 @@ exercise = table(
     checks="""
     position                  | x2[:3]   | any   | v is in the axes of the world: t2 = t + v dt.
     orientation               | x2[3:7]  | any   | In dt the body turns by the rotation vector w dt, in its own axes: q v2q(w dt).
-    no turn                   | x2[3:7]  | w = 0 | In dt the body turns by the rotation vector w dt, in its own axes: q v2q(w dt).
-    velocities                | x2       | any   | They keep their values, plus the impulses of this step.
-    derivative by the state   | d X_x / x | any  | Besides the ones there are three blocks, each in the rows and columns of its own: t2 by v, q2 by q, q2 by w. Where does dt stand?
-    derivative without a turn | d X_x / x | w = 0 | Besides the ones there are three blocks, each in the rows and columns of its own: t2 by v, q2 by q, q2 by w. Where does dt stand?
-    derivative by the impulse | d X_u / u | any  | The impulse comes at the end of the step: it moves v2 and w2 only.
+    no turn                   | x2[3:7]  | w = 0 | With w = 0 the orientation stays: v2q(w dt) = [1, 0, 0, 0], and q2 = q.
+    velocities                | x2       | any   | v and w keep their values, plus the impulses of this step: v2 = v + dv, w2 = w + dw.
+    derivative by the state   | d X_x / x | any  | Besides the ones there are three blocks, each in the rows and columns of its own: t2 = t + v dt by v, and q2 = q v2q(w dt) by q and by w.
+    derivative without a turn | d X_x / x | w = 0 | With w = 0, too, v2q has a derivative. Besides the ones there are three blocks: t2 = t + v dt by v, and q2 = q v2q(w dt) by q and by w.
+    derivative by the impulse | d X_u / u | any  | The impulse comes at the end of the step: v2 = v + dv, w2 = w + dw, and the derivatives of t2 and q2 by u are zero.
     """,
     wrong="""
     dt forgotten in the position | t + v * dt -> t + v | v is in metres per second: t + v dt.

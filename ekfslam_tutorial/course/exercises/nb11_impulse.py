@@ -34,7 +34,7 @@ exercise = table(
     one step of one second    | U | one second   | With dt = 1 s the variances are sigma squared: three of sigma_v, then three of sigma_w; nothing is correlated.
     the same after one second | U | n steps      | Variances of independent steps add: n U(1/n) must be U(1).
     any dt                    | U | any          | Half the step, half the variance.
-    noise of one              | U | noise of one | The six impulses: return the covariance, three variances for v, three for w.
+    noise of one              | U | noise of one | One of the two sigmas is zero here, so three variances are zero; the other three are as in the checks before. U is a covariance, 6 x 6.
     """,
     wrong="""
     the same in each step | return dt * np -> return np | With this U a filter of 100 Hz becomes 100 times as uncertain (in variance) as one of 1 Hz: U must shrink with dt.
@@ -48,7 +48,7 @@ exercise = table(
     v for all | [sigma_w**2] * 3 -> [sigma_v**2] * 3 | The turn rate has its own sigma_w.
     full of ones | np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.outer([sigma_v] * 3 + [sigma_w] * 3, [sigma_v] * 3 + [sigma_w] * 3) | Independent impulses: nothing beside the diagonal.
     the sum of one second | return dt * np -> return dt / 3 * np | sigma is that of each axis: a variance is not shared among the three.
-    three impulses as one | np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.kron(np.diag([sigma_v**2, sigma_w**2]), np.ones((3, 3))) | The three entries of an impulse are independent: only the diagonal is not zero.
+    three impulses as one | np.diag([sigma_v**2] * 3 + [sigma_w**2] * 3) -> np.kron(np.diag([sigma_v**2, sigma_w**2]), np.ones((3, 3))) | The three entries of an impulse are independent: beside its diagonal U is zero.
     dt forgotten for w | [sigma_w**2] * 3 -> [sigma_w**2 / dt] * 3 | Both variances go with dt, that of dw, too.
     dt forgotten for v | [sigma_v**2] * 3 -> [sigma_v**2 / dt] * 3 | Both variances go with dt, that of dv, too.
     """,

@@ -96,14 +96,14 @@ exercise = table(
         "no turn": lambda rng: [_no_turn(pose(rng), step(rng)), (pose(rng), np.zeros(6))],
     },
     checks="""
-    ahead                     | x2[:3] | ahead   | The step is seen from the robot: turn it into the world with R(q), then add it.
-    position                  | x2[:3] | any     | The step is seen from the robot: turn it into the world with R(q), then add it.
-    turns                     | x2[3:] | turns   | The turn is in the axes of the robot: its quaternion stands on the right, q dq, and dq is that of the whole rotation vector u[3:].
+    ahead                     | x2[:3] | ahead   | The step is seen from the robot: turn it into the world with R(q), then add it to t. With dv = 0 the orientation stays: dq = [1, 0, 0, 0].
+    position                  | x2[:3] | any     | The step is seen from the robot: turn it into the world with R(q), then add it to t.
+    turns                     | x2[3:] | turns   | The robot is not turned yet, q = [1, 0, 0, 0], so q2 = q dq is dq: the quaternion of the whole rotation vector u[3:], half a radian about one axis.
     orientation               | x2[3:] | any     | The turn is in the axes of the robot: its quaternion stands on the right, q dq, and dq is that of the whole rotation vector u[3:].
-    no turn                   | x2     | no turn | The turn is in the axes of the robot: its quaternion stands on the right, q dq, and dq is that of the whole rotation vector u[3:].
-    derivative by the state   | d X_x / x | any  | t2 depends on t, and through R(q) on q; q2 depends on q only.
+    no turn                   | x2     | no turn | With dv = 0 the orientation stays: dq = [1, 0, 0, 0], q2 = q. The step is added as ever, t2 = t + R(q) dx.
+    derivative by the state   | d X_x / x | any  | t2 depends on t, and through R(q) on q; q2 = q dq depends on q. So X_x has three blocks, and the fourth, q2 by t, is zero.
     derivative by the control | d X_u / u | any  | dx passes through R; dv passes through v2q, then through the product.
-    derivative without a turn | d X_u / u | no turn | dx passes through R; dv passes through v2q, then through the product.
+    derivative without a turn | d X_u / u | no turn | With dv = 0, too, v2q has a derivative, and X_u its two blocks: dx passes through R; dv passes through v2q, then through the product.
     """,
     wrong="""
     step in the axes of the world | R @ u[:3] -> u[:3] | dx is seen from the robot: turn it with R(q) before you add it.

@@ -55,9 +55,9 @@ exercise = table(
         "P = 0": lambda rng: [case(rng, before=0) for _ in range(3)],
     },
     checks="""
-    mean                    | x         | any   | The mean moves by odo3.
+    mean                    | x         | any   | The new x is the first result of odo3: the frame after one step u, as measured.
     no noise in the control | P         | U = 0 | With U = 0 the covariance is X_x P X_x'.
-    noise ahead             | P[:3, :3] | ahead | The noise is in the robot's axes: a robot that looks along y errs along y.
+    noise ahead             | P[:3, :3] | ahead | The noise is in the robot's axes: with P = 0 and the variance 0.04 of dx ahead, a robot that looks along y errs along y, with the variance 0.04.
     noise of the control    | P         | P = 0 | The covariance of the control becomes one of the state: X_u U X_u'.
     both                    | P         | any   | P is the sum of the two: X_x P X_x' + X_u U X_u'.
     """,

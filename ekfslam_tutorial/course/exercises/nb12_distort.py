@@ -56,9 +56,9 @@ distorted = table(
     checks="""
     an ideal lens           | ud    | ideal  | With d = 0 nothing is bent: ud = up.
     the point               | ud    | any    | ud = (1 + d2 r^2 + d4 r^4 + ...) up, with r = |up|.
-    far from the axis       | ud    | far    | ud = (1 + d2 r^2 + d4 r^4 + ...) up, with r = |up|.
-    UD_up                   | d UD_up / up | any | ud = f up: both f and up change when up changes.
-    UD_d                    | d UD_d / d | bent | ud depends on d linearly: its columns are up r^2, up r^4 and so on.
+    far from the axis       | ud    | far    | ud = (1 + d2 r^2 + d4 r^4 + ...) up, with r the length of up: the same formula for each r, here r = 1.7.
+    UD_up                   | d UD_up / up | any | ud = f up is a product, and f = 1 + d2 r^2 + d4 r^4 + ... changes with up, too: UD_up comes of the product rule.
+    UD_d                    | d UD_d / d | bent | ud depends on d linearly: the columns of UD_d are up r^2, up r^4 and so on.
     in the middle of the image | UD_up, UD_d | middle | At up = 0 the lens does nothing: UD_up = I, UD_d = 0.
     """,
     wrong="""
@@ -77,7 +77,7 @@ distorted = table(
     divides by f | ud = f * up -> ud = up / f | The direct model multiplies: ud = f up. Dividing is a first guess of the way back.
     minus in f | ud = f * up -> ud = (1 - powers @ d) * up | f = 1 + d2 r^2 + ...: a barrel lens has a negative d2, not a minus in the formula.
     1 forgotten | ud = f * up -> ud = (powers @ d) * up | f = 1 + ...: with d = 0 the point must stay where it is.
-    adds f instead of multiplying | ud = f * up -> ud = up + powers @ d | The lens moves a point along its radius: f times up, not f plus up.
+    adds f instead of multiplying | ud = f * up -> ud = up + powers @ d | The lens moves a point along its radius: f times up. A number that is added to x and y moves it off its radius.
     each axis with its own power | ud = f * up -> ud = (1 + up[:, None] ** (2 * k) @ d) * up | r is the length of the vector up. It is the same for both axes.
     f taken as a constant | + 2 * f_r2 * np.outer(up, up) -> + 0 | f depends on up, too. The product rule gives a second term: up times the derivative of f by up.
     factor 2 of r^2 | + 2 * f_r2 -> + f_r2 | r^2 = up' up has the derivative 2 up' by up: the factor 2 is missing.

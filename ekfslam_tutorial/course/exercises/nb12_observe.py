@@ -55,8 +55,8 @@ projected = table(
     by the camera's frame | U_s       | any | U_s = U_ls LS_s: LS_s is taken at lr, the point in the robot's frame, and U_ls at ls.
     by the robot's frame  | U_r       | any | Rf changes lr, lr changes ls, ls changes u: U_r = U_ls LS_lr LR_r.
     by the point          | d U_l / l | any | l changes lr, lr changes ls, ls changes u: U_l = U_ls LS_lr LR_l.
-    by the camera's k     | d U_k / k | any | No frame stands between k and the pixel: U_k comes out of pin_hole.
-    by the distortion     | d U_d / d | any | No frame stands between d and the pixel: U_d comes out of pin_hole.
+    by the camera's k     | d U_k / k | any | k acts in the last step, from ls, the point in the camera's frame, to u: U_k is what pin_hole gives there, as it is.
+    by the distortion     | d U_d / d | any | d acts in the last step, from ls, the point in the camera's frame, to u: U_d is what pin_hole gives there, as it is.
     """,
     wrong="""
     frames swapped | return u, -> return pin_hole(Rf.to_frame(Sf.to_frame(l)[0])[0], k, d)[0], | The point is in the world: it goes into the robot's frame first, then into the camera's.
@@ -69,7 +69,7 @@ projected = table(
     U_lr for U_l | U_ls @ LS_lr @ LR_l -> U_ls @ LS_lr | U_lr is the derivative by the point in the *robot's* frame. The factor LR_l is missing.
     U_s: one factor too many | U_ls @ LS_s -> U_ls @ LS_lr @ LS_s | Sf acts in the second step, after lr: U_s = U_ls LS_s, without LS_lr.
     order of the factors | U_ls @ LS_lr @ LR_l -> U_ls @ LR_l @ LS_lr | The names must chain: U_ls LS_lr LR_l. In U_ls LR_l LS_lr they do not.
-    a transposed factor | U_ls @ LS_lr @ LR_r -> U_ls @ LS_lr.T @ LR_r | A factor of the chain is transposed. Jacobians are used as they come: U_ls @ LS_lr.
+    a transposed factor | U_ls @ LS_lr @ LR_r -> U_ls @ LS_lr.T @ LR_r | The transpose of LS_lr stands in the chain. LS_lr is used as Sf.to_frame(lr) gives it: U_ls @ LS_lr.
         U_ls @ LS_lr @ LR_l -> U_ls @ LS_lr.T @ LR_l
     U_r of the camera | U_ls @ LS_lr @ LR_r -> U_ls @ LS_s | That is the derivative by Sf. Of the robot's frame it is U_ls LS_lr LR_r.
     frames in the wrong order: The point goes into the frame of the robot first, Rf, and the result into that of the camera, Sf.

@@ -59,17 +59,17 @@ camera = table(
     },
     checks="""
     no distortion | u         | ideal | u = [u0 + au x / z, v0 + av y / z] where d = 0.
-    the pixel     | u         | any   | Three steps in this order: project, distort, pixellise.
+    the pixel     | u         | any   | Project, distort, pixellise: up = [x/z, y/z]; ud is the first result of distort(up, d); u = [u0 + au ud[0], v0 + av ud[1]].
     any depth     | u         | depth | The formula holds for each z but zero, near or negative: p and -p have the same pixel. Whether a point is seen is exercise 12.3.
-    U_p           | d U_p / p | lens  | U_p = U_ud UD_up UP_p: three factors, and the inner names are equal.
+    U_p           | d U_p / p | lens  | U_p = U_ud UD_up UP_p: one factor for each step. Each is the derivative of its step, taken at what goes into that step.
     U_k           | d U_k / k | lens  | u0 and v0 shift the pixel, au and av scale ud: U_k = [I, diag(ud)].
     U_d           | d U_d / d | lens  | d changes ud, and ud changes u: U_d = U_ud UD_d.
     """,
     wrong="""
     distorted in pixels | u = k[:2] + k[2:] * ud -> u = distort(k[:2] + k[2:] * up, d)[0] | The lens comes before the sensor: distort the point in metres per metre, up, then pixellise. In pixels r^2 is about 100000.
     distorted around the image centre, in pixels | u = k[:2] + k[2:] * ud -> u = k[:2] + distort(k[2:] * up, d)[0] | r is the length of up = [x/z, y/z]. In pixels it is some hundred times as large.
-    not distorted | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * up | The second step is missing: ud = distort(up, d).
-    depth without its sign | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * np.sign(z) * ud | x / z with the sign of z: behind the camera both signs turn, and the pixel is that of -p. Leave it to `visible` to refuse the point.
+    not distorted | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * up | The pixel is made of the distorted point, ud = distort(up, d): au and av scale ud.
+    depth without its sign | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * np.sign(z) * ud | x / z with z as it is, sign included: behind the camera both signs turn, and the pixel is that of -p. `pin_hole` gives it for every z that is not zero.
     not divided by the depth | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2], d)[0] | Perspective: up = [x/z, y/z]. A point twice as far is half as far from the centre.
     divided by the distance | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2] / np.sqrt(p @ p), d)[0] | up = [x/z, y/z]: divide by the depth z, not by the distance |p|.
     depth times | u = k[:2] + k[2:] * ud -> u = k[:2] + k[2:] * distort(p[:2] * z, d)[0] | Perspective divides by z.

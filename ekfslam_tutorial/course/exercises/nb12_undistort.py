@@ -57,8 +57,8 @@ undistorted = table(
         up + np.linalg.solve(UD_up, ud - u) -> ud / _f(up, d)
     distorted once more | return up -> return distort(ud, d)[0] | distort goes from up to ud. The way back is its inverse.
     returned as it came | return up -> return ud | ud is where you start, not the answer: distort(up, d) must give ud.
-    one Newton step | range(20) -> range(1) | Your loop ends too soon, as after one Newton step: go on until distort(up, d) gives ud to 1e-6.
-    two Newton steps | range(20) -> range(2) | Your loop ends too soon, as after two Newton steps: go on until distort(up, d) gives ud to 1e-6.
+    one Newton step | range(20) -> range(1) | This is up after one Newton step, and not yet the answer: go on until distort(up, d) gives ud to 1e-6.
+    two Newton steps | range(20) -> range(2) | This is up after two Newton steps, and not yet the answer: go on until distort(up, d) gives ud to 1e-6.
     Jacobian not inverted | np.linalg.inv(distort(up, d)[1]) -> distort(up, d)[1] | UD_up is the derivative of the way there. That of the way back is its inverse.
     Jacobian at the distorted point | np.linalg.inv(distort(up, d)[1]) -> np.linalg.inv(distort(ud, d)[1]) | UD_up must be taken at up, the result, not at ud.
     1 / f for the Jacobian | np.linalg.inv(distort(up, d)[1]) -> np.eye(2) / _f(up, d) | f changes with up as well: invert the whole matrix UD_up.
@@ -72,6 +72,17 @@ undistorted = table(
         range(20) -> range(0)
     first order of the inverse | np.linalg.inv(distort(up, d)[1]) -> 2 * np.eye(2) - distort(up, d)[1] | 2 I - UD_up is the inverse to first order only: for a strong lens take np.linalg.inv.
     diagonal inverted | np.linalg.inv(distort(up, d)[1]) -> np.diag(1 / np.diag(distort(up, d)[1])) | The inverse of a matrix is not that of its diagonal: np.linalg.inv of the whole UD_up.
+    no step made | range(20) -> range(0) | ud is where you start, not the answer. No step is made, or its result is not kept: go on until distort(up, d) gives ud.
+    lens on the result, no step made | range(20) -> range(0) | ud is where you start, not the answer, and distort goes from up to ud: go on until distort(up, d) gives ud.
+        return up -> return distort(ud, d)[0]
+    ten simple steps: This is up after ten simple steps, up + ud - distort(up, d), and near the fold they are too few: go on until distort(up, d) gives ud to 1e-6, or take Newton's step.
+        np.linalg.solve(UD_up, ud - u) -> ud - u
+        range(20) -> range(10)
+    twenty simple steps: This is up after twenty simple steps, up + ud - distort(up, d), and near the fold they are too few: go on until distort(up, d) gives ud to 1e-6, or take Newton's step.
+        np.linalg.solve(UD_up, ud - u) -> ud - u
+    five simple steps: This is up after five simple steps, up + ud - distort(up, d), and they are too few: go on until distort(up, d) gives ud to 1e-6, or take Newton's step.
+        np.linalg.solve(UD_up, ud - u) -> ud - u
+        range(20) -> range(5)
     """,
 )
 
@@ -97,17 +108,17 @@ _link(
 )
 _link(
     "there and back",
-    "distort(up, d) must give ud again, to 1e-6. So ud - distort(up, d) is what is still missing: divide by f, or add inv(UD_up) times what is missing, until nothing is, to 1e-6.",
+    "distort(up, d) must give ud again, to 1e-6, with the up nearest to the axis. Repeat a step until it does: divide ud by f(up), or add inv(UD_up) times what is missing, ud - distort(up, d).",
     lambda rng: [case(rng, d) for d in LENSES],
 )
 _link(
     "in the middle of the image",
-    "ud = [0, 0]: do not divide by its length.",
+    "ud = [0, 0] is the middle of the image, where the lens does nothing: up = [0, 0]. The length of ud is zero here.",
     lambda rng: [(np.zeros(2), np.array([-0.25, 0.05]))],
 )
 _link(
     "near the fold",
-    "Near the fold the map is steep, and many steps may be needed: go on until distort(up, d) is ud.",
+    "Near the fold the way back is steep, and more steps may be needed: distort(up, d) must be ud to 1e-6, with up before the fold, which is at the length 1.155 here.",
     lambda rng: [case(rng, [-0.25], 0.95)],  # the fold is at 1.155
     5e-6,
 )

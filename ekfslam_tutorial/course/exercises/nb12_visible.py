@@ -82,13 +82,13 @@ seen = table(
         "random": lambda rng: [_random(rng) for _ in range(3)],
     },
     checks="""
-    one truth value for each point | seen | any    | Points in front of the camera, near or far, in the middle of the image, must be seen. Use & and np.all(..., axis=1): one truth value for each row.
-    behind the camera              | seen | behind | The formula x/z gives the same pixel for p and -p. Only z > 0 is ahead.
+    one truth value for each point | seen | any    | All these points are seen: ahead, near or far, in the image, and fold is infinite. One truth value for each row: & joins conditions, np.all(..., axis=1) the columns of u.
+    behind the camera              | seen | behind | All these points are in the image, and [x/z, y/z] has the length 0.5, less than fold. Those with z > 0 are seen, those with z < 0 are behind the camera. The formula gives the same pixel for p and -p.
     outside the image              | seen | image  | 0 <= u <= width and 0 <= v <= height: four borders.
-    on the border                  | seen | border | 0 <= u <= width and 0 <= v <= height: four borders.
-    beyond the fold                | seen | fold   | Beyond the fold two points share a pixel. Compare sqrt(x^2 + y^2) / z with fold.
-    on the fold                    | seen | on the fold | Only points nearer to the axis than the fold are seen.
-    all together                   | seen | random | All three must hold: join them with &.
+    on the border                  | seen | border | All these points are on the border, some in a corner, and are seen: 0 <= u <= width and 0 <= v <= height, four borders.
+    beyond the fold                | seen | fold   | Seen is what is nearer to the axis than the fold: sqrt(x^2 + y^2) / z is less than fold. Here this holds for one of two points. Beyond the fold two points share a pixel.
+    on the fold                    | seen | on the fold | Points nearer to the axis than the fold are seen. Here [x/z, y/z] has the lengths 1, 1, 0.5 and 2, and fold is 1: the third point is seen.
+    all together                   | seen | random | A point is seen where all three hold: z > 0, the pixel in the image, the radius less than fold. Here some points fail one of them, some two.
     """,
     wrong="""
     no test of the depth | p[:, 2] > 0 -> p[:, 2] != 0 | A point behind the camera has a pixel, too: that of the point -p. Only z > 0 is ahead.
@@ -108,7 +108,7 @@ seen = table(
     beyond, not before | (r < fold) -> (r > fold) | What is seen lies before the fold: radius < fold.
     the fold itself | (r < fold) -> (r <= fold) | Only points *nearer* to the axis than the fold are seen: <, not <=.
     distance for depth | np.abs(p[:, 2]) -> np.linalg.norm(p, axis=1) | up = [x/z, y/z] is divided by the depth z, not by the distance of the point.
-    length of the whole vector | np.linalg.norm(p[:, :2], axis=1) -> np.linalg.norm(p, axis=1) | up has two numbers, x/z and y/z. The third, z/z = 1, does not belong to its length.
+    length of the whole vector | np.linalg.norm(p[:, :2], axis=1) -> np.linalg.norm(p, axis=1) | Each point has a radius of its own, sqrt((x/z)^2 + (y/z)^2), of two numbers of its own row: neither z/z = 1 nor the other points belong to it.
     border at the last pixel | (u <= size) -> (u <= size - 1) | Points on the border count as seen, and the border is at the width and the height themselves: u <= width, neither < nor width - 1.
     one condition is enough: All three must hold: & (and), not | (or).
         inside & ahead & (r < fold) -> inside | ahead | (r < fold)

@@ -53,12 +53,12 @@ corrected = table(
         "b = 0": lambda rng: [case(rng, 4, 0.0)],
     },
     checks="""
-    expected angle          | rho | expected | Where the measured angle is the expected one, arctan(b rho), nothing moves.
-    at infinity and beyond  | rho | infinity | rho = 0 is a point at infinity: arctan(b rho) has no trouble there.
-    gain                    | rho | any      | K = P H / (H P H + var) with the derivative of the expectation by rho, H = b / (1 + (b rho)^2). P and var are variances.
+    expected angle          | rho | expected | Where the measured angle is the expected one, arctan(b rho), rho stays. b may be negative: a step to the other side.
+    at infinity and beyond  | rho | infinity | rho is 0 (at infinity), -0.05 (beyond) and 0.2: arctan(b rho) has no trouble there. Each measured angle is the expected one: rho stays.
+    gain                    | rho | any      | The new rho is rho + K (y - e), with e = arctan(b rho), K = P H / (H P H + var) and H = b / (1 + (b rho)^2). P and var are variances.
     no step, no depth       | P   | b = 0    | Without a step to the side (b = 0) the angle does not depend on the depth: H = 0, rho and the variance P stay.
     variance                | P   | any      | The variance shrinks by the factor 1 - K H.
-    far points              | rho, P | beyond | At infinity and beyond it is the same correction: no point needs a line of its own.
+    far points              | rho, P | beyond | rho is 0 (at infinity), -0.05 (beyond) and 0.2: the same correction for all three, whatever the sign of rho is, before and after.
     """,
     wrong="""
     rho taken for the depth | np.arctan(b * rho) -> np.arctan2(b, rho) | rho is *one over* the depth: arctan(b / d) = arctan(b rho).

@@ -76,9 +76,9 @@ turned = table(
     },
     checks="""
     the point              | x | alone | The point is anchor + m / rho, in the place of the six numbers: x has n - 3 numbers, P has n - 3 rows and columns.
-    the other states       | x | any   | All other numbers of x stay, in their order.
+    the other states       | x | any   | The landmark x[i : i + 6] now stands among other states: the point takes its place, and all other numbers of x stay, in their order.
     alone in the map       | P | alone | P_l = [I, M_py / rho, -m / rho^2]: the covariance of the point is P_l P P_l'.
-    covariance with the others | P | any | J P J' with J of the whole map: the landmark's rows and columns change by P_l, the states behind it keep theirs and move up by three.
+    covariance with the others | P | any | J P J' with J of the whole map: the landmark's rows and columns change by P_l; among the other states nothing changes, those behind it move up by three.
     """,
     wrong="""
     rho taken for the distance | a + m / rho -> a + m * rho | rho is one over the distance: the point is anchor + m / rho.
@@ -112,7 +112,10 @@ turned = table(
 
 
 @turned.link(
-    "its own covariance", "The block of the landmark alone: P_l P_ll P_l'.", 1, before="covariance with the others"
+    "its own covariance",
+    "In the new P the block of the point, P[i : i + 3, i : i + 3], is P_l P_ll P_l'.",
+    1,
+    before="covariance with the others",
 )
 def _(f, rng):
     for before, after in ((7, 6), (2, 5)):

@@ -66,10 +66,10 @@ born = table(
     rho                        | l[5:]        | any   | The pixel says nothing about the distance: the last number is the prior n, as it is.
     direction                  | l            | any   | `camera.retro` gives the ray in the camera; `from_frame` turns it into the world.
     the prior stays            | P_ll[5:, 5:] | any   | rho has the variance of its prior, N, whatever the pixel and the pose.
-    the anchor is the camera   | P_lF[:3]     | any   | The anchor *is* the position of the camera: both have the same error.
+    the anchor is the camera   | P_lF[:3]     | any   | The anchor *is* the position of the camera: both have the same error, so the first three rows of P_lF are those of P_F.
     known pose                 | P_ll         | known | With a known pose (P_F = 0) only pixel and prior are left: L_y R L_y' + L_n N L_n'.
     covariance with the camera | P_lF         | any   | Error of the frame in, error of the landmark out: P_lF = L_F P_F.
-    own covariance             | P_ll         | any   | Three causes of error, three terms: pose, pixel, prior.
+    own covariance             | P_ll         | any   | Pose, pixel and prior are independent causes of error: P_ll = L_F P_F L_F' + L_y R L_y' + L_n N L_n'.
     """,
     wrong="""
     landmark left in the camera frame | return l, -> return l_c, | That is the landmark as the camera sees it: `from_frame(F, l_c)` brings it into the world.
@@ -95,5 +95,6 @@ born = table(
     position of the camera alone | L_F @ P_F @ L_F.T -> L_F[:, :3] @ P_F[:3, :3] @ L_F[:, :3].T | A camera that is turned puts the landmark elsewhere, too: all seven numbers of the frame count, L_F P_F L_F'.
     position and orientation independent | L_F @ P_F @ L_F.T -> L_F @ (P_F * np.block([[np.ones((3, 3)), np.zeros((3, 4))], [np.zeros((4, 3)), np.ones((4, 4))]])) @ L_F.T | Position and orientation of the camera are correlated: use the whole P_F.
     P_Fl reshaped | P_lF = L_F @ P_F -> P_lF = (P_F @ L_F.T).reshape(6, 7) | reshape leaves the numbers in their order and mixes them: P_lF is the *transpose* of P_F L_F', which is L_F P_F.
+    flat L_n | L_n @ N @ L_n.T -> float((L_n * N).ravel() @ L_n.ravel()) | L_n N L_n' is a matrix, (6, 6). Of a flat vector .T does nothing, and the product is one number, which is added to every entry: L_n must have the shape (6, 1), as L_lc @ LC_n has it.
     """,
 )

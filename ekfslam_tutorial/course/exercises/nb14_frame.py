@@ -51,10 +51,10 @@ sorted_out = table(
         "many": lambda rng: [some(rng) for _ in range(12)],
     },
     checks="""
-    all known   | correct | any      | Measurements of known landmarks correct the map; nothing is started. Return places in ids, not the ids.
-    all new     | start   | all new  | With an empty map nothing corrects, and the first n_inits measurements that have an id start landmarks: their places in ids.
-    both        | correct, start | both     | Known ones correct, the others start, each place in one list, in the order in which they stand in `ids`; n_inits limits only those that start.
-    nobody's    | start   | nobody's | -1 says: nobody knows whose measurement it is.
+    all known   | correct | any      | All three ids are known: their measurements correct the map, nothing is started. Return the places in `ids`, counted from 0, in rising order.
+    all new     | start   | all new  | With an empty map nothing corrects, and the first n_inits measurements that have an id start landmarks: their places in ids. With no measurement both arrays are empty.
+    both        | correct, start | both     | Known ones correct, unknown ones start, at most n_inits of them; 0 is an id like any other. Both lists hold places in `ids`, in rising order: the order of `ids`, whatever the order of `known`.
+    nobody's    | start   | nobody's | -1 says: nobody knows whose measurement it is. Its place is in neither list; the others keep their places in `ids`.
     n_inits     | start   | n_inits  | At most n_inits landmarks are started in a frame, those that come first in `ids`; with n_inits = 0 none.
     many frames | correct, start | many     | All rules at once, on paper: a place is of a known landmark, or of a new one, or of nobody; of the new ones the first n_inits start.
     """,

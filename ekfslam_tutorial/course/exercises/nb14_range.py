@@ -46,12 +46,12 @@ roomy = table(
         "many": lambda rng: [(rng.random(rng.integers(1, 25)) < 0.55, int(rng.integers(1, 7))) for _ in range(25)],
     },
     checks="""
-    two numbers     | place | any       | Return [start, stop], with stop = start + k. Where nothing is free the state begins behind the last number in use.
+    two numbers     | place | any       | Return [start, stop], with stop = start + k. Where nothing is free the state begins behind the last number in use, in an empty map at 0.
     no gap          | place | no gap    | Where nothing is free the map grows, and the state begins at n. Neighbours in use have no gap between them.
-    one gap         | place | one gap   | A deleted landmark leaves a gap of k free numbers, or more: start is the first of them, stop = start + k. It may begin at any number, 0 included.
-    one piece       | place | one piece | A state lies in one piece: two small gaps do not make a large one.
-    first gap       | place | first gap | Of the gaps that are long enough take the first.
-    free at the end | place | free at the end | Free numbers at the end are a gap, too, and the map may grow behind them.
+    one gap         | place | one gap   | A deleted landmark leaves a gap of k free numbers, or more. It may begin at any number, 0 included. start is the first number of the first such gap, stop = start + k.
+    one piece       | place | one piece | A state lies in one piece. Here each gap has fewer than k free numbers: the state begins behind the last number in use.
+    first gap       | place | first gap | Of the gaps that are long enough take the first. Where no number is in use the whole map is one gap.
+    free at the end | place | free at the end | Free numbers at the end are a gap, too. Where no gap is long enough the state begins behind the last number in use, at the first of these, and the map grows.
     many maps       | place | many      | On paper with this map: the first k free numbers in a row, wherever they begin; else behind the last number in use.
     """,
     wrong="""
@@ -72,7 +72,7 @@ roomy = table(
     no gap before the first state | free = 0 if taken else free + 1 -> free = 0 if taken or any(used) and not any(used[:i]) else free + 1 | The map may begin with free numbers, too: a gap before the first state is one like the others.
     starts at multiples of k | if free == k: -> if free >= k and (i + 1) % k == 0: | A gap may begin at any number, not only at multiples of k.
     never at number 0 | if free == k: -> if free >= k and i >= k: | The map begins at number 0: a gap may begin there, too.
-    free numbers behind the last state counted twice | n = len(used) - free -> n = len(used) - 2 * free | n is the first number of those that are free at the end.
+    free numbers behind the last state counted twice | n = len(used) - free -> n = len(used) - 2 * free | Where no gap is long enough the state begins at the first of the free numbers at the end: n minus their count.
     end of the gap | if free == k: -> if free >= k and (i + 1 == len(used) or used[i + 1]): | The state begins where the gap begins, not as far behind as it fits: its first k numbers.
     smallest gap that fits | if free == k: -> if free >= k and (i + 1 == len(used) or used[i + 1]) and free == min(len(g) for g in "".join("10"[int(not t)] for t in used).split("1") if len(g) >= k): | Of the gaps that are long enough take the *first*, not the one that fits best.
         [i + 1 - k, i + 1] -> [i + 1 - free, i + 1 - free + k]

@@ -68,10 +68,10 @@ exercise = table(
         "known": lambda rng: [case(rng, slices=slices, none=True) for slices in ((A, L), (B,))],
     },
     checks="""
-    no surprise         | x | z = 0    | z = 0: the measurement was what was expected. x stays, P shrinks.
-    uncorrelated states | x | diagonal | H, the derivative by the whole map, has each E_r in the columns of its own slice. Then Z = H P H' + R, the whole of it, and K = P H' inv(Z).
-    a correlated map    | x, P | any      | Z = H P H' + R has the cross terms, and K = P H' inv(Z) has a row for each state. P - K Z K', or Joseph's form with + K R K'.
-    known states        | x, P | known    | r = None: this state is not in the map. It has no columns in H: skip it.
+    no surprise         | x | z = 0    | The new x has the shape of x. Where z = 0 the measurement was what was expected: x stays, P shrinks.
+    uncorrelated states | x | diagonal | P is diagonal here. H, the derivative by the whole map, has each E_r in the columns of its own slice. Z = H P H' + R, K = P H' inv(Z), and the new x is x + K z.
+    a correlated map    | x, P | any      | The states are correlated: Z = H P H' + R and K = P H' inv(Z) take all blocks of P, and K has a row for each state. The new x is x + K z, the new P is P - K Z K' (or Joseph's form, with + K R K').
+    known states        | x, P | known    | r = None: this state is known, it is not in the map and has no columns in H: skip it. All other blocks count as they do without it.
     """,
     wrong="""
     innovation turned round | x + K @ z -> x - K @ z | z is measured minus expected: x + K z.
@@ -79,7 +79,7 @@ exercise = table(
     R squared | H.T + R -> H.T + R @ R | R is a covariance already: add it as it is.
     only the variances of R | H.T + R -> H.T + np.diag(np.diag(R)) | R has off-diagonal entries: the numbers of a measurement may be correlated.
     correlations in P ignored | H @ P @ H.T -> H @ np.diag(np.diag(P)) @ H.T | Z and K take all of P: what two robots know of each other is in the off-diagonal blocks.
-    first block alone in Z | Z = H @ P @ H.T + R -> Z = next((E_r @ (H @ P)[:, r].T for r, E_r in blocks if r is not None), 0) + R | Z = H P H' + R with all blocks in H. Yours adds up the part of the first block only.
+    first block alone in Z | Z = H @ P @ H.T + R -> Z = next((E_r @ (H @ P)[:, r].T for r, E_r in blocks if r is not None), 0) + R | Z = H P H' + R with all blocks in H: what the first block alone adds is a part of it.
     separate filters | H @ P @ H.T -> H @ _block_diagonal(P, H) @ H.T | That treats the robots as strangers: Z = H P H' + R with all of P, the covariance between them, too.
     only what was seen moves | return x + -> K = np.any(H != 0, axis=0)[:, None] * K; return x + | A state that was not seen moves, too, if it is correlated with one that was: K has a row for every state.
     P not corrected | P - K @ H @ P -> P | A correction makes P smaller: P - K H P.
@@ -99,8 +99,8 @@ exercise = table(
         np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks))
     gain by the own block of P | np.linalg.solve(Z, H @ P) -> np.linalg.solve(Z, H @ _own_blocks(P, blocks)) | K = P H' inv(Z) with all of P: the rows of a state take its covariance with *all* states that were measured, not its own block of P alone.
     R counted twice | H.T + R -> H.T + 2 * R | The noise of a measurement counts once, however many states it depends on: Z = H P H' + R.
-    Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
-    stops at a known state | in blocks: -> in blocks[: next((i for i, (r, _) in enumerate(blocks) if r is None), len(blocks))]: | Only the block of the known state (r = None) is skipped, those behind it count: `continue`, not `break`.
+    Joseph without the noise | P - K @ H @ P -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | The new P is P - K Z K', or (I - K H) P with (I - K H) once. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
+    stops at a known state | in blocks: -> in blocks[: next((i for i, (r, _) in enumerate(blocks) if r is None), len(blocks))]: | Only the block of the known state (r = None) is skipped, those behind it count, too: `continue` goes on with them.
     only the last block kept | H[:, r] = E_r -> H[:] = 0; H[:, r] = E_r | H is made once, before the loop: each block comes into it, and none is lost.
     R once for each block | Z = H @ P @ H.T + R -> Z = H @ P @ H.T + R * max(1, sum(r is not None for r, _ in blocks)) | The measurement has its noise once, whatever the number of states it depends on: Z = H P H' + R.
     a known state with a covariance | Z = H @ P @ H.T + R -> Z = H @ P @ H.T + R + sum(E_r @ E_r.T for r, E_r in blocks if r is None) | A known state (r = None) has no error: it adds nothing to Z.
@@ -119,7 +119,9 @@ exercise = table(
 
 
 @exercise.link(
-    "a shared landmark", "Robots that have seen one landmark are correlated: P_12 must not stay zero.", part=1
+    "a shared landmark",
+    "Two robots have seen one landmark, one after the other: the covariance between them, P_12, comes of that. The new P is symmetric and has no negative eigenvalue.",
+    part=1,
 )
 def _(f, rng):
     x, P, R = rng.normal(size=6), np.diag([1.0, 1, 2, 2, 9, 9]), 0.01 * np.eye(2)

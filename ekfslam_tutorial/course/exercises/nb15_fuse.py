@@ -64,6 +64,7 @@ exercise = table(
         "Ia, Ib = inv(Pa), inv(Pb); the best w and its P; x = P @ (w * Ia @ xa + (1 - w) * Ib @ xb).",
     ),
     returns="x, P",
+    form="Return x, shape (n,), and P, shape (n, n): the function must end with `return x, P`.",
     seconds=4,  # a loop over thousands of w, on a slow computer
     cases={"any": lambda rng: [case_at(rng, w, n) for w, n in ((0.3, 2), (0.6, 3), (0.2, 2))]},
     checks="",
@@ -76,10 +77,10 @@ exercise = table(
     P not inverted | return x, P -> return x, np.linalg.inv(P) | w inv(Pa) + (1 - w) inv(Pb) is the information: its inverse is P.
     the better one alone | Ps = np.linalg.inv(ws[:, None, None] * Ia + (1 - ws[:, None, None]) * Ib) -> Ps = ws[:, None, None] * Pa + (1 - ws[:, None, None]) * Pb | Yours is one of the two alone, w is 0 or 1. Weigh the *informations*, inv(Pa) and inv(Pb): then the trace of P is smallest for a w in between.
     always one half | ws[i], Ps[i] -> ws[500], Ps[500] | w = 1/2 is allowed, but not the best: search for the smallest trace.
-    trace of the information | np.trace(Ps, -> np.trace(np.linalg.inv(Ps), | The trace of P must be smallest, not that of its inverse.
+    trace of the information | np.trace(Ps, -> np.trace(np.linalg.inv(Ps), | The trace of the information is smallest where one of the two stands alone. Search for the smallest trace of P itself.
     weights forgotten in x | (w * Ia @ xa + (1 - w) * Ib @ xb) -> (Ia @ xa + Ib @ xb) | In x, too, each information has its weight, w and 1 - w.
-    the largest trace | argmin -> argmax | The trace of P must be smallest: min, not max.
-    determinant | np.trace(Ps, axis1=1, axis2=2) -> np.linalg.det(Ps) | That is another rule, and a usual one. Here the *trace* of P is to be smallest.
+    the largest trace | argmin -> argmax | The trace of P must be smallest: it is largest where the worse one of the two stands alone.
+    determinant | np.trace(Ps, axis1=1, axis2=2) -> np.linalg.det(Ps) | Here the *trace* of P is to be smallest; the determinant makes another rule, and a usual one.
     weights of the traces | w, P = ws[i], Ps[i] -> w = np.trace(Pb) / np.trace(Pa + Pb); P = np.linalg.inv(w * Ia + (1 - w) * Ib) | w from the two traces is a rule of thumb. Search for the smallest trace.
     w exchanged in the mean | w * Ia @ xa + (1 - w) * Ib @ xb -> (1 - w) * Ia @ xa + w * Ib @ xb | The same w in both: w goes with a, 1 - w with b.
     mean without the covariances | P @ (w * Ia @ xa + (1 - w) * Ib @ xb) -> w * xa + (1 - w) * xb | The mean is weighted with the information, in each direction anew.
@@ -120,7 +121,10 @@ def _(f, rng):
         expect.true(-1e-6 <= w <= 1 + 1e-6, f"w is {w:.3g}: it must be between 0 and 1")
 
 
-@exercise.link("the best w", "Of all w between 0 and 1, in small steps, take the one with the smallest trace of P.")
+@exercise.link(
+    "the best w",
+    "Of all w between 0 and 1 take the one with the smallest trace of P. It may be larger by one part in a thousand: small steps of w will do.",
+)
 def _(f, rng):
     for n, ratio in ((2, 4.0), (3, 3.0), (2, 8.0), (1, 1.0)):
         xa, Pa, xb, Pb = case(rng, n, ratio)
@@ -130,7 +134,8 @@ def _(f, rng):
 
 
 @exercise.link(
-    "the mean", "x = P (w inv(Pa) xa + (1 - w) inv(Pb) xb), with the w of P: w goes with a, 1 - w with b, as in P."
+    "the mean",
+    "x = P (w inv(Pa) xa + (1 - w) inv(Pb) xb), with the P that is returned and the w of it: inv(P) = w inv(Pa) + (1 - w) inv(Pb).",
 )
 def _(f, rng):
     for n in (2, 3, 1):
@@ -143,7 +148,7 @@ def _(f, rng):
 
 @exercise.link(
     "one is better in all directions",
-    "Where one is better in all directions the other one is left out: the w of the better one is 1, and x and P are its own.",
+    "One of the two is better in all directions, Pb = 9 Pa or Pa = 9 Pb. It has all the weight, w = 1 if it is a, w = 0 if it is b: x and P are its own.",
 )
 def _(f, rng):
     xa, Pa, xb, _ = case(rng, 2)

@@ -54,9 +54,9 @@ exercise = table(
         "robot 1": lambda rng: [case(rng, None, ORIGIN) for _ in range(3)],
     },
     checks="""
-    both maps begin here | pose | origins | Both robots stand at the origin of their maps: the answer is robot 2 itself, r away in the direction b12, with the heading b12 + pi - b21.
-    robot 1 anywhere     | pose | robot 1 | r and b12 are in the frame of robot 1: F1.from_frame, and its heading F1.theta.
-    robot 2 anywhere     | pose | any     | The origin of map 2, seen from robot 2, is F2.inverse(). Compose.
+    both maps begin here | pose | origins | [x, y, theta]: where both robots stand at the origin of their maps it is robot 2 itself, r away in the direction b12, with the heading b12 + pi - b21.
+    robot 1 anywhere     | pose | robot 1 | Robot 2 stands at the origin of its map here: the answer is robot 2 in map 1. Its place is a point of the frame of robot 1: F1.from_frame. b12 counts from the x axis of robot 1, whose heading in map 1 is F1.theta.
+    robot 2 anywhere     | pose | any     | The origin of map 2, as robot 2 sees it, is F2.inverse(). The answer is that frame in map 1: it gets there through the frame of robot 2 in map 1.
     """,
     wrong="""
     half a turn forgotten | b12 + np.pi - b21 -> b12 - b21 | Robot 2 looks *back*: its line of sight is that of robot 1 turned by pi.

@@ -49,10 +49,10 @@ born = table(
     },
     checks="""
     the point                 | p    | any   | From the robot, r metres in the direction theta + beta.
-    pose and range known      | P_pp | prior | Where pose and range are known only the prior is left: the point is uncertain *across* the line of sight.
-    pose and bearing known    | P_pp | range | Where pose and bearing are known only the range is left: the point is uncertain *along* the line of sight.
+    pose and range known      | P_pp | prior | Where pose and range are known (P = 0, var = 0) only the prior is left: the point is uncertain *across* the line of sight. How far does a small step of beta move it?
+    pose and bearing known    | P_pp | range | Where pose and bearing are known (P = 0, N = 0) only the range is left: the point is uncertain *along* the line of sight, by as much as the range is.
     covariance with the robot | P_px | any   | Error of the pose in, error of the point out: P_px = P_x P.
-    own covariance            | P_pp | any   | Three causes of error, three terms: pose, range, prior of the bearing.
+    own covariance            | P_pp | any   | Three causes of error, three terms: pose, range, prior of the bearing. The last two are tested before, with P = 0. With var = 0 and N = 0 the first is left: what the error of the pose, P, makes of the point through P_x.
     """,
     wrong="""
     heading forgotten | p = x[:2] + r * np.array([c, s]) -> p = x[:2] + r * np.array([np.cos(beta), np.sin(beta)]) | beta is counted from the robot's x axis. In the world the direction is theta + beta.
@@ -92,5 +92,8 @@ born = table(
     heading column by beta alone | [[1.0, 0.0, -r * s], [0.0, 1.0, r * c]] -> [[1.0, 0.0, -r * np.sin(beta)], [0.0, 1.0, r * np.cos(beta)]] | A wrong heading moves the point across the ray, and its direction is theta + beta.
     axes of the beam not turned: Along and across are directions in the world: they turn with theta + beta, and so do the variances.
         var * np.outer(P_r, P_r) + N * np.outer(P_beta, P_beta) -> np.diag([var, N * r**2])
+    inner products | var * np.outer(P_r, P_r) + N * np.outer(P_beta, P_beta) -> var * (P_r @ P_r) + N * (P_beta @ P_beta) | The terms of r and beta are matrices, 2 x 2. Of flat vectors `a @ a.T` is one number, which is added to all four entries: take np.outer(a, a), or columns of the shape (2, 1).
+    inner product of the prior | N * np.outer(P_beta, P_beta) -> N * (P_beta @ P_beta) | The term of beta is a matrix, 2 x 2. Of flat vectors `a @ a.T` is one number, which is added to all four entries: take np.outer(a, a), or columns of the shape (2, 1).
+    inner product of the range | var * np.outer(P_r, P_r) -> var * (P_r @ P_r) | The term of r is a matrix, 2 x 2. Of flat vectors `a @ a.T` is one number, which is added to all four entries: take np.outer(a, a), or columns of the shape (2, 1).
     """,
 )

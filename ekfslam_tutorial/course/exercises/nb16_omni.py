@@ -47,10 +47,10 @@ omni = table(
     },
     checks="""
     angles      | y               | any  | Azimuth = arctan2(y, x), elevation = arctan2(z, sqrt(x^2 + y^2)), in radians. One point gives y of shape (2,).
-    rays        | y               | rays | A ray has no length: three times as far, the same angles.
+    rays        | y               | rays | Points on all sides, 0.01 to 600 m away. A ray has no length: three times as far, the same angles.
     derivative of the azimuth   | Y_p[..., 0, :] | any | Row 0 of Y_p: the derivative of the azimuth. One point gives Y_p of shape (2, 3).
     derivative of the elevation | Y_p[..., 1, :] | any | Row 1 of Y_p: the derivative of the elevation.
-    derivatives for rays | Y_p   | rays | The nearer the point, the more the angles change when it moves.
+    derivatives for rays | Y_p   | rays | Points on all sides, 0.01 to 600 m away. Three times as far, a third of the derivatives: the nearer the point, the more the angles change when it moves.
     many points | y, Y_p | many | Any number of leading axes, in their order: x = p[..., 0], and stack along axis=-1 and axis=-2.
     """,
     wrong="""
@@ -58,7 +58,7 @@ omni = table(
     x and y swapped | np.arctan2(y, x) -> np.arctan2(x, y) | arctan2 takes the second coordinate first: arctan2(y, x).
     rows stacked behind the columns | np.stack([A_p, E_p], axis=-2) -> np.stack([A_p, E_p], axis=-1) | axis=-1 makes columns of the two rows, shape (..., 3, 2): a Jacobian has its outputs in rows, axis=-2.
     elevation first | [np.arctan2(y, x), np.arctan2(z, s)] -> [np.arctan2(z, s), np.arctan2(y, x)] | The order is [azimuth; elevation].
-    angle from the vertical | np.arctan2(z, s) -> np.arctan2(s, z) | Elevation is counted from the x-y plane: arctan2(z, sqrt(x^2 + y^2)), and not the other way round.
+    angle from the vertical | np.arctan2(z, s) -> np.arctan2(s, z) | Elevation is counted from the x-y plane, 0 in the plane and pi / 2 straight up: arctan2(z, sqrt(x^2 + y^2)).
     elevation against x | np.arctan2(z, s) -> np.arctan2(z, x) | Elevation is the angle above the *plane*: arctan2(z, sqrt(x^2 + y^2)).
     image coordinates | [np.arctan2(y, x), np.arctan2(z, s)] -> [y / x, z / s] | A camera that looks all round has no image plane: the angles themselves, not y / x and z / s.
     degrees | return angles -> return np.degrees(angles) | All angles are in radians.
@@ -73,7 +73,7 @@ omni = table(
     elevation: inner derivative forgotten | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / r2, -y * z / r2, s / r2] | sqrt(x^2 + y^2) has the derivative x / sqrt(x^2 + y^2) by x: that root in the denominator is missing.
     elevation: divided by s^2 | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [-x * z / (s * s2), -y * z / (s * s2), s / s2] | The elevation is an angle in space: divide by x^2 + y^2 + z^2, the square of the whole distance.
     one point only | x, y, z = p[..., 0], p[..., 1], p[..., 2] -> x, y, z = p if p.ndim == 1 else p[0].reshape(-1, 3)[0] | p[0] is the first *point* of a list. Write p[..., 0].
-    angle from the vertical, in all: Elevation is counted from the x-y plane: arctan2(z, sqrt(x^2 + y^2)), and not the other way round.
+    angle from the vertical, in all: Elevation is counted from the x-y plane, 0 in the plane and pi / 2 straight up: arctan2(z, sqrt(x^2 + y^2)).
         np.arctan2(z, s) -> np.arctan2(s, z)
         [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [x * z / (s * r2), y * z / (s * r2), -s / r2]
     derivative by the unit vector | return angles, np.stack([A_p, E_p], axis=-2) -> return angles, np.stack([A_p, E_p], axis=-2) * np.sqrt(r2)[..., None, None] | Y_p is the derivative by p itself: the same error turns a far point less. Yours is that by p / |p|.
@@ -82,6 +82,6 @@ omni = table(
         np.arctan2(z, s)], -> -np.arctan2(z, s)],
         E_p = np.stack([-x * z / (s * r2), -y * z / (s * r2), s / r2], -> E_p = np.stack([x * z / (s * r2), y * z / (s * r2), -s / r2],
     elevation: divided by the distance in the plane | [-x * z / (s * r2), -y * z / (s * r2), s / r2] -> [0 * x, 0 * x, 1 / s] | s depends on x and y, and r on z: the elevation of a point falls as it moves away, and its row is [-x z / s, -y z / s, s] / r^2, with s = sqrt(x^2 + y^2) and r = |p|.
-    elevation by the arcsine of z | np.arctan2(z, s)] -> np.arcsin(np.clip(z, -1, 1))] | arcsin takes z / r, and p has any length: arctan2(z, s) needs no r.
+    elevation by the arcsine of z | np.arctan2(z, s)] -> np.arcsin(np.clip(z, -1, 1))] | arcsin takes z / |p|, and p has any length: arctan2(z, sqrt(x^2 + y^2)) needs no |p|.
     """,
 )

@@ -40,8 +40,8 @@ ranged = table(
     },
     checks="""
     range       | y         | any  | The range is the length of the vector, sqrt(px^2 + py^2): one point of shape (2,) gives y of shape (1,).
-    Jacobian    | d Y_p / p | any  | When the point moves along the line of sight by 1 m, the range grows by 1 m: Y_p is p / |p|, each point with its own range. One point gives Y_p of shape (1, 2).
-    many points | y, Y_p | many | Each point has its own range and its own row of Y_p: take p[..., 0], norms with axis=-1, and look at the shapes that you divide.
+    Jacobian    | d Y_p / p | any  | When the point moves away by 1 m, along the line of sight, the range grows by 1 m: Y_p is p / |p|. One point gives Y_p of shape (1, 2).
+    many points | y, Y_p | many | Each point has its own range and its own row of Y_p: p (5, 2) gives y (5, 1) and Y_p (5, 1, 2), and p / y divides each point by its own range. p[..., 0], and norms with axis=-1, take any number of leading axes.
     """,
     wrong="""
     squared range | return r, Y_p -> return r**2, 2 * r[..., None] * Y_p | That is the square of the range. Take the root.

@@ -78,10 +78,10 @@ seen = table(
     checks="""
     one point  | seen | any    | Seen: the range is at most max_range, and the angle from the x axis at most fov / 2. One point gives one truth value, an array or a number without axes.
     range      | seen | range  | Not further away than max_range, and the angle from the x axis not more than fov / 2, one truth value for each point.
-    both sides | seen | sides  | fov / 2 to the left, fov / 2 to the right, in radians.
-    behind it  | seen | behind | arctan(py / px) cannot tell ahead from behind: take arctan2(py, px).
+    both sides | seen | sides  | All points are within max_range here. Seen are those at an angle of at most fov / 2 (rad) from the x axis, to the left as to the right, with a fov of 60 degrees and with one of 200 degrees.
+    behind it  | seen | behind | Points behind the sensor are more than 90 degrees from the x axis: none of them is seen with a fov of 90 degrees, all are with one of 360 degrees. arctan2(py, px) gives angles from -pi to pi.
     limits     | seen | limits | "Not further away than" and "not more than": a point on the limit itself is seen, <=.
-    any number of points | seen | many | p[..., 0] and y[..., 0] work for one point, for a list, and for a table of points.
+    any number of points | seen | many | One truth value for each point: y (6, 7, 1) and p (6, 7, 2) give the shape (6, 7). p[..., 0] and y[..., 0] work for one point, for a list, and for a table of points.
     """,
     wrong="""
     the whole fov on each side | fov / 2 -> fov | fov is the *whole* width: only half of it lies on each side.
@@ -89,15 +89,15 @@ seen = table(
     only to the left | (np.abs(bearing) <= fov / 2) -> (bearing >= 0) & (bearing <= fov / 2) | The view goes to the right, too: -fov / 2 <= bearing <= fov / 2.
     from zero to fov | (np.abs(bearing) <= fov / 2) -> (bearing >= 0) & (bearing <= fov) | The x axis is the *middle* of the view: -fov / 2 to fov / 2.
     degrees | np.abs(bearing) -> np.abs(np.degrees(bearing)) | Everything is in radians, fov too.
-    one of the two | max_range) & (np -> max_range) | (np | Both must hold: `&`, not `|`.
+    one of the two | max_range) & (np -> max_range) | (np | Both must hold, the range *and* the view: `&` joins two conditions.
     range forgotten | (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> np.abs(bearing) <= fov / 2 | A point beyond max_range is not seen.
     range along x | y[..., 0] <= max_range -> p[..., 0] <= max_range | The range is y, the distance of the point; p[..., 0] is only how far ahead it is.
     view forgotten | (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> y[..., 0] <= max_range | A point outside the field of view is not seen.
-    arctan | np.arctan2(p[..., 1], p[..., 0]) -> np.arctan(p[..., 1] / p[..., 0]) | arctan(py / px) takes a point behind for one ahead. Take arctan2(py, px).
+    arctan | np.arctan2(p[..., 1], p[..., 0]) -> np.arctan(p[..., 1] / p[..., 0]) | A point behind is more than 90 degrees from the x axis. arctan2(py, px) tells it from one ahead, arctan(py / px) does not.
     px and py swapped | np.arctan2(p[..., 1], p[..., 0]) -> np.arctan2(p[..., 0], p[..., 1]) | arctan2 takes y first: arctan2(py, px).
     the other way round | return (y[..., 0] <= max_range) & (np.abs(bearing) <= fov / 2) -> return (y[..., 0] > max_range) | (np.abs(bearing) > fov / 2) | That is True where the sensor is blind.
     a point at max_range | y[..., 0] <= max_range -> y[..., 0] < max_range | "Not further away than max_range": a point just there is seen, <=.
-    a point on the edge of the view | <= fov / 2 -> < fov / 2 | "Not more than fov / 2": a point just there is seen, <=.
+    a point on the edge of the view | <= fov / 2 -> < fov / 2 | "Not more than fov / 2": a point just there is seen, <=, as it is at max_range.
     last axis of the ranges kept | y[..., 0] <= max_range -> y <= max_range | y has a last axis of length one: y[..., 0] is one range for each point.
     one of the two, and from zero to fov: Both must hold, the range *and* the view, and the view reaches fov / 2 to each side of the x axis.
         bearing = np.arctan2(p[..., 1], p[..., 0]) -> bearing = np.mod(np.arctan2(p[..., 1], p[..., 0]), 2 * np.pi)

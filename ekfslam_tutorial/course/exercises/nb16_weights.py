@@ -48,10 +48,10 @@ weighed = table(
     },
     checks="""
     equal likelihoods | w | alike   | New weight = old weight times likelihood: if all explain the measurement alike, the weights stay what they were.
-    innovations       | w | equal Z | The smaller the innovation, the more likely: exp(-z^2 / (2 Z)).
-    variances         | w | any     | A Gaussian that is wide is low: 1 / sqrt(Z) is a part of the likelihood.
-    unlikely ones     | w | unlikely | The rule of Bayes drops nothing: a hypothesis that explains little keeps its small weight.
-    far from all      | w | far     | All likelihoods are as good as 0: subtract the largest logarithm before exp, and cut nothing off.
+    innovations       | w | equal Z | All have the same Z here: the likelihood of each is exp(-z^2 / (2 Z)), but for a factor that all share. It is largest at z = 0 and falls to both sides.
+    variances         | w | any     | The variances differ here: each hypothesis has the Gaussian of its own Z, exp(-z^2 / (2 Z)) / sqrt(Z) but for a factor that all share. One that is wide is low.
+    unlikely ones     | w | unlikely | Two of the four explain little here. By the rule of Bayes their new weights are old weight times likelihood, divided by the sum, as those of the other two are: small numbers above 0.
+    far from all      | w | far     | All likelihoods are as good as 0 here, but their logarithms are ordinary numbers: take these as they are, and subtract the largest before exp.
     """,
     wrong="""
     height of the Gaussian forgotten | / Z + np.log(Z)) -> / Z) | A wide Gaussian is low in the middle: the factor 1 / sqrt(Z) is missing. Without it the most uncertain hypothesis wins.
@@ -64,7 +64,7 @@ weighed = table(
     sign of the height | / Z + np.log(Z)) -> / Z - np.log(Z)) | A wide Gaussian is low: the likelihood is divided by sqrt(Z), so log(Z) / 2 is taken off its logarithm.
     sign of the exponent | np.square(z) / Z -> -np.square(z) / Z | The larger the innovation, the *less* likely: exp(-...).
     noise not used | (np.square(z) / Z + np.log(Z)) -> np.square(z) | An innovation is large or small only beside its sigma: z^2 / Z.
-    zeros | np.exp(log_w - np.max(log_w)) -> np.exp(log_w) | All the likelihoods are zero in the computer, and 0 / 0 is no number. Subtract the largest logarithm before exp.
+    zeros | np.exp(log_w - np.max(log_w)) -> np.exp(log_w) | Likelihoods like exp(-10000) are zero in the computer, and 0 / 0 is no number. Subtract the largest logarithm before exp: then the largest is exp(0) = 1.
     not divided by the sum | return new / new.sum() -> return np.exp(log_w) / np.sqrt(2 * np.pi) | Weights are probabilities: divide by their sum.
     divided by the largest | new.sum() -> new.max() | Weights are probabilities: divide by their *sum*, not by the largest.
     added | new = np.exp(log_w - np.max(log_w)) -> new = w + np.exp(-0.5 * z**2 / Z) / np.sqrt(2 * np.pi * Z) | Weight *times* likelihood: in logarithms this is a sum, in the weights it is not.
@@ -79,7 +79,11 @@ weighed = table(
 )
 
 
-@weighed.link("sum", "Divide by the sum: weights are probabilities.", before="equal likelihoods")
+@weighed.link(
+    "sum",
+    "Weights are probabilities, with the sum 1: old weight times likelihood of each, divided by the sum of these products.",
+    before="equal likelihoods",
+)
 def _(f, rng):
     for H in (5, 3):
         expect.close(expect.array(f(*case(rng, H)), H, "w").sum(), 1.0, "the sum of the weights")

@@ -64,7 +64,7 @@ band = table(
     mean over the frames | axis=0 -> axis=1 | The frames of one run are correlated. Take the mean over the runs: axis=0.
     degrees of freedom less one | runs * dof) / runs -> max(runs - 1, 1) * dof) / max(runs - 1, 1) | Nothing was estimated from the runs: R dof degrees of freedom, not (R - 1) dof.
     dof always 6 | runs * dof) / runs -> runs * 6) / runs | The degrees of freedom of one NEES are the argument dof: 6 is one case only.
-    mean divided by dof | np.mean(nees, axis=0) -> np.mean(nees, axis=0) / dof | The mean NEES is around dof, and so are the limits: divide neither, or both.
+    mean divided by dof | np.mean(nees, axis=0) -> np.mean(nees, axis=0) / dof | The mean NEES of honest filters is around dof, and so are the two limits: all three are taken as they are, or all three divided by dof.
     only an upper limit, of 95 per cent: Too cautious is not honest either: 2.5 % on each side, a lower and an upper limit.
         [0.025, 0.975] -> [0.0, 0.95]
         (mean >= low) & (mean <= high) -> mean <= high
@@ -97,7 +97,10 @@ def _(f, rng):
         _compare(f, *scan(rng, 25, 6, *limits))
 
 
-@band.link("other numbers", "The limits depend on the number of runs and on dof.")
+@band.link(
+    "other numbers",
+    "The runs are 1, 2, 4 or 10, and dof is 2, 3 or 6. Both limits follow from these two numbers: chi-square with runs times dof degrees of freedom, divided by runs.",
+)
 def _(f, rng):
     for runs, dof in ((4, 6), (10, 3), (2, 2), (1, 6)):
         _compare(f, *scan(rng, runs, dof))

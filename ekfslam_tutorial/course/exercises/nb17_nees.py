@@ -80,10 +80,10 @@ tangent = table(
     q and -q     | nees | signs      | q and -q are one orientation: the NEES must not change with the sign.
     """,
     wrong="""
-    quaternions subtracted, pseudo-inverse: q - q_truth is no error of an orientation: q and -q are the same, and P has no inverse along q. The pseudo-inverse hides the second, not the first.
+    quaternions subtracted, pseudo-inverse: q - q_truth is no error of an orientation: q and -q are the same, and P has no inverse along q. A pseudo-inverse hides the second, not the first.
         C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = x - truth, np.linalg.pinv(P, rcond=1e-9)
         np.linalg.solve(C, e[..., None]) -> (C @ e[..., None])
-    quaternions subtracted, a little added to P: q - q_truth is no error of an orientation: q and -q are the same, and P has no inverse along q. What you add to P decides what comes out.
+    quaternions subtracted, a little added to P: q - q_truth is no error of an orientation: q and -q are the same, and P has no inverse along q. What is added to P decides what comes out.
         C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = x - truth, P + 1e-9 * np.eye(7)
     first six rows of P | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> C = P[:, :6, :6] | A 6 x 6 corner of P is the covariance of six numbers of x, not of e: C = E_x P E_x'.
     scalar part left out: Three numbers of a quaternion are no rotation vector: half the angle, and other axes. Take e and C.
@@ -95,7 +95,7 @@ tangent = table(
         Frame3(x).minus(Frame3(truth)) -> Frame3(truth).minus(Frame3(x))
     inverse forgotten | np.linalg.solve(C, e[..., None]) -> (C @ e[..., None]) | Large where P is *small*: e' C^-1 e.
     root taken | .sum(-1) -> .sum(-1) ** 0.5 | NEES is the *squared* distance: no root.
-    divided by six | .sum(-1) -> .sum(-1) / 6 | NEES of a pose is about 6, its degrees of freedom: do not divide by them.
+    divided by six | .sum(-1) -> .sum(-1) / 6 | NEES is the sum e' C^-1 e, about 6 for a pose, its degrees of freedom: it is neither divided by them nor a mean.
     Euler angles | C = E_x @ P @ np.swapaxes(E_x, -1, -2) -> e, C = _euler(x, P, truth) | Euler angles have a place (pitch 90 degrees) where they break down, and near it everything is wrong. The tangent space has none.
     covariance of a plain error | np.linalg.solve(C, e[..., None])[..., 0] -> e | The error is not scaled by its covariance: e' C^-1 e, not e' e.
     only the variances of C | np.swapaxes(E_x, -1, -2) -> np.swapaxes(E_x, -1, -2) * np.eye(6) | The six errors are correlated: use the whole C.
@@ -112,7 +112,8 @@ tangent = table(
 
 
 @tangent.link(
-    "large errors", "A rotation has a length of its own: the angle. The difference of two quaternions is a chord."
+    "large errors",
+    "The orientations are off by up to 2.5 rad here. The last three numbers of e are a rotation vector: its length is the whole angle, more than a chord or a sine. With that e goes C = E_x P E_x'.",
 )
 def _(f, rng):
     for angle in (1.0, 2.5):

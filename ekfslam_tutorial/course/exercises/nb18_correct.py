@@ -65,7 +65,7 @@ both = table(
     },
     checks="""
     one robot each      | x | by hand | One number a robot, so that you can follow it by hand: E_a goes into the columns a of H, E_b into b, Z = H P H' + R; the gain of b is P_bb / Z here.
-    mean                | x | any     | x + K z, with K = P H' Z^-1: rows for all numbers of the state.
+    mean                | x | any     | x + K z, with K = P H' Z^-1 and Z = H P H' + R: K has a row for each number of the state. Here all numbers are correlated, R is full, and b may stand before a.
     covariance          | P | any     | P - K Z K', or (I - K H) P, or Joseph's form.
     a third robot       | x[6:], P | third | A robot that is correlated with b must move, too: K has rows for it.
     order of the robots | x, P | order   | The same with a behind b in the state: nothing may depend on the order.
@@ -82,7 +82,7 @@ both = table(
     no R | H.T + R -> H.T | The camera is noisy: Z = H P H' + R.
     R counted twice | H.T + R -> H.T + 2 * R | One sighting has one R, although it is about two robots.
     robots exchanged | = E_a, E_b -> = E_b, E_a | E_a belongs in the columns a of H, E_b in the columns b.
-    x minus K z | x + K @ z -> x - K @ z | z is measured minus expected, so the correction is added, and E_a and E_b stand in H without a minus.
+    x minus K z | x + K @ z -> x - K @ z | z is measured minus expected: the correction is added, x + K z, with E_a and E_b in H as they are. A minus stands in one of these places.
     x left as it was | x + K @ z -> x | Add K z to the mean.
     P left as it was | P - K @ Z @ K.T -> P | The sighting makes all that is correlated with it more certain: P - K Z K'.
     P grows | P - K @ Z -> P + K @ Z | A correction takes uncertainty away: minus.
@@ -92,12 +92,12 @@ both = table(
     the first two robots always | H[:, a], H[:, b] = E_a, E_b -> H[:, 0:3], H[:, 3:6] = E_a, E_b | a and b are slices: H[:, a] = E_a and H[:, b] = E_b, not 0:3 and 3:6.
     P corrected once | P - K @ Z @ K.T -> P - K @ H | K goes on both sides: P - K Z K', or P - K H P.
     sign of E_b | = E_a, E_b -> = E_a, -E_b | E_b is a derivative already, with its sign: H[:, b] = E_b.
-    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | (I - K H) stands twice in your P. Once is right: (I - K H) P. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
+    Joseph without the noise | P - K @ Z @ K.T -> (np.eye(len(x)) - K @ H) @ P @ (np.eye(len(x)) - K @ H).T | The new P is (I - K H) P, with (I - K H) once. With it on both sides, as in Joseph's form, a second term belongs there: + K R K'.
     only the blocks of the two robots | P - K @ Z @ K.T -> P - _rows(K, a, b) @ Z @ _rows(K, a, b).T | All of P changes: P - K Z K'. What is correlated with the two robots is known better, too.
     columns sorted | H[:, a], H[:, b] = E_a, E_b -> at = sorted([*range(len(x))[a], *range(len(x))[b]]); H[:, at] = np.hstack([E_a, E_b]) | E_a belongs in the columns of a, E_b in those of b, also where b stands before a in the state.
     whole state wrapped | return x + K @ z, -> return (x + K @ z + np.pi) % (2 * np.pi) - np.pi, | Positions are no angles: wrap a heading, if anything, and not the whole state.
     K R K' taken off | K @ Z @ K.T -> K @ R @ K.T | P - K Z K' has the whole Z = H P H' + R in it, not R alone.
-    E_a in both | H[:, a], H[:, b] = E_a, E_b -> H[:, a], H[:, b] = E_a, -E_a | The columns of b are E_b. They are not those of a with the other sign: b's heading counts for nothing.
+    E_a in both | H[:, a], H[:, b] = E_a, E_b -> H[:, a], H[:, b] = E_a, -E_a | The columns of b are E_b, as it is given. E_b is not -E_a: their columns of the heading differ.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

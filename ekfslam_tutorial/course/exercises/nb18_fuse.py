@@ -60,7 +60,7 @@ fusion = table(
     },
     checks="""
     by hand            | l | by hand | Variances 1 and 4: the first map has the weight 4/5, the second 1/5, as l = P (P1^-1 l1 + P2^-1 l2) with P = (P1^-1 + P2^-1)^-1.
-    mean               | l | any     | The whole matrices: a landmark is also told by what is known of its neighbours.
+    mean               | l | any     | l = P (P1^-1 l1 + P2^-1 l2) with P = (P1^-1 + P2^-1)^-1, all n x n. The covariances are full here: a landmark is also told by what is known of its neighbours.
     covariance         | P | any     | P1 - K P1, which is (P1^-1 + P2^-1)^-1.
     order of the maps  | l, P | order   | Neither map is better by its place: fuse(1, 2) is fuse(2, 1).
     an unsure neighbour | l | unsure | Map 2 knows its first landmark only. In map 1 the second hangs on the first, so it must move along.
@@ -89,9 +89,9 @@ fusion = table(
     P1 as it was | P1 - K @ P1 -> P1 | Map 2 has brought information: P = P1 - K P1.
     P2 for P1 | P1 - K @ P1 -> P1 - K @ P2 | The covariance of map 1 falls by K P1, not by K P2.
     told twice | K = np -> P2 = P2 / 2; K = np | Map 2 counts once. Fused again with what is already in it, it makes the covariance too small.
-    half of each | K = np -> P1, P2 = 2 * P1, 2 * P2; K = np | Your P is twice as large as it should be, as if each map counted by a half. That is for maps that may have something in common. These two are independent: each counts in full.
+    half of each | K = np -> P1, P2 = 2 * P1, 2 * P2; K = np | Your P is too large. The two maps are independent and each counts in full: the informations add, P = (P1^-1 + P2^-1)^-1, which is smaller than P1 and than P2.
     P grows | P1 - K @ P1 -> P1 + K @ P1 | Map 2 has brought information: P = P1 - K P1, with a minus.
-    Joseph without the noise | P1 - K @ P1 -> (np.eye(len(P1)) - K) @ P1 @ (np.eye(len(P1)) - K).T | (I - K) stands twice in your P. Once is right: (I - K) P1. With it on both sides, as in Joseph's form, a second term belongs there: + K P2 K'.
+    Joseph without the noise | P1 - K @ P1 -> (np.eye(len(P1)) - K) @ P1 @ (np.eye(len(P1)) - K).T | The fused P is (I - K) P1, with (I - K) once. With it on both sides, as in Joseph's form, a second term belongs there: + K P2 K'.
     blocks of the second map only | K = np -> P2 = _blocks(P2); K = np | The landmarks of the second map are correlated, too: the whole P2, and not one landmark after the other.
     P2 for P1 in front | P = P1 - K @ P1 -> P = P2 - K @ P2 | K is the gain of the first map: P = (I - K) P1.
     """,

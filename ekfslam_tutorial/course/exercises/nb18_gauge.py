@@ -66,8 +66,8 @@ gauge = table(
     },
     checks="""
     no error            | F    | no error | Where paths and truths differ by a rigid motion only, F is that motion: theta in all four quadrants, t = mean(truth) - R mean(path).
-    one alignment       | F    | any      | One angle and one vector for all positions of all robots, each instant counting once.
-    no mirror           | F    | mirrored | A rigid motion turns and moves, it never mirrors: the determinant of R is +1.
+    one alignment       | F    | any      | Here the paths have errors, and F is the least-squares motion: one angle and one vector for all positions of all robots. In each mean and each sum every instant of every robot counts once.
+    no mirror           | F    | mirrored | The truths are mirror images of the paths here. A rigid motion never mirrors: of all R with determinant +1, F has the one that brings the positions nearest (least squares).
     ATE of each robot   | ates | any      | The same F for all: move each path by it. Then the root of the mean squared distance over the robot's own instants.
     robots out of place | ates | apart    | A robot that lies wrong to the others is an error: no alignment may hide it.
     """,

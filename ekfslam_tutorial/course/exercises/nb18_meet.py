@@ -62,7 +62,7 @@ sight = table(
     checks="""
     range        | e[:1]     | any      | The range is the distance between the two origins.
     bearing      | e         | headings | From a to b: the direction arctan2(dy, dx), minus the heading of a.
-    Jacobian E_a | d E_a / a | any      | Range and bearing by x, y and theta of a. Where a goes towards b the range falls. Turn a to the left: what does the bearing do?
+    Jacobian E_a | d E_a / a | any      | Rows: range, bearing. Columns: x, y and theta of a. How does each of the two change when a goes towards b, when a steps aside, and when a turns to the left?
     Jacobian E_b | d E_b / b | any      | Range and bearing by x, y and theta of b. For the position it is the block of a landmark. Does the heading of b show in its place?
     """,
     wrong="""
@@ -103,7 +103,7 @@ sight = table(
 
 @sight.link(
     "the pair as a whole",
-    "Shift both robots by the same: no measurement changes, so the position columns of E_a and E_b add up to zero.",
+    "Shift both robots by the same, or turn b on the spot: no measurement changes. So the position columns of E_a and E_b add up to zero.",
 )
 def _(f, rng):
     a, b = case(rng)

@@ -67,14 +67,14 @@ truck = table(
         "standing": lambda rng: [standing(*case(rng, 0.8))],
     },
     checks="""
-    straight on   | x         | straight | With alpha = 0 all of the car moves along theta.
-    turn rate     | x[2:]     | any      | w = v_c tan(alpha) / L, with v_c from the speed of the left wheel.
-    position      | x         | any      | The laser is a metres ahead of the axle and b to the left: while the car turns, it goes sideways, by w times the arm turned by 90 degrees.
+    straight on   | x         | straight | With alpha = 0 all of the car moves along theta, by v dt, and theta stays.
+    turn rate     | x[2:]     | any      | The new heading is theta + w dt, with w = v_c tan(alpha) / L. The speed of the left wheel is v; that of the middle is v_c = v / (1 - H tan(alpha) / L).
+    position      | x         | any      | Step = velocity times dt, with theta from before the step. The velocity is v_c along theta, plus w times the arm from axle to laser (a ahead, b to the left), turned by 90 degrees to the left.
     right turn    | x         | right    | tan(alpha) has a sign: a right turn makes the left wheel faster than the middle.
-    Jacobian X_x  | d X_x / x | any      | Only theta matters: a shift of the start shifts the end. The last column is the step, velocity times dt, turned by 90 degrees.
+    Jacobian X_x  | d X_x / x | any      | A shift of the start shifts the end by the same. In the last column, above a 1, stands the step, velocity times dt, turned by 90 degrees to the left.
     Jacobian X_u  | d X_u / u | control  | The step by v, then by alpha; both are in v_c and in w. Each term has the sign and the dt that it has in the step.
     a whole turn  | x, X_x | turned   | At theta + 2 pi the truck does the same.
-    at rest       | X_u       | standing | A truck that stands has v = 0: X_u must not be divided by v. It says what a small speed would do.
+    at rest       | X_u       | standing | A truck that stands has v = 0, and X_u has numbers there, too. Its column of v says what a small speed would do; its column of alpha is zero, as steering moves nothing.
     """,
     wrong="""
     the axle instead of the laser | = u, car -> = u, car; a = b = 0.0 | That is the pose of the rear axle. The laser is a ahead of it and b to the left: add w times the arm, turned by 90 degrees.

@@ -52,7 +52,7 @@ gps = table(
     },
     checks="""
     in the time of the path | d     | by hand | One distance for each fix between the first and the last time of the path: from the path at that time, x and y, to columns 1 and 2 of the fix.
-    distances               | d     | any     | Where was the path at the time of the fix? On the line between two of its positions.
+    distances               | d     | any     | Where was the path at the time of the fix? On the line between two of its positions. One distance, in metres, for each fix in the time of the path, in the order of fixes: their times may come in any order.
     error                   | error | any     | Sort the distances, keep the nearest, int(share * g) of them, then the root of the mean square.
     wrong fixes             | error | far     | Fixes that jump by 100 m must not change the error of the rest.
     """,

@@ -66,8 +66,8 @@ upkeep = table(
     searched    | searched | any   | A tree is looked for in every scan in which it should be in view, found or not.
     found       | found    | any   | One more for each tree that got a detection.
     who must go | delete   | one   | Searched at least min_search times, found in less than min_ratio of them (new found / new searched), and visible in this scan: all three.
-    many trees  | delete   | many  | All trees at once, and the indices in rising order.
-    empty       | delete   | empty | A map without trees is a map, too.
+    many trees  | delete   | many  | 25 trees at once, with other limits: the same three conditions for each tree, with min_search and min_ratio as given; the indices of all that must go, in rising order.
+    empty       | delete   | empty | A map without trees is a map, too: the list to delete is empty.
     """,
     wrong="""
     out of view counts as missed | searched + visible -> searched + 1 | A tree behind the truck is not looked for: only those in view are searched.
@@ -78,7 +78,7 @@ upkeep = table(
     deleted trees left out of the counts | return searched, found, np.flatnonzero(bad).tolist() -> return searched[~bad], found[~bad], np.flatnonzero(bad).tolist() | Return the counts of all n trees, those that must go, too: the third result says who goes.
     no trial | visible & (searched >= min_search) & -> visible & | A tree that is new and was missed once is out at once. Wait for min_search searches.
     counted in matches | searched >= min_search -> found >= min_search | min_search is about how often it was looked for, not how often it was found.
-    more than min_search | searched >= min_search -> searched > min_search | *At least* min_search: >=, and of the new count, this scan included.
+    more than min_search | searched >= min_search -> searched > min_search | *At least* min_search: >=. A tree that was searched just so many times, this scan included, may go.
     count first, then test: This scan counts, too: test the new counts, searched + visible and found + matched.
         (searched >= min_search) & (found < min_ratio * searched) -> (searched - visible >= min_search) & (found - matched < min_ratio * (searched - visible))
     deleted out of view | bad = visible & (searched -> bad = (searched | Only a tree that should be in view now may go: this scan says nothing about the others.
@@ -94,7 +94,7 @@ upkeep = table(
     finds before this scan | found < min_ratio -> found - matched < min_ratio | This scan counts, too: compare the *new* number of finds, found + matched.
     share of min_search | found < min_ratio * searched -> found < min_ratio * min_search | Found in less than min_ratio of the searches, of all of them: found < min_ratio * searched.
     indices among those in view | np.flatnonzero(bad).tolist() -> np.flatnonzero(bad[visible]).tolist() | The indices are those of *all* trees in the map. Among those in view they count otherwise.
-    whole division | (found < min_ratio * searched) -> (found // np.maximum(searched, 1) < min_ratio) | `//` makes 0 of each share below one: compare found with min_ratio * searched.
+    whole division | (found < min_ratio * searched) -> (found // np.maximum(searched, 1) < min_ratio) | A share needs its decimals (`//` and int make 0 of each share below one): compare found with min_ratio * searched.
     indices as if the others had gone | np.flatnonzero(bad).tolist() -> (np.flatnonzero(bad) - np.arange(np.sum(bad))).tolist() | The indices are those in the map as it is, before any tree goes.
     """,
 )

@@ -92,7 +92,7 @@ def _link(name, help, cases):
 
 _link(
     "by hand",
-    "One detection, one tree: near, far, and in between. At most gate: the tree. Further than new_gate: new.",
+    "One detection, one tree: near, far, and in between. At most gate: the tree, 0. Further than new_gate: new, -1. In between: -2.",
     scans(*([[d]] for d in (1.0, 9.0, 9.2, 12.0, 24.0, 25.0, 26.0, 900.0))),
 )
 _link(
@@ -102,20 +102,24 @@ _link(
 )
 _link(
     "nearest",
-    "The index of the tree with the least distance: the smallest entry of the row. New is only what is far from *every* tree.",
+    "The index of the tree with the least distance: the smallest entry of the row. Where every entry of the row is above new_gate: -1.",
     scans([[400, 2, 90], [1, 300, 80], [70, 60, 50]], [[400, 2], [1, 300]]),
 )
 _link(
     "two detections, one tree",
-    "Each must be the other's nearest: of two detections the nearer one gets the tree, and only if no other tree is nearer to it. The others are too near to a tree to be new: not used.",
+    "Each must be the other's nearest: the entry is the smallest of its row and of its column, and at most gate. A detection without such a partner, but with a tree at new_gate or nearer, is not used: -2.",
     scans([[3, 400, 8], [1, 300, 500], [6, 700, 600]], [[3, 400], [1, 300]], [[2], [4], [30]]),
 )
 _link(
     "new is far from all",
-    "One near tree is enough: then it is not new.",
+    "-1 where every entry of the row is above new_gate. One tree at new_gate or nearer is enough: then the detection is not new.",
     scans([[400, 12, 700], [30, 500, 26], [24, 900, 800]], [[400, 25], [30, 500]], [[9.2, 26]]),
 )
-_link("many scans", "Try your function on paper with a small D.", lambda rng: [some(rng) for _ in range(12)])
+_link(
+    "many scans",
+    "Any numbers of rows and columns, other limits. For each row: mutual nearest and at most gate, the tree; every entry above new_gate, -1; all else, -2. Try your function on paper with a small D.",
+    lambda rng: [some(rng) for _ in range(12)],
+)
 
 
 def _greedy(D, gate, j):

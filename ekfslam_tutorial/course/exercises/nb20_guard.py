@@ -139,7 +139,7 @@ _link(
 )
 _link(
     "rings at wrong Jacobians",
-    "Compare the whole new P with F_x P F_x' + F_u U F_u', F_x and F_u taken at x, before the step.",
+    "The new P of `predict` is wrong here, its new x is right. Return the whole new P minus (F_x P F_x' + F_u U F_u'), with its signs; F_x and F_u come from the new x, and are taken at x and u, before the step.",
     ("P_rr multiplied entry by entry", {"predict": museum.predict_elementwise}),
     ("F_x' P F_x in place of F_x P F_x'", {"predict": museum.predict_transposed}),
     ("a last row 0 0 0 in the Jacobian", {"predict": museum.predict_no_heading}),
@@ -148,13 +148,13 @@ _link(
 )
 _link(
     "rings at P_rm",
-    "The bug is in the covariance of the robot with the map, P_rm: the whole new P is compared, not its block P_rr alone.",
+    "The bug is in the covariance of the robot with the map: P_rm, or its mirror image below the diagonal, stays behind. The difference is that of the whole matrices, entry by entry, and it is not zero there.",
     ("a P_rm that stays behind", {"predict": museum.predict_pose_only}),
     ("a P_mr that stays behind, and P_rm does not", {"predict": one_sided}),
 )
 _link(
     "another motion model",
-    "The guard must not know the model, nor how many numbers of the state are the robot: take F_x and F_u from `predict` alone, all rows and columns.",
+    "Another model, another number of controls, more numbers for the robot: F_x, n x n, and F_u, n x k, come from `predict` alone, all rows and columns. A right prediction gives zero.",
     ("a right unicycle, u = [v, w]", {"predict": unicycle, "n": 5, "k": 2}),
     ("a right prediction with the speeds in the state, [x, y, theta, v, w]", {"predict": with_speeds, "k": 2}),
 )

@@ -57,7 +57,7 @@ repair = table(
     "F_x, F_u = the same as X_x and X_u, for the whole state",
     angles={"x": 2},
     cases={
-        "any": lambda rng: [case(rng, n) for n in (7, 3, 5, 11)],
+        "any": lambda rng: [case(rng, n, motion) for n, motion in ((7, 1), (3, -1), (5, 1), (11, -1))],  # back, too
         "still": lambda rng: [case(rng, motion=0, noise=0)],
         "U = 0": lambda rng: [case(rng, n, noise=0) for n in (7, 3, 5)],
         "P = 0": lambda rng: [case(rng, n, before=0) for n in (3, 7)],
@@ -66,7 +66,7 @@ repair = table(
     mean                  | x         | any   | x + t cos(theta + r1), y + t sin(theta + r1), theta + r1 + r2, with the theta from before.
     no motion, no change  | P         | still | With u = 0 and U = 0 the state stays as it is, and so does P: X_x is the identity then.
     column of the heading | P[:3, :3] | U = 0 | With U = 0: P_rr = X_x P_rr X_x'. Ask finite differences for X_x, entry by entry.
-    P_rm                  | P         | U = 0 | The covariance of the robot with the map: P_rm = X_x P_rm; the map's own block stays.
+    P_rm                  | P         | U = 0 | The covariance of the robot with the map: P_rm = X_x P_rm, and its transpose on the other side; the map's own block stays.
     noise                 | P         | P = 0 | X_u U X_u': the derivatives of the new pose by r1, t and r2, in this order.
     all together          | P         | any   | P = F_x P F_x' + F_u U F_u', in one step.
     """,

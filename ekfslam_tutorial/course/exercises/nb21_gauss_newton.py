@@ -52,7 +52,7 @@ exercise = table(
     checks="""
     equal noise | dx | R = I    | With R = I this is ordinary least squares: H' H dx = H' z.
     weights     | dx | diagonal | A measurement counts by the inverse of its variance, on both sides: H' R^-1 H dx = H' R^-1 z.
-    correlated noise | dx | any | R need not be diagonal: use its inverse as a matrix.
+    correlated noise | dx | any | R is not diagonal here. The equation is the same, H' R^-1 H dx = H' R^-1 z, with the inverse of the whole matrix R.
     information | A  | any      | A = H' R^-1 H; its inverse is the covariance of the unknowns.
     a fit that is perfect | dx | perfect | Where z = H d exactly, the step must be d, whatever the noise.
     small noise | dx | scaled   | Noise of a millimetre or of 100 m: only the ratios count for dx.

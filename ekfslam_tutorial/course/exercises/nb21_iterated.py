@@ -52,6 +52,12 @@ def behind(x, P, y, R, sight, iterations, side=1):
     return x, P, np.array([e[0] + 0.2, wrap(e[1] - side * 0.1)]), R, sight, iterations
 
 
+def aside(x, P, y, R, sight, iterations, off):
+    """A bearing that is so far off."""
+    e = sight(x)[0]
+    return x, P, np.array([e[0] + 0.2, wrap(e[1] + off)]), R, sight, iterations
+
+
 def farther(x, P, y, R, sight, iterations):
     """The landmark 5 m farther away than expected."""
     return x, P, y + [5.0, 0.0], R, sight, iterations
@@ -73,17 +79,21 @@ exercise = table(
         "one": lambda rng: [case(rng, n, 1) for n in (5, 7)],
         "more": lambda rng: [case(rng, 5, count) for count in (2, 4)],
         "seam": lambda rng: [behind(*case(rng, 5, 3, 0.1), side) for side in (-1, 1)],
+        "aside": lambda rng: [aside(*case(rng, 5, count), off) for count, off in ((1, 2.0), (1, -2.5))],
         "far": lambda rng: [farther(*case(rng, 5, count)) for count in (1, 3)],
     },
     checks="""
     one iteration          | x, P | one  | With iterations = 1 it is the ordinary EKF: x + K z, P - K H P, each once.
-    mean of two iterations | x | any  | In each iteration H and e are taken at the last result; x and P are those of the prior.
+    mean of two iterations | x | any  | In each iteration e, H and K are taken at the last result; x and P are those of the prior. Seen from a last result `at`, the innovation of the prior is y - e - H (x - at).
     covariance             | P | more | P is that of one correction of the prior, with the last K and H: the data are used once.
-    mean of more           | x | more | In each iteration H and e are taken at the last result; x and P are those of the prior.
-    seam of the bearing    | x | seam | A landmark behind the robot: the bearing of y - e must be wrapped.
-    the range is no angle  | x | far  | A range innovation may be larger than pi: wrap the bearing only.
+    mean of more           | x | more | Two or four iterations. In each, e, H and K are taken at the last result; x and P are those of the prior. Seen from a last result `at`, the innovation of the prior is y - e - H (x - at).
+    seam of the bearing    | x | seam | A landmark behind the robot: y and e lie on two sides of the seam, and the heading may be beyond pi. Two differences of angles can hold a whole turn, and are wrapped then: the bearing of y - e, or the heading of x - at.
+    a bearing far off      | x | aside | The bearing of y - e is 2 rad here, and then -2.5 rad, or a whole turn more or less. Wrapped it lies between -pi and pi.
+    the range is no angle  | x | far  | The landmark is 5 m farther away than expected. In z = y - e the range may be larger than pi and stays as it is; the bearing is wrapped.
     """,
     wrong="""
+    half turns removed | wrap(y[1] - e[1]) -> np.arctan(np.tan(y[1] - e[1])) | A whole turn is 2 pi. Directions that differ by pi are opposite, not the same.
+    arcsine of the sine | wrap(y[1] - e[1]) -> np.arcsin(np.sin(y[1] - e[1])) | An arcsine ends at 90 degrees: a difference of 100 degrees becomes one of 80. arctan2(sine, cosine) knows all directions.
     prior forgotten: You start the second iteration at the result of the first, as if that were a new prior: the measurement is used twice. Start from x every time, and take H (x - at) into account.
         x + K @ (z - H @ (x - at)) -> at + K @ z
     prior forgotten, and P shrinks each time | x + K @ (z - H @ (x - at)) -> at + K @ z | Each round uses the measurement again, with a smaller P: that is counting it several times. Prior x, P in every round.
@@ -96,7 +106,7 @@ exercise = table(
         return at, P_new -> return at, P_new - K @ H @ P_new
     H (x - at) forgotten | z - H @ (x - at) -> z | e and H belong to the point `at`. Seen from there the prior x expects e + H (x - at): the innovation is z - H (x - at).
     H (x - at) with the other sign | z - H @ (x - at) -> z + H @ (x - at) | The prior expects e + H (x - at): subtract it from the measurement.
-    heading wrapped in the result only | at, P_new = x + K @ (z - H @ (x - at)), P - K @ H @ P -> at, P_new = x + K @ (z - H @ (x - at)), P - K @ H @ P; at[2] = wrap(at[2]) | You wrap the heading of `at`, and that of the prior may have a whole turn more. x - at is a difference of angles, too: wrap its entry 2, or wrap no heading before the end.
+    heading wrapped in the result only | at, P_new = x + K @ (z - H @ (x - at)), P - K @ H @ P -> at, P_new = x + K @ (z - H @ (x - at)), P - K @ H @ P; at[2] = wrap(at[2]) | With the heading of `at` wrapped, that of the prior may have a whole turn more. x - at is a difference of angles, too: wrap its entry 2, or wrap no heading before the end.
     always the first H | z = np -> H = observe(x)[1]; z = np | Take H anew at each point: e, H = observe(at).
     Z left out | P - K @ H @ P -> P - K @ K.T | P falls by K Z K', which is K H P: Z stands between the two gains.
     covariance of the first iteration | P - K @ H @ P -> P - K @ H @ P if P_new is P else P_new | The P of the result comes from the last K and H, not from the first.

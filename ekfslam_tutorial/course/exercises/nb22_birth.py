@@ -61,9 +61,9 @@ born = table(
     cases={"any": lambda rng: [case(rng, camera) for camera in CAMERAS]},
     checks="""
     normal       | l[:3]     | any | The normal is across both rays, m1 x m2 in this order, and of length one.
-    direction    | l[3:]     | any | v = b1 e1 + b2 e2: a vector in the plane. Its length says how near the line is, so it stays as it is.
+    direction    | l[3:]     | any | v = b1 e1 + b2 e2, with the e1 and e2 of plane_base(n): a vector in the plane, n' v = 0. Its length, set by b, says how near the line is.
     by the prior | d L_b / b | any | v is linear in b: by b1 it moves along e1, by b2 along e2, and nothing of n moves: the plane was measured.
-    by the ends  | d L_y / y | any | A pixel turns the plane, n; and e1, e2 lie in that plane, so v turns with it.
+    by the ends  | d L_y / y | any | A pixel turns the plane: n changes, by the whole chain from the pixels over the rays and m1 x m2 to the unit vector. And e1, e2 lie in that plane, so v turns with n.
     """,
     wrong="""
     rays exchanged | np.cross(m[:3], m[3:]) -> np.cross(m[3:], m[:3]) | n is m1 x m2, in this order and with this sign: turned round, the line runs backwards.

@@ -53,7 +53,7 @@ grown = table(
     checks="""
     seen on both sides | t | any       | For each of the two rays the abscissa t of the point of the line that is nearest to it, in metres from p0. A ray may have any length. Then the smallest and the largest of all.
     seen inside        | t | inside    | What was seen before stays: a shorter segment takes nothing away.
-    seen on one side   | t | one side  | The part grows where something new is seen, and only there.
+    seen on one side   | t | one side  | What is new lies on one side, in one of the cases beyond a gap: the end on that side moves out to it, the other end stays.
     ends in any order  | t | backwards | Which end of a segment comes first means nothing: take the smallest and the largest of all.
     """,
     wrong="""
@@ -61,7 +61,7 @@ grown = table(
     what was seen before | np.array([min(t[0], *seen), max(t[1], *seen)]) -> t | The segment adds something: the part grows by what is seen now.
     what both have | np.array([min(t[0], *seen), max(t[1], *seen)]) -> np.array([max(t[0], min(seen)), min(t[1], max(seen))]) | That is the part seen both times. All that was seen at any time is asked for.
     ends taken in order | np.array([min(t[0], *seen), max(t[1], *seen)]) -> np.array([min(t[0], seen[0]), max(t[1], seen[1])]) | The ends come in any order: the second may be the smaller one. Compare with both.
-    distance from the camera | (c - p0))[0] -> (c - p0))[1] | That is s, how far along the ray. t, along the line, is the first unknown.
+    distance from the camera | (c - p0))[0] -> (c - p0))[1] | That is s, how far along the ray. What is asked for is t, along the line.
     direction not of length one | v / np.linalg.norm(v) -> v | t is in metres: d has the length one, v has not.
     direction not of length one, in the formula | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (v @ (w := c - p0) - (k := v @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k * k) | t is in metres: d has the length one, v has not.
     p0 on the other side | np.cross(v, n) / -> np.cross(n, v) / | The point nearest to the origin is v x n / v'v, in this order.
@@ -76,7 +76,7 @@ grown = table(
         np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1])) * (g @ w)) / (1 - k * k)
     k for its square | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) - (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k) | With k = d'm and w = c - p0 the two equations give t = (d'w - k m'w) / (1 - k^2): k is squared.
     sign of the second term | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> (d @ (w := c - p0) + (k := d @ (g := -A[:, 1] / np.linalg.norm(A[:, 1]))) * (g @ w)) / (1 - k * k) | With k = d'm and w = c - p0 the two equations give t = (d'w - k m'w) / (1 - k^2): the second term is taken off.
-    either the one end or the other | max(t[1], *seen)]) -> t[1] if min(seen) < t[0] else max(t[1], *seen)]) | A segment may reach beyond both ends: ask for each end, `if` twice, not `elif`.
+    either the one end or the other | max(t[1], *seen)]) -> t[1] if min(seen) < t[0] else max(t[1], *seen)]) | A segment may reach beyond both ends: each end is compared by itself, whatever came out for the other one.
     point of the ray nearest to p0 | np.linalg.solve(A.T @ A, A.T @ (c - p0))[0] -> d @ (c - A[:, 1] * (-A[:, 1] @ (p0 - c)) / (A[:, 1] @ A[:, 1]) - p0) | The point of the ray that is nearest to p0 is another one. Line and ray have their parameters t and s, and both are solved for together.
     """,
 )

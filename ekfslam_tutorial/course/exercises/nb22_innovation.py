@@ -49,8 +49,8 @@ apart = table(
         "scaled": lambda rng: [case(rng, scale) for scale in (7.0, 0.02, -3.0)],
     },
     checks="""
-    unit line         | z         | unit   | z_i = a u_i + b v_i + c, first for the end (u1, v1), then for (u2, v2).
-    any scale         | z         | scaled | h and 5 h are one line: divide by sqrt(a^2 + b^2), without c.
+    unit line         | z         | unit   | With sqrt(a^2 + b^2) = 1 the distance is z_i = a u_i + b v_i + c, first for the end (u1, v1), then for (u2, v2). It keeps its sign.
+    any scale         | z         | scaled | h and 5 h are one line and have the same distances; with -3 h their signs are turned. z_i = (a u_i + b v_i + c) / sqrt(a^2 + b^2).
     by the ends       | d Z_y / y | any    | An end that moves by 1 px across the line changes its own distance by 1 px: [a, b] / L in its own columns, zero in the other's.
     by the line       | d Z_h / h | any    | Quotient rule: L changes with a and b, too. With q = [u, v, 1]: (q - z [a, b, 0] / L) / L.
     """,

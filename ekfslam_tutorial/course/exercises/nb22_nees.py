@@ -63,7 +63,7 @@ free = table(
     },
     checks="""
     same scale | nees | any    | e' C^-1 e with four numbers: e = B l, C = B P B', and B across truth and across [v; n] of the truth.
-    any scale  | nees | scaled | l and -3 l are the same line: with B across truth the scale has no part in e = B l.
+    any scale  | nees | scaled | l, with its P, and truth have scales of their own: l and -3 l are the same line. With B across truth, e = B l and C = B P B', the NEES is the same for all scales.
     """,
     wrong="""
     six numbers: Two of the six have no meaning, and P says nothing of them. A pseudo-inverse hides that; the four directions B show what is left.
@@ -76,7 +76,7 @@ free = table(
     rows from 2 on | [2][2:] -> [2][:4] | The first two rows of svd (the first two columns, for A transposed) lie along truth and [v; n] themselves. Take those from 2 on: they are across both.
     columns for rows | np.linalg.svd(np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.linalg.svd(np.stack([truth, np.concatenate([v, n])]))[2][:, 2:].T | svd returns V transposed as its third result: the directions are the *rows* of it, from 2 on, not its columns.
     scale forgotten | np.stack([truth, np.concatenate([v, n])]))[2][2:] -> np.concatenate([v, n])[None])[2][1:] | A line has no scale: the direction of truth itself is to be taken away, too.
-    directions of the estimate | n, v = truth[:3], truth[3:] -> truth = l; n, v = truth[:3], truth[3:] | B is across the *true* line: across the estimate itself, B l is zero whatever the error.
+    directions of the estimate | n, v = truth[:3], truth[3:] -> truth = l; n, v = truth[:3], truth[3:] | B is across the *true* line, and e is B l: B truth is zero, and so is B l with a B across the estimate itself, whatever the error.
     the other directions | [2][2:] -> [2][:2] | Those are the two directions that mean nothing. The four that are left are the other rows.
     covariance not reduced | B @ P @ B.T, e) -> np.eye(4) * np.trace(P) / 6, e) | e = B l has the covariance B P B'.
     only the variances | np.linalg.solve(B @ P @ B.T, e) -> (e / np.diag(B @ P @ B.T)) | The four numbers are correlated: take the whole of B P B'.

@@ -59,7 +59,7 @@ pictured = table(
     },
     checks="""
     camera at the origin | h         | at home | With the camera at the origin n_c is n itself, and h = K_L n with the K_L of the text.
-    turned camera        | h         | turned  | A normal is a direction: into the camera it goes by R', the transposed rotation.
+    turned camera        | h         | turned  | The camera is turned, and stands at the origin. A normal is a direction: seen from the camera it is n_c = R' n, and h = K_L n_c.
     moved camera         | h         | any     | From the camera's place the plane is another one: n_c = R' (n - t x v), with the sign, the order and the brackets of the text.
     derivative           | d H_l / l | any     | h is linear in l: three columns for n, K_L R', and three for v, -K_L R' hat(t).
     """,

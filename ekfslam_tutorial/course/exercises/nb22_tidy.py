@@ -46,9 +46,9 @@ tidied = table(
     },
     checks="""
     normal        | l[:3]      | any  | n stays as it is: it was measured.
-    direction     | l          | any  | The part of v along n goes: v - (n'v / n'n) n. Divide by n'n, n need not have the length one.
+    direction     | l          | any  | The part of v along n is taken away: d = v - (n'v / n'n) n, for an n of any length. What is left is across n: n'd = 0.
     block of n    | P[:3, :3]  | any  | n does not change, so its covariance does not.
-    already there | P          | kept | Also where n'v is zero already, P is projected: in the direction [v; n] nothing may be left. J P J'.
+    already there | P          | kept | With n'v = 0 the line stays as it is, d = v. P becomes J P J' there, too, J with the derivatives of d by n and by v: in the direction [v; n] nothing is left of it.
     covariance    | P          | any  | J P J', with J the derivative of [n; d] by [n; v]: that of d by n is found by the product rule.
     """,
     wrong="""
@@ -66,7 +66,7 @@ tidied = table(
     D_n forgotten | [D_n, D_v]] -> [np.zeros((3, 3)), D_v]] | The new v depends on n, too: when the plane turns, v turns with it. J has a block by n in the rows of v.
     s taken for a constant | -s * np.eye(3) - np.outer(n, v - 2 * s * n) / (n @ n) -> -s * np.eye(3) | s depends on n as well: product rule, -s I - n (v - 2 s n)' / n'n.
     denominator taken for a constant | v - 2 * s * n) / (n @ n) -> v) / (n @ n) | n'n depends on n, too: its derivative brings -2 s n.
-    s n: one factor only | -s * np.eye(3) - np.outer -> -np.outer | Product rule: s n changes with n even where s is held, by -s I.
+    s n: one factor only | -s * np.eye(3) - np.outer -> -np.outer | Product rule: d = v - s n changes with n even where s is held, by -s I.
     outer product turned round | np.outer(n, v - 2 * s * n) -> np.outer(v - 2 * s * n, n) | Rows are what comes out, columns what goes in: s n changes along n, so np.outer(n, v - 2 s n) / n'n.
     D_v the identity | np.eye(3) - np.outer(n, n) / (n @ n) -> np.eye(3) | The part of v along n is gone, also out of its covariance: by v, d has the derivative I - n n' / n'n.
     length of n in D_v | np.outer(n, n) / (n @ n) -> np.outer(n, n) | n need not have the length one: by v, d has the derivative I - n n' / n'n.

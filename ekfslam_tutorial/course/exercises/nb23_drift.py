@@ -40,8 +40,8 @@ exercise = table(
         ],
     },
     checks="""
-    after one second       | off    | one second  | Each of the four causes alone. With t = 1 only the factors count, by k, the number of integrals from what is measured to the position: 1 / k! for a bias, 1 / ((k - 1)! sqrt(2k - 1)) for white noise; and 9.81 for the gyrometer.
-    each has its place     | off    | one of them | In the order of the arguments: b_w, b_a, n_w, n_a. Each cause makes one of the four.
+    after one second       | off    | one second  | Each of the four causes alone, in the order of the arguments. With t = 1 the factors count, by k, the number of integrals from what is measured to the position: 1 / k! for a bias, 1 / ((k - 1)! sqrt(2k - 1)) for white noise; and 9.81 for the gyrometer.
+    each has its place     | off    | one of them | One cause at a time, the others are zero, and t = 7: each makes the error in its own place, in the order b_w, b_a, n_w, n_a, and with its own power of t: t^k for a bias, t^(k - 1/2) for white noise.
     bias of the gyrometer  | off[0] | any         | Turn rate, angle, velocity, position: three integrals, and gravity.
     bias of the accelerometer | off[1] | any      | Acceleration, velocity, position: two integrals.
     noise of the gyrometer | off[2] | any         | White noise integrated three times: t^(k - 1/2) with k = 3.

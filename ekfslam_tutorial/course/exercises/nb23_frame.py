@@ -64,9 +64,9 @@ exercise = table(
         "P = 0": lambda rng: [case(rng, 3, before=0.0)],
     },
     checks="""
-    state            | x             | any          | Each control moves the state on, in order: start the next one where the last one has ended.
-    one control      | P             | one control  | One control: P_rr becomes R_r P_rr R_r' + R_u U R_u', P_rm becomes R_r P_rm.
-    no landmarks     | P             | no landmarks | Without landmarks it is the prediction of an EKF, once for each control, each with its own R_r and R_u: those at the state where it begins.
+    state            | x             | any          | Each control moves the state of the IMU, x[:16], on for dt, in order: the next one starts where the last one has ended. The landmarks stay where they are.
+    one control      | P             | one control  | One control: P_rr becomes R_r P_rr R_r' + R_u U R_u', P_rm becomes R_r P_rm, P_mr is its transpose, and the part of the landmarks stays.
+    no landmarks     | P             | no landmarks | Without landmarks it is the prediction of an EKF, P becomes R_r P R_r' + R_u U R_u', once for each control, in order. Each has its own R_r and R_u, at the state where it begins.
     no noise         | P[:16, :16]   | U = 0        | With U = 0 the covariance is X P X', where X is the product of all R_r, the last one on the left.
     noise            | P[:16, :16]   | P = 0        | Each control adds its noise, and the steps after it move that noise on: Q = R_r Q R_r' + R_u U R_u'.
     landmarks        | P[16:, 16:]   | any          | The landmarks stand still: their part of P does not change.
@@ -110,7 +110,7 @@ exercise = table(
     correlations by the last derivative only: What the IMU and the landmarks have in common moves with each control: R_r P_rm, once for each of them.
         P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], R_r @ P[:16, 16:]
         P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ R_r.T
-    correlations by the transposed one: P_rm becomes X P_rm, with X as it is: yours is moved by its transpose.
+    correlations by the transposed one: P_rm becomes X P_rm, and the R_r stand in X as they are: yours are transposed.
         X, Q = np.eye(16), np.zeros((16, 16)) -> X, Q, A = np.eye(16), np.zeros((16, 16)), np.eye(16)
         X = R_r @ X -> X = R_r @ X; A = R_r.T @ A
         P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], A @ P[:16, 16:]
@@ -122,7 +122,7 @@ exercise = table(
         P[:16] = X @ P[:16] -> P[:16, :16], P[:16, 16:] = X @ P[:16, :16], A @ P[:16, 16:]
         P[:, :16] = P[:, :16] @ X.T -> P[:16, :16], P[16:, :16] = P[:16, :16] @ X.T, P[16:, :16] @ A.T
     dt shared among the controls | move(x[:16], u, dt) -> move(x[:16], u, dt / len(us)) | Each control holds for dt: it is not shared among them.
-    one noise for all: The noises of the controls are independent: the covariances R_u U R_u' add up, one after the other. You add up the derivatives, as for one noise that stays the same.
+    one noise for all: The noises of the controls are independent: the covariances R_u U R_u' add up, one after the other. Yours is the result for one noise that is the same in all controls.
         X, Q = np.eye(16), np.zeros((16, 16)) -> X, Q, G = np.eye(16), np.zeros((16, 16)), np.zeros((16, len(U)))
         Q = R_r @ Q @ R_r.T + R_u @ U @ R_u.T -> G = R_r @ G + R_u; Q = G @ U @ G.T
     noise before the step | Q = R_r @ Q @ R_r.T + R_u @ U @ R_u.T -> Q = R_r @ (Q + R_u @ U @ R_u.T) @ R_r.T | R_u is the derivative of the state behind the control: its noise does not go through the R_r of its own step.

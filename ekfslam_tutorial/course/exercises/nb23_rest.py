@@ -64,7 +64,7 @@ exercise = table(
         "on its tail": lambda rng: [rows(rng, [1, 0, 0], noise=0.0), rows(rng, [0, -1, 0], noise=0.0)],
     },
     checks="""
-    level       | q        | level       | It lies level: R(q) must leave the z axis where it is.
+    level       | q        | level       | It lies level: R(q) must leave the z axis where it is. q has the length 1.
     on its tail | q        | on its tail | R(q) must bring the measured a to the z axis of the world.
     upside down | q        | upside down | a points along -z: half a turn about x, or any other axis across z. Where a formula divides by zero there, or gives no turn at all, this case wants its own line.
     orientation | q        | any         | The mean of a points up: R(q) brings it to z. q has the length 1.
@@ -104,6 +104,7 @@ exercise = table(
         w.mean(0) -> q2R(q / np.linalg.norm(q))[0] @ w.mean(0)
     divided by the vertical part | acc_bias_std / 9.81 -> acc_bias_std / abs(a.mean(0)[2]) | A bias across gravity tilts by b / 9.81, however the IMU lies: not by b over its own z component.
     roll and pitch in the wrong order | q = np.array([1 + up[2], up[1], -up[0], 0.0]) -> q = q_prod(e2q(np.array([np.arctan2(up[1], up[2]), 0, 0]))[0], e2q(np.array([0, np.arctan2(-up[0], np.hypot(*up[1:])), 0]))[0])[0] | The roll is found first, so it turns first and stands on the right: q = q_pitch q_roll.
+    no turn upside down | q[1] = 1.0 -> q[0] = 1.0 | [1, 0, 0, 0] is no turn at all: right where the IMU lies level, but upside down it takes half a turn about any axis across z, [0, 1, 0, 0]. The sign of the mean of a_z tells which.
     """,
 )
 

@@ -41,10 +41,10 @@ exercise = table(
         ],
     },
     checks="""
-    gyrometer in one second     | U[:3, :3]   | one second  | deg / sqrt(h): degrees to radians, and sqrt(h) = 60 sqrt(s).
-    accelerometer in one second | U[3:6, 3:6] | one second  | Micro-g: 1e-6 times 9.80665 m/s^2. A variance is a square.
-    walks in one second         | U[6:, 6:]   | one second  | The walks are given in SI units already: square them.
-    each has its place          | U           | one of them | u = [w, a, db_w, db_a]: three variances each, in this order.
+    gyrometer in one second     | U[:3, :3]   | one second  | The three variances of w come first in U, in rad and s. With deg / sqrt(h): degrees to radians, and sqrt(h) = 60 sqrt(s). A variance is a square.
+    accelerometer in one second | U[3:6, 3:6] | one second  | The three variances of a. Micro-g: 1e-6 times 9.80665 m/s^2. A variance is a square.
+    walks in one second         | U[6:, 6:]   | one second  | The walks are given in SI units already, for one second: their squares are the variances, three for db_w, then three for db_a.
+    each has its place          | U           | one of them | One noise at a time, the others are zero, and dt = 0.01. u = [w, a, db_w, db_a]: three variances each, in this order, n^2 / dt for w and a, walk^2 dt for db_w and db_a.
     any dt                      | U           | any         | White noise of a mean: n^2 / dt. A random walk: walk^2 dt.
     """,
     wrong="""

@@ -74,7 +74,7 @@ exercise = table(
     checks="""
     at rest     | x2[:10]  | rest    | An IMU that lies still measures its biases, and 9.81 m/s^2 upwards: what is left of them is no motion.
     orientation | x2[3:7]  | any     | In dt the body turns by the rotation vector (w - b_w) dt, in its own axes: q v2q(...).
-    velocity    | x2[7:10] | any     | v2 = v + (R (a - b_a) + gravity) dt; R is the orientation in the *middle* of the step.
+    velocity    | x2[7:10] | any     | v2 = v + (R (a - b_a) + gravity) dt; R is the orientation in the middle of the step: q, turned by half of the rotation vector, in the axes of the body.
     position    | x2[:3]   | any     | t2 = t + v dt + (R (a - b_a) + gravity) dt^2 / 2, with the old v.
     no turn     | x2       | no turn | Without a turn the orientation stays, and R is that of q.
     biases      | x2       | any     | The biases stay as they are, at the end of the state.

@@ -122,15 +122,15 @@ consensus = table(
     },
     checks="""
     all right              | good | all right   | The camera has moved: all innovations are long, and one match explains them all. All agree.
-    some are wrong         | good | any         | What is left of match j, if match i is believed: z_j - E_ji (E_ii + R)^-1 z_i.
-    much noise             | good | noisy       | R is as large as E_ii, and a match moves the others by a half of its innovation: (E_ii + R)^-1 z_i, with R as it is.
+    some are wrong         | good | any         | If match i is believed, z_j - E_ji (E_ii + R)^-1 z_i is left of match j, and j agrees if that is shorter than the limit. Of the K sets found so the largest is asked for.
+    much noise             | good | noisy       | R = E_ii = E_ji: match i moves each match, itself too, by half of z_i, E_ji (E_ii + R)^-1 z_i. What is left is compared with the limit, for i as for the others. The largest set has two of the five matches.
     near the limit         | good | near        | What is left of some is just below the limit, of others just above it. How far match i moves the others depends on E_ji, on E_ii and on the whole of R. Then the *length* of what is left counts, and the set of match i is what i explains.
     each its own direction | good | rolled      | E_ji = E[j, :, i] turns what match i shows into the direction of match j: its rows belong to j, its columns to i.
     a camera that is known | good | limit       | With E = 0 nothing moves: a match agrees where |z| is shorter than the limit; the limit itself is too long.
     nothing in common      | good | independent | Where E_ji is 0, match i does not move match j: what is left of j is its innovation.
     two sets alike         | good | tie         | Of two sets of the same size, that of the first match counts.
     one or two matches     | good | few         | One match or two: the rule is the same.
-    many                   | good | many        | The *largest* set that one of them explains.
+    many                   | good | many        | Twelve matches, four of them wrong: of the twelve sets, one for each match that is believed, the largest is asked for.
     """,
     wrong="""
     R forgotten | E[i, :, i] + R, -> E[i, :, i], | The match is noisy: (E_ii + R)^-1. Without R its noise is taken for a movement.

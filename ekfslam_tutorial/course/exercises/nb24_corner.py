@@ -63,9 +63,9 @@ score = table(
     },
     checks="""
     flat, or a straight edge | score | straight | On a straight edge the patch does not change along the edge: the smaller eigenvalue is 0.
-    a slanted slope          | score | slanted  | A slope at an angle changes in one direction only, too: the sum of the products g_u g_v tells that (multiply first, then add). The smaller eigenvalue is 0.
-    a corner                 | score | corner   | A corner changes in both directions: the smaller eigenvalue is large.
-    twice the contrast       | score | contrast | The products of slopes grow with the square of the contrast.
+    a slanted slope          | score | slanted  | A slope at an angle changes in one direction, as a straight edge does: sum g_u g_v is not 0, but the determinant of A is 0, and so is its smaller eigenvalue.
+    a corner                 | score | corner   | A corner changes in both directions: the smaller eigenvalue is above 0. It is that of A, with the sums over the whole window of the products of the slopes.
+    twice the contrast       | score | contrast | One window, then with twice and with half of its contrast. A holds products of slopes: the smaller eigenvalue of the first, then four times as much, then a quarter.
     any windows              | score | any      | A = sums over each window of the products; the smaller eigenvalue of each A.
     """,
     wrong="""
@@ -79,7 +79,7 @@ score = table(
     product of the sums | add(g_u * g_v) -> add(g_u) * add(g_v) | Multiply first, then add: sum g_u g_v, not (sum g_u) (sum g_v).
     root | return np.linalg.eigvalsh(A)[:, 0] -> return np.sqrt(np.abs(np.linalg.eigvalsh(A)[:, 0])) | The eigenvalue itself, no root.
     summed over all windows | products.sum(axis=(1, 2)) -> products.sum() + np.zeros(len(products)) | Each window has its own A: sum over its rows and columns only.
-    grey values for slopes | np.gradient(windows, axis=(1, 2)) -> windows, windows | In yours A has the rank 1, whatever the window is: its smaller eigenvalue is always 0. Take the products of the *slopes*, not of the grey values; and multiply first, then add: sum g_u g_v, not (sum g_u) (sum g_v).
+    grey values for slopes | np.gradient(windows, axis=(1, 2)) -> windows, windows | Yours is 0 whatever the window is, as if A always had the rank 1. A holds products of the two *slopes*, g_u g_u, g_u g_v and g_v g_v; multiply first, then add: sum g_u g_v is another number than (sum g_u) (sum g_v).
     slopes without sign | np.gradient(windows, axis=(1, 2)) -> np.abs(np.gradient(windows, axis=(1, 2))) | Slopes have signs: without them a slope to the left and one to the right add up in sum g_u g_v.
     slopes along the wrong axes | np.gradient(windows, axis=(1, 2)) -> np.gradient(windows, axis=(0, 1)) | axis 0 goes from window to window: the slopes of a window are along its rows and columns, axis=(1, 2).
     half forgotten under the root | np.linalg.eigvalsh(A)[:, 0] -> (A[:, 0, 0] + A[:, 1, 1]) / 2 - np.hypot(A[:, 0, 0] - A[:, 1, 1], A[:, 0, 1]) | By hand: (a + c) / 2 - root(((a - c) / 2)^2 + b^2): the half belongs to a - c, too.

@@ -64,7 +64,7 @@ region = table(
     },
     checks="""
     a circle       | inside | circle | With S = s^2 I it is a circle of the radius k s: 3 sigma of 2 px are 6 px.
-    a needle       | inside | needle | u and v are correlated: z' S^-1 z with the whole S. The box of the two sigmas is much larger.
+    a needle       | inside | needle | Two ellipses lie along a diagonal, where u and v are correlated; a third one is narrow, with the sigmas 4 px in u and 1 px in v. Inside is where z' S^-1 z <= k^2, with the whole S.
     another k      | inside | sigmas | The squared distance is compared with k^2.
     on the ellipse | inside | on it  | A pixel on the ellipse counts as inside.
     few pixels     | inside | few    | One truth value for each row of pixels, also for one row or none.

@@ -61,18 +61,18 @@ correlation = table(
         "any": lambda rng: [case(rng), case(rng, 2, 7), case(rng, 1, 3)],
         "itself": lambda rng: [brighter(rng, 1.0, 0.0, 1)],
         "light": lambda rng: [brighter(rng, 1.0, 30.0), brighter(rng, 1.0, -12.0)],
-        "contrast": lambda rng: [brighter(rng, 0.5, 10.0), brighter(rng, 0.2, 0.0)],
+        "contrast": lambda rng: [brighter(rng, 0.5, 10.0), brighter(rng, 0.2, 0.0), brighter(rng, 0.003, 90.0)],
         "negative": lambda rng: [brighter(rng, -1.0, 200.0, 2)],
         "flat": flat,
         "bytes": lambda rng: [bytes_(rng) for _ in range(3)],
     },
     checks="""
     a patch and itself | score | itself   | The correlation of a patch with itself is 1: sum(a b) is divided by both lengths, sqrt(sum(a^2)) and sqrt(sum(b^2)).
-    more light         | score | light    | More light is a constant on all pixels: take the mean off, of each window its own.
-    more contrast      | score | contrast | More contrast is a factor on all pixels: divide by the length of what is left without the mean.
+    more light         | score | light    | Each window is the patch times a factor, plus a constant: 1 comes out. The constant goes with the mean, of each window its own; the factor goes with the length of what is left.
+    more contrast      | score | contrast | A factor on all pixels, here also a small one, which makes decimals and little contrast: 1 comes out. The factor goes with the length of what is left without the mean. Only a window of one grey is flat.
     a negative         | score | negative | Where the patch is bright the window is dark: -1. Keep the sign.
     any windows        | score | any      | sum(a b) / sqrt(sum(a^2) sum(b^2)), over the rows and columns of each window.
-    flat windows       | score | flat     | A flat window has the length 0: the correlation is then 0, not 0 / 0.
+    flat windows       | score | flat     | A flat window has the length 0, and so has a flat patch; 0 / 0 is no number. The correlation is 0 there; the other windows of such a case are compared as ever.
     8 bits             | score | bytes    | Grey values of 8 bits have no room for squares: change them into float before you multiply.
     """,
     wrong="""

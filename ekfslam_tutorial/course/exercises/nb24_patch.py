@@ -47,10 +47,10 @@ cut = table(
     },
     checks="""
     size and place    | patch    | any         | The patch has 2 h + 1 rows and columns, and the pixel y = [u; v] is in its middle: v is the row, u the column.
-    between pixels    | patch    | between     | A place between pixels counts as the nearest whole pixel, np.rint: 40.6 is 41.
+    between pixels    | patch    | between     | A place between pixels counts as the nearest whole pixel, by np.rint: 40.6 is 41. A half goes to the even number: 20.5 is 20, 11.5 is 12.
     at the edge       | patch    | at the edge | A patch that just fits into the image is cut like any other.
-    mean              | mean     | any         | The sum of the grey values, divided by their number.
-    contrast          | contrast | any         | The root of the mean of (grey - mean)^2.
+    mean              | mean     | any         | The sum of the grey values of the patch, as floats, divided by their number.
+    contrast          | contrast | any         | The root of the mean of (grey - mean)^2 in the patch, with the grey values as floats.
     bright patches    | mean, contrast | bright | Grey values are whole numbers of 8 bits: 200 + 200 has no room in them. Change them into float first.
     """,
     wrong="""
@@ -58,7 +58,7 @@ cut = table(
     transposed | u - h : u + h + 1].astype(float) -> u - h : u + h + 1].astype(float).T | The rows of the patch are rows of the image: do not turn it.
     one row too few | image[v - h : v + h + 1, u - h : u + h + 1] -> image[v - h : v + h, u - h : u + h] | A slice ends *before* its last number: v - h : v + h + 1 has 2 h + 1 rows.
     y at the corner | image[v - h : v + h + 1, u - h : u + h + 1] -> image[v : v + 2 * h + 1, u : u + 2 * h + 1] | The pixel y is in the middle of the patch, h to each side, not at its corner.
-    cut off instead of rounded | np.rint(y).astype(int) -> y.astype(int) | int cuts off: 40.6 becomes 40. Round first, np.rint.
+    cut off instead of rounded | np.rint(y).astype(int) -> y.astype(int) | Cut off, 40.6 becomes 40. Round first, np.rint.
     rounded up | np.rint(y) -> np.ceil(y) | np.ceil rounds up always; the *nearest* whole pixel is np.rint.
     patch less its mean | return patch, -> return patch - np.mean(patch), | Return the grey values as they are; the mean is taken off later.
     variance | np.std(patch) -> np.var(patch) | The contrast is a standard deviation: the root of the variance.
@@ -76,5 +76,11 @@ cut = table(
     sum of the squares | np.std(patch) -> np.sqrt(np.sum((patch - np.mean(patch)) ** 2)) | The root of the *mean* of the squares: divide their sum by the number of pixels.
     mean of the contrasts of the columns | np.std(patch) -> np.std(patch, axis=0).mean() | One contrast for the whole patch: all grey values about its one mean, not the mean over the columns.
     turned round | patch = image[v - h : v + h + 1, u - h : u + h + 1].astype(float) -> patch = image[v - h : v + h + 1, u - h : u + h + 1].astype(float)[::-1, ::-1] | What is above and to the left of the pixel stands there in the patch, too: v + dv, u + du.
+    squares of bytes: Grey values of 8 bits have no room for their squares, which are counted modulo 256. Change the patch into float before you multiply: .astype(float).
+        np.std(patch) -> np.sqrt(max(np.mean(np.square(patch.astype(np.uint8))) - np.mean(patch) ** 2, 0.0))
+    squares of bytes, a root of less than nothing: Grey values of 8 bits have no room for their squares, which are counted modulo 256. Change the patch into float before you multiply: .astype(float).
+        np.std(patch) -> np.sqrt(np.mean(np.square(patch.astype(np.uint8))) - np.mean(patch) ** 2)
+    differences of bytes: Grey values of 8 bits have no room for differences below zero, nor for squares: both are counted modulo 256. Change the patch into float before you subtract: .astype(float).
+        np.std(patch) -> np.sqrt(np.mean(np.square(patch.astype(np.uint8) - np.mean(patch).astype(np.uint8))))
     """,
 )

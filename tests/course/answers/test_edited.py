@@ -276,7 +276,7 @@ WRONG = r"""
     > new_gate -> < new_gate
 19.2 farthest detection of a tree: other|nearest|nearer|each
     D.argmin(axis=0) -> D.argmax(axis=0)
-19.2 new ones by the mean distance: too near to a tree|every
+19.2 new ones by the mean distance: too near to a tree|every|is not used
     D.min(axis=1, initial=np.inf) > new_gate -> (D.mean(axis=1) if n else np.full(k, np.inf)) > new_gate
 19.2 gate of a wider kind: gate|far|limit
     <= gate) -> <= 2 * gate)

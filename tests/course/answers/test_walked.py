@@ -573,7 +573,7 @@ SLIPS = [  # exercise, what is wrong, a pattern that the student must read, the 
     (
         "07.4",
         "far from the first landmark",
-        r"\*every\* landmark",
+        r"\*all\* landmarks",
         ("(D[a] > limit).all()", "(D[a, 0] > limit if len(es) else True)"),
     ),
     ("08.2", "R twice", r"counts once", ("H @ P @ H.T + R", "H @ P @ H.T + 2 * R")),
@@ -765,7 +765,7 @@ def test_two_slips_are_told_both(id, names, slips):
 def test_an_answer_that_is_all_one_names_none():
     """With both slips nothing is ever seen: so it is with many others, and which they are is a guess."""
     verdict = registry.get("12.3").judge(answer("12.3", ("p[:, 2] > 0", "p[:, 2] < 0"), ("(r < fold)", "(r > fold)")))
-    assert verdict.status == "failed" and verdict.misconception == "" and "must be seen" in verdict.hint
+    assert verdict.status == "failed" and verdict.misconception == "" and "All these points are seen" in verdict.hint
 
 
 def test_a_slip_in_numbers_of_its_own_is_a_second_mistake():
