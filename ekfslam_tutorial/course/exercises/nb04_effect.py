@@ -72,7 +72,7 @@ effect = table(
     wrong="""
     B is not in view, so it stays: A and B were seen by the same uncertain robot: they share errors, and what corrects A corrects B. H is zero in B's own columns, so take B's whole rows of P: P[b] @ H.T.
         PHt[b] @ np.linalg.inv(Z) -> np.zeros((2, len(R)))
-    (I - K H) with B's block only | P[b, b] - K_b @ Z @ K_b.T -> P[b, b] | Your P_bb is that of before. It is the block [b, b] of the whole new covariance, P - K H P, and the row of B there is P[b] - K_b H P. B's own part of H is zero, so (I - K_b H_b) P_bb changes nothing.
+    (I - K H) with B's block only | P[b, b] - K_b @ Z @ K_b.T -> P[b, b] | Your P_bb is that of before. What is wanted is the block [b, b] of the whole new covariance, P - K H P: P_bb - K_b H P[:, b]. The columns of B in H are zero, and still B changes: H P[:, b] is not zero.
     Z without R | H @ PHt + R -> H @ PHt | Z is the covariance of z = y - e: the measurement has noise, too. Z = H P H' + R.
     R for Z | np.linalg.inv(Z) -> np.linalg.inv(R) | The gain divides by the whole uncertainty of the innovation, Z = H P H' + R, not by R alone.
     only the diagonal of R | H @ PHt + R -> H @ PHt + np.diag(np.diag(R)) | Use the whole R: the noise of range and bearing may be correlated.

@@ -138,6 +138,7 @@ correction = table(
     arcsine of the sine | wrap(y[1] - e[1]) -> np.arcsin(np.sin(y[1] - e[1])) | An arcsine ends at 90 degrees: a difference of 100 degrees becomes one of 80. arctan2(sine, cosine) knows all directions.
     shift not undone | wrap(y[1] - e[1]) -> (y[1] - e[1] + np.pi) % (2 * np.pi) | The bearing of z comes out half a turn too large. What may be taken off are whole turns, 2 pi; what is shifted by pi before a % is shifted back after it.
     bearing without its sign | wrap(y[1] - e[1]) -> abs(wrap(y[1] - e[1])) | The innovation of the bearing has a sign: to the left is positive, to the right is negative.
+    gain of the others zero | K = np.linalg.solve(Z, PHt.T).T -> K = np.linalg.solve(Z, PHt.T).T * H.any(0)[:, None] | The other landmarks share errors with robot and landmark: K has all its rows, and x and all of P change.
     """,
     forms="""
     P - K H P | P - K @ Z @ K.T -> P - K @ H @ P | P - K H P

@@ -94,15 +94,15 @@ hidden = table(
     only the first time | np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> np.linalg.matrix_rank(H[0]) | All measurements of all times together: take the rank of the whole O, not of H_0.
     always three | O.shape[1] - np.linalg.matrix_rank(O, tol=1e-8 * np.linalg.norm(O, 2)) -> 3 | Three is the answer for SLAM in the plane. Compute it: n minus the rank of O.
     no threshold | tol=1e-8 * np.linalg.norm(O, 2) -> tol=0.0 | Rounding never gives exactly zero: a singular value counts as zero if it is tiny beside the largest one.
-    fixed threshold: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+    fixed threshold: A fixed threshold depends on the units. Compare with the largest singular value: s > 1e-10 * s.max(). np.linalg.matrix_rank(O) does so by itself; its `tol=` is a fixed threshold, too.
         tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-3
-    fixed threshold, 1e-5: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+    fixed threshold, 1e-5: A fixed threshold depends on the units. Compare with the largest singular value: s > 1e-10 * s.max(). np.linalg.matrix_rank(O) does so by itself; its `tol=` is a fixed threshold, too.
         tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-5
-    fixed threshold, 1e-8: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+    fixed threshold, 1e-8: A fixed threshold depends on the units. Compare with the largest singular value: s > 1e-10 * s.max(). np.linalg.matrix_rank(O) does so by itself; its `tol=` is a fixed threshold, too.
         tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-8
-    fixed threshold, 1e-10: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+    fixed threshold, 1e-10: A fixed threshold depends on the units. Compare with the largest singular value: s > 1e-10 * s.max(). np.linalg.matrix_rank(O) does so by itself; its `tol=` is a fixed threshold, too.
         tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-10
-    fixed threshold, 1e-12: A fixed threshold depends on the units. Compare with the largest singular value, as np.linalg.matrix_rank does.
+    fixed threshold, 1e-12: A fixed threshold depends on the units. Compare with the largest singular value: s > 1e-10 * s.max(). np.linalg.matrix_rank(O) does so by itself; its `tol=` is a fixed threshold, too.
         tol=1e-8 * np.linalg.norm(O, 2) -> tol=1e-12
     H of the time before: The H before the motion is used: after F_k comes H_k+1, the next entry of the list. The rows of the last H are missing.
         zip(H[1:], F, strict=True) -> zip(H[:-1], F, strict=True)

@@ -92,7 +92,7 @@ truck = table(
     steering in degrees | np.tan(alpha) -> np.tan(np.radians(alpha)) | alpha is in radians.
     turn without the car's length | along = np.array([c, s, 0]) -> along = np.array([c, s, t - t / L]) | w = v_c tan(alpha) / L: a long car turns slowly.
     arm not turned by 90 degrees | [-a * s - b * c, a * c - b * s, 1] -> [a * c - b * s, a * s + b * c, 1] | The arm [a c - b s, a s + b c] is a place. Its velocity is w times the arm turned by 90 degrees.
-    arm in the frame of the car | [-a * s - b * c, a * c - b * s, 1] -> [-b, a, 1] | The arm turns with the car: [a c - b s, a s + b c] in the map.
+    arm in the frame of the car | [-a * s - b * c, a * c - b * s, 1] -> [-b, a, 1] | The arm turns with the car: in the map it is [a c - b s, a s + b c], and its velocity is w [-a s - b c, a c - b s].
     sine and cosine exchanged | c, s, t = np.cos(x[2]), np.sin(x[2]) -> c, s, t = np.sin(x[2]), np.cos(x[2]) | theta = 0 points along x: velocity v_c [cos(theta), sin(theta)].
     at v_c, turn at v | x + dt * k * v * way -> x + dt * v * (k * along + around * t / L) | w is that of the middle: v_c tan(alpha) / L, not v tan(alpha) / L.
     heading after the turn | c, s, t = np.cos(x[2]), np.sin(x[2]) -> x = x + [0, 0, dt * v / (1 - H * np.tan(alpha) / L) * np.tan(alpha) / L]; c, s, t = np.cos(x[2]), np.sin(x[2]) | The velocity is that at the start of the step: cos and sin of theta, not of theta + w dt.

@@ -54,7 +54,7 @@ scan = table(
     all that is not matched is new | np.full(k, -2) -> np.full(k, -1) | New is only what is further than new_gate from *every* tree.
     new if far from one | D.min(axis=1, initial=np.inf) -> (D.max(axis=1) if n else np.full(k, np.inf)) | New is what is far from *every* tree: the least distance counts, not the largest.
     gate of new trees for pairs | <= gate) -> <= new_gate) | A pair must be within the inner gate.
-    distances taken as not squared | k, n = D.shape -> gate, new_gate = gate**2, new_gate**2; k, n = D.shape | D holds squared distances, and the limits are squared, too.
+    distances taken as not squared | k, n = D.shape -> gate, new_gate = gate**2, new_gate**2; k, n = D.shape | D holds squared distances, and the limits are limits of these: compare them as they are, no square and no root.
     first come, first served | return j -> return _greedy(D, gate, j) | Who comes first in the scan is chance. The two must be each other's nearest.
     nearest of the tree alone | return j -> return _trees_choose(D, gate, j) | A tree has taken its nearest detection, to which another tree is nearer. Each must be the other's nearest: in the column *and* in the row.
     second best | return j -> return _second_best(D, gate, j) | A detection that has lost its nearest tree has no claim to another: that is wrong even more surely.
@@ -64,7 +64,7 @@ scan = table(
     never new | ] = -1 -> ] = -2 | A map must grow: further than new_gate from every tree is a new one.
     a pair at the gate | <= gate) -> < gate) | *At most* gate: a pair at just this distance is one, <=.
     new at the limit | > new_gate -> >= new_gate | *Further* than new_gate: a detection at just this distance is not new, >.
-    the gate squared | <= gate) -> <= gate**2) | D holds squared distances, and the limits are squared, too.
+    the gate squared | <= gate) -> <= gate**2) | D holds squared distances, and the limits are limits of these: compare them as they are, no square and no root.
     nothing new in an empty map | j[D.min(axis=1, initial=np.inf) > new_gate] = -1 -> j[D.min(axis=1, initial=np.inf) > new_gate] = -1 if n else -2 | With no tree in the map each detection is further than new_gate from every tree: all are new.
     distances of the trees that are free: New is what is further than new_gate from *every* tree: those that have got a detection count, too.
         return j -> lost = np.setdiff1d(np.arange(n), j[j >= 0]); j[(j == -2) & (D[:, lost].min(axis=1, initial=np.inf) > new_gate)] = -1; return j

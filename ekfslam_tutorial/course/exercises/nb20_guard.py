@@ -117,6 +117,10 @@ watch = table(
     new P in what should be | F_x @ P @ F_x.T -> F_x @ P_new @ F_x.T | In F_x P F_x' stands the P before the step, not the new one.
     U squared | F_u @ U @ F_u.T -> F_u @ U @ U @ F_u.T | U is a covariance already: F_u U F_u'.
     made symmetric | return D -> return (D + D.T) / 2 | A P that is not symmetric is a bug that the guard is to show: return the difference as it is.
+    derivatives twice as large: Your F_x and F_u are twice what they should be. In central differences the two points are two steps apart: divide by 2 s. numerical_jacobian does that.
+        step[2] = wrap(step[2]) -> step[2] = wrap(step[2]); step = 2 * step
+    derivatives half as large: Your F_x and F_u are half of what they should be. Divide a difference by the distance of its two points: one step, or two in central differences. numerical_jacobian does that.
+        step[2] = wrap(step[2]) -> step[2] = wrap(step[2]); step = step / 2
     """,
 )
 

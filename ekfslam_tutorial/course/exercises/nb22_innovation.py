@@ -77,7 +77,7 @@ apart = table(
     second term: sign | (q - z[i] * np.array -> (q + z[i] * np.array | Quotient rule: the derivative of the denominator comes with a minus sign.
     Z_h without length | 0]) / length) / length -> 0]) / length) | The derivative of q @ h is q; it is divided by L as z is.
     derivative by c is 1 | return z, Z_y, Z_h -> Z_h[:, 2] = 1; return z, Z_y, Z_h | The whole of a u + b v + c is divided by L, c with it: its derivative is 1 / L.
-    second term divided once: L = sqrt(a^2 + b^2) is divided twice in the second term: -z [a, b] / L^2, once by the quotient rule, once by dL/d[a, b] = [a, b] / L.
+    second term divided once: The power of L in the second term is wrong. With the distance z it is -z [a, b] / L^2, and with the numerator, z L, it is -(z L) [a, b] / L^3: once by the quotient rule, once by dL/d[a, b] = [a, b] / L.
         np.array([h[0], h[1], 0]) / length) / length -> np.array([h[0], h[1], 0])) / length
     second term divided once, by b | np.array([h[0], h[1], 0]) -> np.array([h[0], h[1] * length, 0]) | By b the second term is -z b / L^2, as it is -z a / L^2 by a: divide by L twice.
     negative in all: The sign is that of a u + b v + c, and so it is with the derivatives.

@@ -73,7 +73,7 @@ region = table(
     wrong="""
     k not squared | <= k**2 -> <= k | z' S^-1 z is a *squared* distance: compare it with k^2, or take its root.
     S not inverted | np.linalg.solve(S, z.T).T -> z @ S | A large S makes a large ellipse: z' S^-1 z, with the inverse.
-    a box | np.sum(z * np.linalg.solve(S, z.T).T, axis=1) <= k**2 -> np.all(np.abs(z) <= k * np.sqrt(np.diag(S)), axis=1) | That is the box around the ellipse. u and v are correlated: z' S^-1 z.
+    a box | np.sum(z * np.linalg.solve(S, z.T).T, axis=1) <= k**2 -> np.all(np.abs(z) <= k * np.sqrt(np.diag(S)), axis=1) | That is the box around the ellipse, and its corners lie outside. u and v count together, with their correlation: z' S^-1 z.
     a box of variances | np.sum(z * np.linalg.solve(S, z.T).T, axis=1) <= k**2 -> np.all(np.abs(z) <= k * np.diag(S), axis=1) | A sigma is the root of a variance; and a box of k sigma is not the ellipse: u and v are correlated, z' S^-1 z.
     correlation forgotten | np.linalg.solve(S, z.T).T -> z / np.diag(S) | The ellipse is turned: the covariance of u and v belongs to it. Use the whole S.
     the largest circle | np.linalg.solve(S, z.T).T -> z / np.linalg.eigvalsh(S)[-1] | That is a circle around the ellipse: where S is narrow it is much too large.
