@@ -65,7 +65,7 @@ augmentation = table(
     checks="""
     two numbers more | x[:0], P[:0]        | any        | The state grows by the two numbers of the landmark, and P with it.
     the old state    | x[:-2], P[:-2, :-2] | any        | A new landmark tells nothing about the rest of the state: x[:n] and P[:n, :n] are the old x and P, entry by entry.
-    the landmark     | x[-2:]              | any        | l = x_r + r [cos(theta + beta), sin(theta + beta)], at the end of x.
+    the landmark     | x[-2:]              | any        | l = x[:2] + r [cos(theta + beta), sin(theta + beta)], with theta = x[2], at the end of x.
     P_ll, pose known | P[-2:, -2:]         | pose known | If the pose had no error, P_ll would be L_y R L_y'.
     P_ll             | P[-2:, -2:]         | scales     | Two independent causes of error, pose and measurement: their covariances add, P_ll = L_r P_rr L_r' + L_y R L_y'.
     P_lx             | P[-2:, :-2]         | any        | cov(l, x) = L_r P[:3]: with the robot and with all old landmarks.

@@ -84,7 +84,7 @@ seen = table(
     checks="""
     one truth value for each point | seen | any    | All these points are seen: ahead, near or far, in the image, and fold is infinite. One truth value for each row: & joins conditions, np.all(..., axis=1) the columns of u.
     behind the camera              | seen | behind | All these points are in the image, and [x/z, y/z] has the length 0.5, less than fold. Those with z > 0 are seen, those with z < 0 are behind the camera. The formula gives the same pixel for p and -p.
-    outside the image              | seen | image  | 0 <= u <= width and 0 <= v <= height: four borders.
+    outside the image              | seen | image  | Each point is judged by its own pixel: seen are those with 0 <= u <= width and 0 <= v <= height, four borders.
     on the border                  | seen | border | All these points are on the border, some in a corner, and are seen: 0 <= u <= width and 0 <= v <= height, four borders.
     beyond the fold                | seen | fold   | Seen is what is nearer to the axis than the fold: sqrt(x^2 + y^2) / z is less than fold. Here this holds for one of two points. Beyond the fold two points share a pixel.
     on the fold                    | seen | on the fold | Points nearer to the axis than the fold are seen. Here [x/z, y/z] has the lengths 1, 1, 0.5 and 2, and fold is 1: the third point is seen.
