@@ -51,7 +51,7 @@ grown = table(
         "backwards": lambda rng: [case(rng, (2.0, -1.6)), case(rng, (0.5, -1.8)), case(rng, (2.2, 0.1))],
     },
     checks="""
-    seen on both sides | t | any       | For each of the two rays the abscissa t of the point of the line that is nearest to it, in metres from p0. A ray may have any length. Then the smallest and the largest of all.
+    seen on both sides | t | any       | For each of the two rays, c + s m with any s, the abscissa t of the point of the line that is nearest to it: that point is p0 + t d, and t has a sign. Then the smallest and the largest of all.
     seen inside        | t | inside    | What was seen before stays: a shorter segment takes nothing away.
     seen on one side   | t | one side  | What is new lies on one side, in one of the cases beyond a gap: the end on that side moves out to it, the other end stays.
     ends in any order  | t | backwards | Which end of a segment comes first means nothing: take the smallest and the largest of all.

@@ -82,7 +82,7 @@ exercise = table(
     order of the product | X = R_r @ X -> X = X @ R_r | The later derivative stands on the left: R_3 R_2 R_1.
     last derivative only | X = R_r @ X -> X = R_r | The whole frame has the product of all derivatives: X = R_r X.
     noise not moved on | Q = R_r @ Q @ R_r.T + R_u @ U @ R_u.T -> Q = Q + R_u @ U @ R_u.T | The noise of a control is moved by the steps after it: Q = R_r Q R_r' + ...
-    last noise only | Q = R_r @ Q @ R_r.T + R_u @ U @ R_u.T -> Q = R_u @ U @ R_u.T | Each control has noise: it adds up.
+    last noise only | Q = R_r @ Q @ R_r.T + R_u @ U @ R_u.T -> Q = R_u @ U @ R_u.T | Each control has noise, and the steps after it move it on: Q = R_r Q R_r' + R_u U R_u' with each control.
     noise forgotten | P[:16, :16] += Q -> pass | Each control adds its noise: + R_u U R_u'.
     noise moved with the whole X | Q = R_r @ Q @ R_r.T -> Q = X @ Q @ X.T | What has been gathered is moved by this step only: R_r, not X.
     U not by R_u | R_u @ U @ R_u.T -> np.pad(U, (0, 4)) | U belongs to the twelve numbers of a control: R_u brings it into the state.

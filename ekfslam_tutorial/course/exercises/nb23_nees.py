@@ -66,7 +66,7 @@ exercise = table(
         v - v_true @ R.T -> v - v_true
     velocity not turned | v - v_true @ R.T -> v - v_true | A velocity has a direction, too: it turns with the world.
     position not turned | - (p_true - p_true[0]) @ R.T -> - (p_true - p_true[0]) | The path turns with the world, as the velocities do.
-    turned the wrong way: The truth is turned by +yaw: R has -sin above the diagonal, and rows are multiplied by R'.
+    turned the wrong way: The truth is turned by +yaw: R = [[c, -s, 0], [s, c, 0], [0, 0, 1]], and each point becomes R p.
         (p_true - p_true[0]) @ R.T -> (p_true - p_true[0]) @ R
         v - v_true @ R.T -> v - v_true @ R
     not moved | (p_true - p_true[0]) @ R.T -> p_true @ R.T | The origin of the truth is another one: subtract p_true[0] from it.

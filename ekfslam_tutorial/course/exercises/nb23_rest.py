@@ -67,7 +67,7 @@ exercise = table(
     level       | q        | level       | It lies level: R(q) must leave the z axis where it is. q has the length 1.
     on its tail | q        | on its tail | R(q) must bring the measured a to the z axis of the world.
     upside down | q        | upside down | a points along -z: half a turn about x, or any other axis across z. Where a formula divides by zero there, or gives no turn at all, this case wants its own line.
-    orientation | q        | any         | The mean of a points up: R(q) brings it to z. q has the length 1.
+    orientation | q        | any         | The mean of a points up, and R(q) brings it to z: R(q) mean(a) = [0, 0, |mean(a)|], and |mean(a)| need not be 9.81. q has the length 1.
     gyrometer   | b_w      | any         | Nothing turns: what the gyrometer measures, in the mean, is its bias.
     tilt        | tilt_std | any         | A bias b across gravity looks like gravity that is tilted by b / 9.81 rad. It is the same in all n rows.
     """,
