@@ -1,5 +1,7 @@
 """What a sensor should see of many landmarks in one frame, and what it has measured: arrays, an `Obs` is one row."""
 
+from typing import Any
+
 import numpy as np
 
 from .lazy import lazy
@@ -42,7 +44,9 @@ class Sightings:
 
     def __init__(self, sen, lmks, e, v, visible, ranges, E_r=None, E_s=None, E_l=None, *, J=None, n=None):
         self.sen, self.lmks, self.e, self.v, self.visible, self.ranges = sen, lmks, e, v, visible, ranges
-        self.J, self.n, self.has_E, self.untidy, self.some = J, n, False, False, None
+        self.J, self.n, self.has_E, self.untidy = J, n, False, False
+        self.group: Any = None  # these two by who makes a table of what is noted
+        self.some: list[int] | None = None
         if J is None:
             vars(self).update(E_r=E_r, E_s=E_s, E_l=E_l)  # not looked up in J, then
         self.K = K = len(e)
