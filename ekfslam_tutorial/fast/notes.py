@@ -4,7 +4,7 @@ Users change records, maps and dicts of landmarks as they like. So whatever is n
 before it is used, by identity or by its bytes; where they differ it is noted anew. Of landmarks, those that a sensor
 should see are compared, and how many there are, and the last one; the others count as they were until a state is added
 to the map, becomes shorter or goes. (To look at each of a thousand landmarks in each step, even at its identity only,
-takes what a tenth of a step does.) Where some are known, and so no change of the map tells of them, all are compared.
+takes some per cent of it.) Where some are known, and so no change of the map tells of them, all are compared.
 Copies and files begin without notes.
 """
 
