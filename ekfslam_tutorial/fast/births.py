@@ -29,14 +29,17 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
     check_map(map)
     if core.as_written(sen.model):
         return core.init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max)
-    events = []
+    events, ids = [], None
     if type(opt.association) is KnownIds and new:  # most often all of them are there
         ids = np.asarray(raw.ids).tolist()
         new = [i for i in new if ids[i] not in lmks]
     for i in new:
         if n_max is not None and len(events) >= n_max:
             break
-        id = opt.association.birth_id(raw, i, lmks)
+        if ids is None:
+            id = opt.association.birth_id(raw, i, lmks)
+        else:
+            id = None if ids[i] in lmks else ids[i]
         if id is None:
             continue
         try:
@@ -63,7 +66,7 @@ def _started(map, rob, sen, lmks, id, y, R, opt):
         raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
 
     if map.compiled and rob.first is None and not opt.first_estimates:
-        x = state_of(map, rob), state_of(map, sen)
+        x = tuple(state_of(map, obj) if obj.r is None else None for obj in (rob, sen))
         r = compiled().born(map, rob, sen, x, kind, y, n, R, N)  # which looks whether y is inside
         if r is not None:
             return _in_a_slot(map, lmks, Lmk(id, kind, r=r, n=n, N=N)) if r else None

@@ -63,6 +63,7 @@ class CompressedMap:
         self._std = np.zeros(0)  # of far states at least their standard deviation, of active ones 0: `roughly`
         self._refers = np.zeros(0)  # the estimate that each state's covariance refers to, for the invariant error
         self._small, self._virtual = FastMap(compiled=compiled), VirtualStates(0, compiled)
+        self._small.reserve(2 * active)  # as many virtual states
         self._now, self.layout, self._std_known = 0, 0, False
         self._room = slice(0)  # in the whole map: `free` there
         self.notes = Notes()
@@ -278,6 +279,16 @@ class CompressedMap:
         """`FastMap.storage` of what is active; x is how far it has moved, until `relieve` has seen to it."""
         return self._small.storage
 
+    @property
+    def means(self):
+        """Means of all states, of which those of the active ones are up to date: a view."""
+        return self._whole.x
+
+    @property
+    def bookkeeping(self):
+        """For compiled code: where each state stands in `storage`, when it was used last, now; the means, and whose."""
+        return self._spot_of, self._last_use, self._now, self._whole.x, self._state_at
+
     def spots(self, r, s=None, indices=None, some=None):
         """Return where these states stand in `storage`; they become active. Of the indices, (K, k), only some."""
         self._now += 1
@@ -358,7 +369,7 @@ class CompressedMap:
             return self._whole.x, self._std, NOTHING
         if not self._std_known:
             n, self._std_known = self.n, True
-            self._std[:n] = np.where(self._spot_of[:n] < 0, _roots(self._whole.variances(slice(0, n))), 0.0)
+            self._std[:n] = _roots(np.where(self._spot_of[:n] < 0, self._whole.variances(slice(0, n)), 0.0))
         return self._whole.x, self._std, self._small.x
 
     def referred(self):
@@ -384,9 +395,12 @@ class CompressedMap:
         """Do as `FastMap.keep_one_triangle`, of what is active."""
         return self._small.keep_one_triangle()
 
-    def relieve(self):
-        """Settle all, after a correction, when too much is active."""
-        self._follow()
+    def relieve(self, followed=False):
+        """Settle all, after a correction, when too much is active; the means of the active states may have followed."""
+        if followed:
+            self._far_behind = True
+        else:
+            self._follow()
         if self.n_active > self.active and self.n_active > 2 * len(self._used_last()):
             self.flush()  # it would be of no use if all were needed again
 
@@ -408,10 +422,15 @@ class CompressedMap:
         """A new state of the map, which stands at this spot of the small one. Returns its range."""
         r = self._whole.occupy(self._room, x)
         self._make_room()
-        self._start_of[r], self._refers[r] = r.start, x
         self._now += 1
-        self._note_active(range(r.start, r.stop), spot)
+        if self.compiled:
+            each = self._start_of, self._refers, self._spot_of, self._last_use, self._std, self._state_at
+            compiled().own(*each, r.start, spot.start, self._now, x)
+        else:
+            self._start_of[r], self._refers[r] = r.start, x
+            self._note_active(range(r.start, r.stop), spot)
         self._spots[r.start, r.stop] = spot
+        self.layout += 1
         return r
 
     def vacate(self, r):
@@ -438,15 +457,14 @@ class CompressedMap:
 
     def _note_active(self, i, spot):
         """Note that these states stand at these spots now."""
-        if self._small.n > len(self._state_at):
-            self._state_at = np.concatenate([self._state_at, np.full(self._small.n, -1)])
         for state, at in zip(i, range(spot.start, spot.stop), strict=True):
             self._state_at[at], self._spot_of[state], self._last_use[state] = state, at, self._now
             self._std[state] = 0.0
-        self.layout += 1
 
     def _make_room(self):
-        """Let the arrays reach over the whole map."""
+        """Let the arrays reach over both maps."""
+        if self._small.n > len(self._state_at):
+            self._state_at = np.concatenate([self._state_at, np.full(self._small.n, -1)])
         if self.n > len(self._spot_of):
             more = int(GROWTH * self.n) - len(self._spot_of)
             self._spot_of = np.concatenate([self._spot_of, np.full(more, -1)])
@@ -467,7 +485,9 @@ class CompressedMap:
         r = compiled().joined(self._small, self._v, G_i, P_ii) if self.compiled else self._joined(G_i, P_ii)
         k = len(i)
         self._v = np.concatenate([self._v, np.arange(r.start + k, r.stop)])
+        self._make_room()
         self._note_active(i.tolist(), slice(r.start, r.start + k))
+        self.layout += 1
 
     def _joined(self, G_i, P_ii):
         """Put states that depend on the virtual ones by G_i, and those of these that are new, into the small map."""
@@ -516,15 +536,18 @@ class CompressedMap:
         """Bring the large covariance up to date. Returns which states were active, and their rows of it."""
         self._settle_means()
         active, v, P = self._active_states, self._v, self._small.between
-        spot, C = self._spot_of[active], (compiled().cholesky if self.compiled else cholesky)(-P(v, v))[0]
-        both = self._virtual.through(np.concatenate([P(spot, v), C.T]), self.n)
-        rows, Wt = both[: len(active)], both[len(active) :]
-        rows[:, active] = P_aa = P(spot, spot)
-        self._std[active] = _roots(P_aa.diagonal())  # those of the far states have only become smaller
-        if len(v):
-            far = np.flatnonzero(self._spot_of[: self.n] < 0)  # the others get their rows
-            self._whole.subtract(Wt[:, : 1 + far.max(initial=-1)])
-        self._whole.overwrite(active, rows)
+        spot, far = self._spot_of[active], 1 + np.flatnonzero(self._spot_of[: self.n] < 0).max(initial=-1)
+        rows = (
+            compiled().settled(self._whole, self._small, self._virtual, active, spot, v, far) if self.compiled else None
+        )
+        if rows is None:
+            both = self._virtual.through(np.concatenate([P(spot, v), cholesky(-P(v, v))[0].T]), self.n)
+            rows, Wt = both[: len(active)], both[len(active) :]
+            rows[:, active] = P(spot, spot)
+            if len(v):
+                self._whole.subtract(Wt[:, :far])  # the others get their rows
+            self._whole.overwrite(active, rows)
+        self._std[active] = _roots(self._small.variances(spot))  # those of the far states have only become smaller
         return active, rows
 
 

@@ -11,12 +11,17 @@ import numpy as np
 from .blas import Downdate
 from .core import MapFull, check_covariance, map_html, real
 from .extra import check_compiled, compiled
+from .lazy import lazy
 from .notes import Notes
 from .storage import nothing, roomy, square, symmetric
 from .triangle import below, mirror, whole_range, whole_rows
 
-GROWTH = 2**0.5  # of the number of states: the storage of P doubles, so a map of n states is copied O(log n) times
-NOTHING = np.zeros(0)
+GROWTH = (
+    2  # of the number of states: a map of n states is copied O(log n) times, and of P only what is used takes memory
+)
+SPARING = 2**0.5  # the same above so many states, LARGE: there P takes hundreds of megabytes
+LARGE = 5000
+NOTHING, NO_NUMBERS = np.zeros(0), np.zeros(0, np.int64)
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
 ONE_TRIANGLE_COMPILED = 40  # the same where rows of half a matrix are read by compiled code
 FEW = 4  # times as many states as are carried: then rows and columns of these are less work than the whole map
@@ -77,9 +82,11 @@ class FastMap:
         self._look()
 
     def _look(self):
-        """Views of the part of the storage that is in use: made once, not at every access."""
-        n = self.n
-        self._xn, self._Pn = self._x[:n], self._P[:n, :n]
+        """Views of the part of the storage that is in use: made once, not at every access; that of P at the first."""
+        self._xn = self._x[: self.n]
+        vars(self).pop("_Pn", None)
+
+    _Pn = lazy(lambda self: self._P[: self.n, : self.n])
 
     def __getstate__(self):
         """Return what copies keep: addresses, views and notes stay here."""
@@ -227,6 +234,16 @@ class FastMap:
         """Storage for compiled code: of x and P, how much of it counts, and if of P only the lower triangle does."""
         return self._x, self._P, self.n, self._lower
 
+    @property
+    def means(self):
+        """Means of all states, of which those of what is in use in `storage` are up to date: a view."""
+        return self._xn
+
+    @property
+    def bookkeeping(self):
+        """For compiled code: arrays by which landmarks are found in `storage`, which is not asked for here."""
+        return NO_NUMBERS, NO_NUMBERS, 0, NOTHING, NO_NUMBERS
+
     def spots(self, r, s=None, indices=None, some=None):
         """Return where these states stand in `storage`; of those given by indices (K, k), at least some."""
         return r, s, indices
@@ -351,7 +368,7 @@ class FastMap:
         self._lower = self._lower or n >= ONE_TRIANGLE or (self.compiled and n >= ONE_TRIANGLE_COMPILED)
         return self._lower
 
-    def relieve(self):
+    def relieve(self, followed=False):
         """Do nothing: after a correction nothing is left to do."""
 
     def insert(self, x, P_xx, P_xm):
@@ -376,7 +393,7 @@ class FastMap:
             )
         start = self.n if self.n_used == self.n else self._first_gap(k)
         if start + k > len(self._x):
-            self._grow(start + k)
+            self.reserve(int((GROWTH if start < LARGE else SPARING) * (start + k)))
         return slice(start, start + k)
 
     def occupy(self, r, x):
@@ -408,9 +425,14 @@ class FastMap:
         fits = np.flatnonzero(np.diff(taken) - 1 >= k)
         return int(taken[fits[0]]) + 1 if fits.size else int(taken[-2]) + 1
 
-    def _grow(self, n):
-        """Larger storage, for n entries and more."""
-        size, m = roomy(int(GROWTH * n)), self.n
-        x, P, used = np.zeros(size), square(size), np.zeros(size, bool)
-        x[:m], P[:m, :m], used[:m] = self._xn, self._Pn, self.used
+    def reserve(self, n):
+        """Let there be storage for n entries, and more."""
+        size, m = roomy(n), self.n
+        x, used = np.zeros(size), np.zeros(size, bool)
+        x[:m], used[:m] = self._xn, self.used
+        if self.compiled and self._lower:
+            P = compiled().lower_of(self, size)  # half of it need be neither copied nor made zero
+        else:
+            P = square(size)
+            P[:m, :m] = self._Pn
         self._store(x, P, used)

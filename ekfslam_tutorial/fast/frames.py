@@ -7,6 +7,7 @@ import numpy as np
 from ..geometry import wrap
 from .extra import compiled
 from .filter import transform
+from .refused import FLOAT
 from .straight import oriented
 
 
@@ -14,7 +15,7 @@ def state_of(map, obj):
     """Return the state of a robot or a sensor, an array of floats, not to be written to."""
     if obj.r is not None:
         return map.state(obj.r)
-    return obj.x if type(obj.x) is np.ndarray and obj.x.dtype == float else np.asarray(obj.state(map), float)
+    return obj.x if type(obj.x) is np.ndarray and obj.x.dtype == FLOAT else np.asarray(obj.state(map), float)
 
 
 def frame_of(map, obj, kind):
@@ -46,12 +47,12 @@ def normalize(map, obj, kind):
     """Bring the frame of a robot or sensor in the map to its normal form: unit quaternion, wrapped heading."""
     if obj.r is None:
         return
-    o = slice(obj.r.start + kind.dim, obj.r.start + kind.size)  # the orientation; the position stays as it is
     if kind.dim == 2:
         theta = map.entry(obj.r.start + 2)
         if not -pi < theta < pi:  # whole turns are added to the heading, which changes no covariance
-            map.set_mean(o, wrap([theta]))
+            map.set_mean(slice(obj.r.start + 2, obj.r.start + 3), wrap([theta]))
         return
+    o = slice(obj.r.start + kind.dim, obj.r.start + kind.size)  # the orientation; the position stays as it is
     if not map.compiled or not compiled().normalized(map, obj.r, kind):
         transform(map, o, *oriented(frame_of(map, obj, kind)))
     map.notes.of(obj).normal = frame_of(map, obj, kind)

@@ -11,6 +11,7 @@ from .extra import compiled
 from .filter import update
 from .frames import camera_position, normalize
 from .gating import within_gate
+from .notes import MANY
 from .obs import Obs
 from .tables import sightings
 from .tidy import most_uncertain, tidy
@@ -22,8 +23,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, threshold):
     table = sightings(map, rob, sen, lmks, Rf, Sf, in_view=by_id)
     if table is None:
         return [], opt.association(map, [], raw, sen.model).new
-    visible = table.visible.nonzero()[0]
-    in_view = visible.tolist()
+    in_view = table.in_view
     near = in_view if by_id else _candidates(map, table, raw, sen, opt)
     catch_up(map, rob, table, before(map, rob, opt))
     soon = by_id and opt.n_updates is None and table.J is not None and not table.has_E  # E comes with the correction
@@ -42,7 +42,7 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, threshold):
         found = [k for k in found if table.lmks[k].id not in refused]
     if found:
         camera = camera_position(Rf, Sf) if opt.reparametrize else None
-        _correct(map, rob, sen, lmks, table, found, visible if soon else None, raw, opt, camera, threshold)
+        _correct(map, rob, sen, lmks, table, found, in_view if soon else None, raw, opt, camera, threshold)
     elif soon:
         table.keep(map, near)
     if refused:
@@ -64,6 +64,8 @@ def associated(association, map, obs, raw, sensor):
     if len(index) < len(ids):  # the first of those with the same id counts
         index = dict(zip(reversed(ids), range(len(ids) - 1, -1, -1), strict=True))
     order = sorted(index)
+    if order == ids and (not ids or ids[0] >= 0):  # most often
+        return index, list(range(len(ids))), ()
     if order and order[0] < 0:
         order = [id for id in order if id >= 0]
         index = {id: index[id] for id in order}
@@ -101,17 +103,17 @@ def _corrected(map, sen, table, found, no_E, raw, threshold):
     y, index = np.array(raw.y, float, order="C"), [table.index[k] for k in found]
     R = sen.model.R if raw.R is None else np.asarray(raw.R).take(index, 0)
     if table.J is not None:
-        e, spots = table.e, map.spots(*table.ranges, found if no_E is None else no_E)
-        E = table.E if no_E is None else np.empty((*e.shape, e.shape[1]))
+        e = table.e
+        E = table.E if no_E is None else np.empty((table.K, e.shape[1], e.shape[1]))
         done = compiled().correct_found(
-            map, sen.model, spots, table.n, table.J, e, E, no_E, found, index, y, R, threshold
+            map, sen.model, table.ranges, table.n, table.J, e, E, no_E, found, index, y, R, threshold
         )
         if done is not None:
             (z, passed), table.E, table.has_E = done, E, True
             table.measure(found, index, y, z, R)
             return passed
     if no_E is not None:
-        table.keep(map, no_E.tolist())
+        table.keep(map, no_E)
     z = sen.model.residual(y.take(index, 0), table.e.take(found, 0))
     table.measure(found, index, y, z, R)
     if isfinite(threshold):
@@ -139,20 +141,36 @@ def _distances(z, Z):
 
 def _recorded(table, wanted, rob, sen):
     """Count what has happened to the landmarks that were looked for. Returns the events."""
-    events, rob, sen = [], rob.id, sen.id
+    events, happened = [], _of_used(rob.id, sen.id)
     lmks, matched, updated = table.lmks, table.matched, table.updated
     for k in wanted:
         lmk, found, used = lmks[k], matched[k], updated[k]
         lmk.n_search += 1
         lmk.n_match += found
         lmk.n_inlier += used
-        events += _events(rob, sen, lmk.id, found, used)
+        events += happened[lmk.id] if used else _events(rob.id, sen.id, lmk.id, found, False)
     return events
 
 
-@lru_cache(10_000)
+class _OfUsed(dict):
+    """What has happened to a landmark, by its id, if its measurement was used: the same, most often, as last time."""
+
+    def __init__(self, rob, sen):
+        super().__init__()
+        self.by = rob, sen
+
+    def __missing__(self, lmk):
+        if len(self) >= 10_000:
+            self.clear()
+        self[lmk] = events = _events(*self.by, lmk, True, True)
+        return events
+
+
+_of_used = lru_cache(MANY)(_OfUsed)
+
+
 def _events(rob, sen, lmk, matched, updated):
-    """Return what has happened to one landmark: the same, most often, as in the last frame."""
+    """Return what has happened to one landmark."""
     events = [Event("search", rob, sen, lmk, matched)]
     if matched:
         events.append(Event("innovation", rob, sen, lmk, updated))

@@ -81,6 +81,17 @@ class Notes:
         return noted[1]
 
 
+_numbers = np.arange(1000)
+
+
+def indices_of(r):
+    """Return the indices of a range: a part of an array that grows, which takes less time than to make one."""
+    global _numbers
+    if r.stop > len(_numbers):
+        _numbers = np.arange(2 * r.stop)
+    return _numbers[r]
+
+
 class Group:
     """Landmarks of one type, all in the map or all known: what is needed of them to compute in stacks.
 
@@ -113,7 +124,7 @@ class Group:
         if n == len(self._indices):
             self._indices = np.concatenate([self._indices, np.zeros_like(self._indices)])  # a view of the old stays
         if not self.known:
-            self._indices[n] = np.arange(lmk.r.start, lmk.r.stop)  # if the length is wrong, nothing has been added
+            self._indices[n] = indices_of(lmk.r)  # if the length is wrong, nothing has been added
         self.lmks.append(lmk)
         self.keys.append(key)
         self.ranges.append(lmk.r)
@@ -152,24 +163,25 @@ class Groups:
             Of the map. After more of them than the last time, all landmarks are looked at.
         """
         n = len(self.lmks)
-        if changes != self._changes or not self._begins(lmks, n):
-            self._changes, n = changes, 0
+        new = list(islice(reversed(lmks.items()), max(len(lmks) - n, 0) + 1))  # and before them the last that is noted
+        if changes != self._changes or not self._begins(lmks, n, new[-1:]):
+            self._changes, new = changes, list(reversed(lmks.items()))
             self.forget()
-        if len(lmks) == n:
-            return
+        elif n:
+            new.pop()
         try:
-            for key, lmk in reversed(list(islice(reversed(lmks.items()), len(lmks) - n))):
+            for key, lmk in reversed(new):
                 self._of(lmk.type, lmk.r is None).add(key, lmk, len(self.lmks))
                 self.lmks.append(lmk)
         except BaseException:
             self.forget()  # half of them would be wrong
             raise
 
-    def _begins(self, lmks, n):
+    def _begins(self, lmks, n, last):
         """Return True if a dict begins with the n landmarks that are noted: the last one of them is where it was."""
         if self._known or len(lmks) < n:
             return self.lmks == list(islice(lmks.values(), n))
-        return n == 0 or next(islice(reversed(lmks.values()), len(lmks) - n, None)) is self.lmks[-1]
+        return n == 0 or last[0][1] is self.lmks[-1]
 
     def forget(self):
         """Begin anew: a landmark is not what it was."""

@@ -1,12 +1,13 @@
 """What is refused before anything has been changed. What is good is found to be so quickly; if not, `slam` says why."""
 
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf  # pyright: ignore[reportAttributeAccessIssue]
 
 from .core import check_control, check_raw, faults
 
+FLOAT, NUMBER = np.dtype(float), (float, int)
 ROUNDED = 1e-12
 """Of the largest number: asymmetry, and eigenvalues below zero. `faults` allows more; so little is beyond doubt."""
 
@@ -22,18 +23,24 @@ def check_step(map, rob, dt):
     check_map(map)
     noted, u, U = map.notes.of(rob), rob.u, rob.U
     motion, shape, covariance = noted.control
-    good = motion is rob.motion and _floats(u) and u.shape == shape and isfinite(sum(u.ravel().tolist()))
+    good = motion is rob.motion and _floats(u) and u.shape == shape
     if good and u.ndim == 2:
-        good = _floats(dt) and dt.shape == shape[:1] and 0 <= dt.min(initial=0.0) and dt.max(initial=0.0) < np.inf
+        good = (
+            isfinite(sum(u.ravel().tolist()))
+            and _floats(dt)
+            and dt.shape == shape[:1]
+            and 0 <= dt.min(initial=0.0)
+            and dt.max(initial=0.0) < inf
+        )
     else:
-        good = good and isinstance(dt, float | int) and 0 <= dt < np.inf
+        good = good and isfinite(sum(u.tolist())) and isinstance(dt, NUMBER) and 0 <= dt < inf
     if not good or not (rob.r is None or _written(U) == covariance or clearly_covariance(U, shape)):
         check_control(rob, dt)
         noted.control = rob.motion, np.shape(u), None if rob.r is None else _written(U)
 
 
 def _floats(a):
-    return type(a) is np.ndarray and a.dtype == float
+    return type(a) is np.ndarray and a.dtype == FLOAT
 
 
 def _written(U):

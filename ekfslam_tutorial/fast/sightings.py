@@ -53,6 +53,7 @@ class Sightings:
         self.measured, self.matched, self.updated, self.index = [False] * K, [False] * K, [False] * K, [None] * K
         self._measured = (), (), None, None, None  # see `measure`
 
+    in_view = lazy(lambda self: self.visible.nonzero()[0].tolist())  # as they are when it is asked for at first
     r = lazy(lambda self: chosen(self.group.ranges, self.some))
     places = lazy(lambda self: chosen(self.group.places, self.some))
     E_r = lazy(lambda self: self.J[..., : self.n])

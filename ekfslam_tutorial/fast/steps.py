@@ -41,10 +41,12 @@ def move(map, rob, dt):
     kind = rob.motion.frame
     if kind.dim == 3:
         map.notes.forget_normal()
-    normalize(map, rob, kind)
-    if map.compiled and rob.r is not None and rob.first is None and _moved_compiled(map, rob, dt):
         normalize(map, rob, kind)
+    if map.compiled and rob.r is not None and rob.first is None and _moved_compiled(map, rob, dt):
+        if kind.dim == 3:  # a heading is wrapped where it is compiled
+            normalize(map, rob, kind)
         return
+    normalize(map, rob, kind)
     before = rob.state(map)
     x, X_x, X_u, U = travel(partial(moved, rob.motion), before, np.asarray(rob.u, float), rob.U, dt)
     if rob.r is None:
@@ -59,10 +61,11 @@ def move(map, rob, dt):
 
 def _moved_compiled(map, rob, dt):
     """Motion by one control, or by several one after the other. Returns True if done."""
-    if np.ndim(rob.u) == 1:
-        return compiled().move(map, rob.r, rob.motion, rob.u, rob.U, dt)
-    steps = zip(rob.u, rob.U, dt, strict=True)
-    return all(compiled().move(map, rob.r, rob.motion, u, U, h) for u, U, h in steps)  # the first one fails, or none
+    u, U = rob.u, rob.U
+    if (u.ndim if type(u) is np.ndarray else np.ndim(u)) == 1:
+        return compiled().move(map, rob.r, rob.motion, u, U, dt)
+    steps = zip(u, U, dt, strict=True)
+    return all(compiled().move(map, rob.r, rob.motion, *step) for step in steps)  # the first one fails, or none
 
 
 def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):

@@ -25,7 +25,11 @@ def aligned(m, n):
 
     Let it be an odd number of lines, then rows do not evict each other: see `roomy`.
     """
-    numbers = np.zeros(m * n + LINE)
+    return by_lines(np.zeros(m * n + LINE), m, n)
+
+
+def by_lines(numbers, m, n):
+    """Return an array of shape (m, n) among m n + LINE numbers or more, which begins with a line of the cache."""
     first = -(numbers.ctypes.data // numbers.itemsize) % LINE
     return numbers[first : first + m * n].reshape(m, n)
 

@@ -99,7 +99,7 @@ def _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges):
 def _as_noted(part, lmks):
     """Return True if the visible landmarks are those of the dict, with the types and the ranges that are noted."""
     group, some = part.group, part.some
-    for k in part.visible.nonzero()[0].tolist():
+    for k in part.in_view:
         i, lmk = k if some is None else some[k], part.lmks[k]
         if lmks.get(group.keys[i]) is not lmk or lmk.r is not group.ranges[i] or lmk.type is not group.kinds[i]:
             return False

@@ -20,7 +20,7 @@ from scipy.linalg.lapack import dpotrf, dpstrf, dtrtrs  # pyright: ignore[report
 
 from .extra import compiled
 from .smallness import EXPLAINED, FLOOR, STILL, TINY, TRIALS
-from .storage import aligned, whole
+from .storage import LINE, aligned, whole
 
 
 class VirtualStates:
@@ -41,7 +41,7 @@ class VirtualStates:
 
     def __init__(self, n, compiled=False):
         self.compiled = compiled
-        self._P = aligned(0, 0)  # nothing was ever written right of the extent
+        self._P = self._scratch = aligned(0, 0)  # nothing was ever written right of the extent of P
         self.extend(n)
         self.clear()
 
@@ -96,8 +96,14 @@ class VirtualStates:
         """B G' of the whole map of extent n, for B of shape (k, size): shape (k, n)."""
         if not self.size:
             return np.zeros((len(B), n))
-        X = dtrsm(1.0, self._L, B, side=1, lower=1)
-        return compiled().product(X, self._P, n) if self.compiled else X @ self._P[: self.size, :n]
+        return dtrsm(1.0, self._L, B, side=1, lower=1) @ self._P[: self.size, :n]
+
+    def scratch(self, k):
+        """Room for k rows as long as those of P_0[A, :] and a line: whatever was in it last."""
+        n = self._P.shape[1] + LINE
+        if self._scratch.shape[1] != n or len(self._scratch) < k:
+            self._scratch = aligned(2 * k, n)
+        return self._scratch
 
     @property
     def factors(self):

@@ -3,9 +3,20 @@
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.fast import CompressedMap, FastMap, augment, correct, covariance, cross, fast_map, innovation
+from ekfslam_tutorial.fast import (
+    CompressedMap,
+    FastMap,
+    augment,
+    correct,
+    covariance,
+    cross,
+    fast_map,
+    innovation,
+    update,
+)
 from ekfslam_tutorial.fast import virtual as by_numpy
-from ekfslam_tutorial.fast.compiled import cholesky, expected, expected_in_view, explained, follow, settle, spots
+from ekfslam_tutorial.fast.compiled import expected, expected_in_view, explained, follow, settle, spots
+from ekfslam_tutorial.fast.compiled import maps as pieces
 from ekfslam_tutorial.fast.expectation import may_be_seen
 from ekfslam_tutorial.fast.virtual import VirtualStates
 from ekfslam_tutorial.geometry import Frame2
@@ -22,6 +33,13 @@ def close(a, b):
 def positive(rng, n, rank=None):
     A = rng.normal(size=(n, rank or n))
     return A @ A.T
+
+
+def cholesky(P):
+    """The kernel as `virtual.cholesky` has it."""
+    Ct, order = np.empty(P.shape), np.empty(len(P), np.int64)
+    rank = pieces._cholesky(P, Ct, order)
+    return Ct[:rank].T, order[:rank]
 
 
 def test_where_the_active_ones_stand():
@@ -179,6 +197,46 @@ def test_states_become_active(rng, monkeypatch, active, lower):
         assert np.array_equal(*here) and close(a, b)
     assert (True in triangles) == lower
     assert close(maps[0].x, maps[1].x) and close(maps[0].P, maps[1].P)
+
+
+@pytest.mark.parametrize("active", [12, 60])
+def test_storage_that_grows_need_not_be_zero(rng, monkeypatch, active):
+    """Whatever is in the memory that a larger map gets: here it is NaN, which would spread."""
+    grown, lower_of = [], pieces.lower_of
+
+    def poisoned(map, size):
+        P, n = lower_of(map, size), map.n
+        above = np.triu(np.ones((n, n), bool), 1)
+        P[:n, :n][above], P[n:], P[:, n:] = np.nan, np.nan, np.nan
+        grown.append(size)
+        return P
+
+    monkeypatch.setattr("ekfslam_tutorial.fast.compiled.lower_of", poisoned)
+    pair = CompressedMap(active=active, compiled=True), FastMap()
+    robot, lmks = slice(0, 3), []
+    for map in pair:
+        map.add(np.zeros(3), 0.1 * np.eye(3))
+    for k in range(160):
+        L, l = rng.normal(size=(2, 3)), rng.normal(size=2)
+        r, _ = (augment(map, l, [(robot, L)], 0.1 * np.eye(2)) for map in pair)
+        lmks.append(r)
+        some = [lmks[i] for i in rng.choice(len(lmks), min(len(lmks), 4), replace=False)] if k % 3 == 0 else lmks[-4:]
+        J_r, J_l, z = (
+            rng.normal(size=(len(some), 2, 3)),
+            rng.normal(size=(len(some), 2, 2)),
+            rng.normal(size=(len(some), 2)),
+        )
+        blocks = (robot, J_r), (np.array([range(r.start, r.stop) for r in some]), J_l)
+        for map in pair:
+            update(map, blocks, z, np.eye(2))
+        if k % 10 == 9:
+            gone = lmks.pop(rng.integers(len(lmks)))
+            for map in pair:
+                map.remove(gone)
+        if k % 7 == 0:
+            assert close(pair[0].block(lmks[0]), pair[1].block(lmks[0]))
+    assert len(grown) >= 2
+    assert close(np.array(pair[0].x), pair[1].x) and close(pair[0].P, pair[1].P)
 
 
 def test_what_may_be_seen_is_told_from_means_that_are_behind(rng):

@@ -26,7 +26,6 @@ from ekfslam_tutorial.fast import (
     update,
 )
 from ekfslam_tutorial.fast.compiled import filter, kernels, step
-from ekfslam_tutorial.fast.compiled.maps import product
 from ekfslam_tutorial.fast.compiled.tile import subtract_rows
 from ekfslam_tutorial.fast.storage import LINE, WIDTH, aligned, roomy, square, whole
 from ekfslam_tutorial.models.motion import Odometry2
@@ -230,8 +229,10 @@ def test_tiles(n, m, lower, rng):
 def test_product_in_tiles(n, k, size, rng):
     """X P of the first rows and columns of P: those behind them hold anything."""
     X, P = rng.normal(size=(k, size)), rng.normal(size=(size + 4, whole(n)))
-    found = product(X, P, n)
-    assert found.shape == (k, n) and close(found, X @ P[:size, :n])
+    Xt, out = np.zeros((size, 8 * -(-k // 8))), np.empty((k + 8, whole(n)))
+    Xt[:, :k] = X.T
+    kernels.product(Xt, P[:size], n, out)
+    assert close(out[:k, :n], X @ P[:size, :n])
 
 
 def test_tiles_of_a_processor_with_fewer_registers(tmp_path):
@@ -242,7 +243,6 @@ def test_tiles_of_a_processor_with_fewer_registers(tmp_path):
         features = llvmlite.binding.get_host_cpu_features() | {"avx512f": False}
         llvmlite.binding.get_host_cpu_features = lambda: llvmlite.binding.FeatureMap(features)
         from ekfslam_tutorial.fast.compiled import kernels
-        from ekfslam_tutorial.fast.compiled.maps import product
         assert kernels.COLUMNS == 4
         rng = np.random.default_rng(0)
         P, Wt = np.zeros((40, 40), order="F"), rng.normal(size=(5, 32))
@@ -251,8 +251,9 @@ def test_tiles_of_a_processor_with_fewer_registers(tmp_path):
             kernels.downdate(P, Wt, 32, lower)
             keep = np.tril if lower else np.asarray
             assert np.abs(keep(P[:32, :32] + Wt.T @ Wt)).max() < 1e-13 and not P[32:].any() and not P[:, 32:].any()
-        X = rng.normal(size=(6, 5))
-        assert np.abs(product(X, Wt, 30) - X @ Wt[:, :30]).max() < 1e-13
+        X, out = rng.normal(size=(8, 5)), np.empty((8, 32))
+        kernels.product(np.ascontiguousarray(X.T), Wt, 30, out)
+        assert np.abs(out[:, :30] - X @ Wt[:, :30]).max() < 1e-13
     """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, env=environment)

@@ -11,21 +11,27 @@ those `found` count, M = m len(found) numbers in all; [H P, Z, z] (M, ·), Z fro
 The file is compiled; read `fast/filter.py`. The tests hold the two against each other.
 """
 
-from math import isfinite, sqrt
+from math import isfinite, pi, sqrt
 
 import numpy as np
 
 from .. import storage
 from ..storage import LINE, WIDTH
 from . import cache
-from .tile import COLUMNS, TALL, subtract_rows, subtract_tall_tile, subtract_tile
+from .tile import COLUMNS, TALL, product_tile, subtract_rows, subtract_tall_tile, subtract_tile
 
 CACHED = 2048  # numbers that stay in the fastest cache, and leave room for others
 HOW = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}  # a b + c may be rounded once
 
 
 compiled = cache.compiled(**HOW)
-whole, aligned = compiled(storage.whole), compiled(storage.aligned)
+whole, by_lines = compiled(storage.whole), compiled(storage.by_lines)
+
+
+@compiled
+def aligned(m, n):
+    """Zeros, as `storage.aligned`."""
+    return by_lines(np.zeros(m * n + LINE), m, n)
 
 
 @compiled
@@ -76,6 +82,12 @@ def propagate(P, n, lower, start, J, Q):
             for c in range(k):
                 P_rr[a, b] += P_rm[a, start + c] * J[b, c]
     put(P, n, lower, start, P_rm, P_rr)
+
+
+@compiled
+def heading(angle):
+    """An angle in its normal form, `frames.normalize`: whole turns are added where it is outside of them."""
+    return angle if -pi < angle < pi else pi - (pi - angle) % (2 * pi)
 
 
 @compiled
@@ -150,6 +162,45 @@ def within(indices, n):
             if not 0 <= indices[i, c] < n:
                 return False
     return True
+
+
+@compiled
+def near(spot_of, last_use, now, indices, some, out):
+    """Where states (K, k) stand in the small map of a compressed one; some are used now. False if one of those is far.
+
+    Parameters
+    ----------
+    spot_of, last_use : ndarray of int
+        Of each state of the map: where it stands in the small map, -1 if it is far; when it was used last.
+    now : int
+    indices : ndarray of int, shape (K, k)
+        The states.
+    some : ndarray of int
+        Which of the K are used.
+    out : ndarray of int, shape (K, k)
+    """
+    K, k = indices.shape
+    for i in some:
+        for c in range(k):
+            if spot_of[indices[i, c]] < 0:
+                return False
+            last_use[indices[i, c]] = now
+    for i in range(K):
+        for c in range(k):
+            out[i, c] = spot_of[indices[i, c]]
+    return True
+
+
+@compiled
+def follow(x, moved, state_at):
+    """`CompressedMap._follow`: what `moved` (n_small,) says goes to the means x (n,) of the active states.
+
+    `state_at` says which state of the map stands where in the small one, -1 for the virtual ones.
+    """
+    for k in range(len(moved)):
+        if state_at[k] >= 0:
+            x[state_at[k]] += moved[k]
+            moved[k] = 0.0
 
 
 @compiled
@@ -270,6 +321,14 @@ def downdate(P, Wt, n, lower):
             subtract_tall_tile(P, i, j, Wt)
         for i in range(rest, n, LINE):
             subtract_tile(P, i, j, Wt)
+
+
+@compiled
+def product(Xt, P, n, out):
+    """Make X P of the first n columns of P in tiles, row by row in `out`, which has room for whole tiles of X."""
+    for i in range(0, n, LINE):
+        for j in range(0, Xt.shape[1], COLUMNS):
+            product_tile(out.T, i, j, P, Xt)
 
 
 @compiled

@@ -5,11 +5,12 @@ from math import sqrt
 import numpy as np
 
 from ..smallness import EXPLAINED, FLOOR, STILL, TINY, TRIALS
-from ..storage import LINE, WIDTH
+from ..storage import LINE, WIDTH, by_lines
 from ..triangle import BLOCK
+from . import kernels
 from .filter import MANY_ROWS, integers, machine_code
-from .kernels import aligned, compiled, downdate, put, rows_of, whole
-from .tile import COLUMNS, product_tile, subtract_rows
+from .kernels import aligned, compiled, copy, downdate, near, product, put, rows_of, whole
+from .tile import COLUMNS, subtract_rows
 
 # --- a map -----------------------------------------------------------------------------------------------------------
 
@@ -64,12 +65,12 @@ def _mirror(P, n):
 def overwrite(map, indices, P_im):
     """`FastMap.overwrite`: rows P_im, shape (k, n), given by their k indices, and the columns."""
     _, P, _, lower = map.storage
-    _overwrite(P, lower, np.array(indices, np.int64), np.asarray(P_im, float))
+    _overwrite(P, lower, np.array(indices, np.int64), np.asarray(P_im, float), P_im.shape[1])
 
 
 @compiled
-def _overwrite(P, lower, indices, P_im):
-    k, n = P_im.shape
+def _overwrite(P, lower, indices, P_im, n):
+    k = len(P_im)
     for a in range(k):
         i = indices[a]
         for j in range(i if lower else 0, n):
@@ -79,6 +80,20 @@ def _overwrite(P, lower, indices, P_im):
             i = indices[a]
             if j < i or not lower:
                 P[i, j] = P_im[a, j]
+
+
+def lower_of(map, size):
+    """Larger storage for a covariance, shape (size, size): its lower triangle. All else may be anything."""
+    _, P, n, _ = map.storage
+    out = by_lines(np.empty(size * size + LINE), size, size).T
+    _lower_of(P, n, out)
+    return out
+
+
+@compiled
+def _lower_of(P, n, out):
+    for j in range(n):
+        copy(P[j:n, j], out[j:n, j])
 
 
 def subtract(map, Wt):
@@ -96,52 +111,36 @@ def subtract(map, Wt):
 
 SPOTS = "b1(i8[::1], i8[::1], i8, i8[:, ::1], i8[::1], i8[:, ::1])"
 FOLLOW = "void(f8[::1], f8[::1], i8[::1])"
+OWN = "void(i8[::1], f8[::1], i8[::1], i8[::1], f8[::1], i8[::1], i8, i8, i8, f8[::1])"
+SETTLED = "void(f8[::1, :], i8, b1, f8[::1, :], b1, f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], i8, f8[:, ::1])"
 SETTLE = "void(f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1])"
 
 
 def spots(spot_of, last_use, now, indices, some):
-    """Return where these states, (K, k), stand in the small map; some are used now. None if one of those is far.
-
-    Parameters
-    ----------
-    spot_of, last_use : ndarray of int
-        Of each state of the map: where it stands in the small map, -1 if it is far; when it was used last.
-    now : int
-    indices : ndarray of int, shape (K, k)
-    some : list of int, or ndarray
-    """
-    indices, out, run = integers(indices), np.empty(indices.shape, np.int64), machine_code(_spots, SPOTS)
+    """`kernels.near` of states (K, k): where they stand in the small map. None if one of those used is far."""
+    indices, out, run = integers(indices), np.empty(indices.shape, np.int64), machine_code(near, SPOTS)
     return out if run(spot_of, last_use, now, indices, integers(some), out) else None
 
 
-@compiled
-def _spots(spot_of, last_use, now, indices, some, out):
-    K, k = indices.shape
-    for i in some:
-        for c in range(k):
-            if spot_of[indices[i, c]] < 0:
-                return False
-            last_use[indices[i, c]] = now
-    for i in range(K):
-        for c in range(k):
-            out[i, c] = spot_of[indices[i, c]]
-    return True
-
-
 def follow(x, moved, state_at):
-    """`CompressedMap._follow`: what `moved` (n_small,) says goes to the means x (n,) of the active states.
+    """`kernels.follow`: the means of the active states."""
+    machine_code(kernels.follow, FOLLOW)(x, moved, state_at)
 
-    `state_at` says which state of the map stands where in the small one, -1 for the virtual ones.
+
+def own(start_of, refers, spot_of, last_use, std, state_at, state, spot, now, x):
+    """Note a new state of a compressed map, x (k,), an active one, that begins at `state`, in the small map at `spot`.
+
+    The arrays are those of `CompressedMap`, of each state of the map; `state_at` is of the small one.
     """
-    machine_code(_follow, FOLLOW)(x, moved, state_at)
+    machine_code(_own, OWN)(start_of, refers, spot_of, last_use, std, state_at, state, spot, now, x)
 
 
 @compiled
-def _follow(x, moved, state_at):
-    for k in range(len(moved)):
-        if state_at[k] >= 0:
-            x[state_at[k]] += moved[k]
-            moved[k] = 0.0
+def _own(start_of, refers, spot_of, last_use, std, state_at, state, spot, now, x):
+    for c in range(len(x)):
+        start_of[state + c], refers[state + c] = state, x[c]
+        spot_of[state + c], state_at[spot + c] = spot + c, state + c
+        last_use[state + c], std[state + c] = now, 0.0
 
 
 def settle(x, moved, virtual, v, state_at):
@@ -150,7 +149,7 @@ def settle(x, moved, virtual, v, state_at):
     Parameters
     ----------
     x, moved, of
-        As in `follow`.
+        As in `kernels.follow`, and its `state_at`.
     virtual : VirtualStates
     v : ndarray of int, shape (size,)
         Where the virtual states stand in the small map.
@@ -177,20 +176,62 @@ def _settle(x, moved, Lt, P, v, state_at):
     moved[:] = 0.0
 
 
-def product(X, P, n):
-    """X (k, size) times the first n columns of P, whose first `size` rows count and are whole lines: shape (k, n)."""
-    k, size = X.shape
-    Xt, out = np.zeros((size, -(-k // COLUMNS) * COLUMNS)), np.empty((k + COLUMNS, -(-n // LINE) * LINE))
-    Xt[:, :k] = X.T
-    _product(P[:size], Xt, out.T, n)
+def settled(whole, small, virtual, active, spot, v, far):
+    """`CompressedMap._settle` of the covariance: rows of the active states, of shape (k, ·), columns of the map first.
+
+    Parameters
+    ----------
+    whole, small : FastMap
+    virtual : VirtualStates
+    active, spot : ndarray of int, shape (k,)
+        The states that are active, and where they stand in the small map.
+    v : ndarray of int, shape (size,)
+        Where the virtual states stand in the small map.
+    far : int
+        One past the last state that is far.
+
+    Returns
+    -------
+    ndarray
+        A part of the virtual states' scratch. None if they are too many: BLAS is faster then.
+    """
+    if len(v) > MANY_ROWS:
+        return None
+    lower, (_, P_small, _, small_lower) = whole.keep_one_triangle(), small.storage
+    _, P, n, _ = whole.storage
+    out, k = virtual.scratch(len(active) + len(v) + COLUMNS), len(active)
+    run = machine_code(_settled, SETTLED)
+    run(P, n, lower, P_small, small_lower, *virtual.factors, active, spot, v, far, out)
     return out[:k, :n]
 
 
 @compiled
-def _product(P, Xt, out, n):
-    for i in range(0, n, LINE):
-        for j in range(0, Xt.shape[1], COLUMNS):
-            product_tile(out, i, j, P, Xt)
+def _settled(P, n, lower, P_small, small_lower, Lt, P_0, active, spot, v, far, out):
+    """With `both`, rows of P_aa' and of C: both L^-1 P_0[A, :] are the rows of the active states, and W'."""
+    k, size = len(active), len(v)
+    P_vv, Ct, order = np.empty((size, size)), np.empty((size, size)), np.empty(size, np.int64)
+    _between(P_small, small_lower, v, v, P_vv)
+    rank = _cholesky(-P_vv, Ct, order)
+    both = np.zeros((size, -(-(k + rank) // COLUMNS) * COLUMNS))  # its transpose
+    for c in range(size):
+        for a in range(k):
+            i, j = max(spot[a], v[c]), min(spot[a], v[c])
+            both[c, a] = P_small[i, j] if small_lower else P_small[spot[a], v[c]]
+        for q in range(rank):
+            both[c, k + q] = Ct[q, c]
+    for c in range(size - 1, -1, -1):
+        copy(both[c] / Lt[c, c], both[c])
+        for e in range(c):
+            row, factor = both[e], Lt[e, c]
+            for a in range(both.shape[1]):
+                row[a] -= factor * both[c, a]
+    product(both, P_0[:size], n, out)
+    for a in range(k):
+        for b in range(k):
+            i, j = max(spot[a], spot[b]), min(spot[a], spot[b])
+            out[a, active[b]] = P_small[i, j] if small_lower else P_small[spot[a], spot[b]]
+    downdate(P, out[k : k + rank], far, lower)  # the others get their rows
+    _overwrite(P, lower, active, out[:k], n)
 
 
 def explained(virtual, i, P_ii):
@@ -245,16 +286,12 @@ def _triangle(P, D, size, Ct):
     return True
 
 
-def cholesky(P):
-    """`virtual.cholesky` of P (k, k): C (k, rank), and the rows in which it is lower triangular."""
-    Ct, order = np.empty(P.shape), np.empty(len(P), np.int64)
-    rank = _cholesky(P, Ct, order)
-    return Ct[:rank].T, order[:rank]
-
-
 @compiled
 def _cholesky(P, Ct, order):
-    """The rows of C' (k, k) until C C' = P; `order` (k,) gets the states, of which most is left first. The rank."""
+    """`virtual.cholesky` of P (k, k). Returns the rank: so many rows of C' are written.
+
+    `order` (k,) gets the states, of which most is left first.
+    """
     k = len(P)
     s, left = np.empty(k), np.empty(k)
     for a in range(k):

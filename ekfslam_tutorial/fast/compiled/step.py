@@ -9,7 +9,7 @@ from ..core import EUCLIDEAN, MapFull, Tape
 from ..expectation import may_be_seen
 from ..programs import program
 from ..traces import straight_code, trace_birth, trace_expectation, trace_move, trace_orientation
-from .filter import MANY_ROWS, NO_INDICES, RANGE, floats, noises, start_of
+from .filter import MANY_ROWS, NO_INDICES, RANGE, floats, integers, noises, start_of
 from .program import build
 
 
@@ -25,11 +25,11 @@ def left_out():
 
 
 def move(map, r, motion, u, U, dt):
-    """`motion.move` and `predict`. Returns True if done."""
+    """`motion.move` and `predict`; a heading is wrapped before and after that. Returns True if done."""
     run = program(_write_move, motion)
     if run is None or r.stop - r.start != motion.size or not isinstance(spot := map.spots(r)[0], slice):
         return False
-    x, (_, P, n, lower) = map.state(r), map.storage
+    x, (_, P, n, lower) = map.means[r], map.storage
     run(x, P, n, lower, spot.start, floats(u), floats(U), float(dt))
     map.set_mean(r, x)
     return True
@@ -39,13 +39,16 @@ def _write_move(motion):
     tape, found = trace_move(motion)
     m, size = found["X_u"].shape[1], motion.size
     outputs = ("x2[{}]", found["x2"]), ("X_x[{}, {}]", found["X_x"]), ("X_u[{}, {}]", found["X_u"])
+    plane = motion.frame.dim == 2
     lines = [
+        *["x[2] = heading(x[2])"] * plane,
         f"x2, X_x, X_u = np.empty({size}), np.empty(({size}, {size})), np.empty(({size}, {m}))",
         f"Q = np.empty(({size}, {size}))",
         *straight_code(tape, outputs)[0],
         "sandwich(X_u, U, Q)",
         "propagate(P, n, lower, r, X_x, Q)",
         "x[:] = x2",
+        *["x[2] = heading(x[2])"] * plane,
     ]
     return build("void(f8[::1], f8[::1, :], i8, b1, i8, f8[::1], f8[:, ::1], f8)", "x, P, n, lower, r, u, U, dt", lines)
 
@@ -215,17 +218,19 @@ def _write_expected_in_view(frame, sensor, kind):
     return build(signature, arguments, lines), by_range, sizes
 
 
-def correct_found(map, sensor, spots, n, J, e, E, no_E, found, index, y, R, threshold):
+def correct_found(map, sensor, ranges, n, J, e, E, no_E, found, index, y, R, threshold):
     """Innovations of those found, the gate, and `update` by those that pass, all at once. None if that cannot be.
 
     Parameters
     ----------
-    map, spots, n, J
+    map, n, J
         As in `correct_some`; n are the numbers of a frame.
     sensor : SensorModel
+    ranges : tuple (slice or None, slice or None, ndarray of int of shape (K, k) or None)
+        Where the states are in the map that the columns of J belong to.
     e, E : ndarray, shape (K, m) and (K, m, m)
         Expectations and their covariances.
-    no_E : ndarray of int, or None
+    no_E : list of int, or None
         Of these E is not there yet: it is computed, too; for all others it becomes NaN.
     found, index : list of int, shape (k,)
         Which of the K, and which measurement each of them has.
@@ -241,29 +246,43 @@ def correct_found(map, sensor, spots, n, J, e, E, no_E, found, index, y, R, thre
     passed : list of int
         Those of the found that pass.
     """
-    (r, s, indices), run, m = spots, program(_write_correction, sensor), e.shape[1]
-    if run is None or not isinstance(r, RANGE) or not isinstance(s, RANGE) or len(found) * m > MANY_ROWS:
+    run, m, indices = program(_write_correction, sensor), e.shape[1], ranges[2]
+    if run is None or len(found) * m > MANY_ROWS:
         return None
-    z, (at, of), R = np.empty((len(found), m)), np.array((found, index), np.int64), noises(R)
+    z, R, at, of = np.empty((len(found), m)), noises(R), integers(found), integers(index)
     if R.shape not in ((1, m, m), (len(z), m, m)):
         return None
-    map.keep_one_triangle()
-    where = (*map.storage, start_of(r), start_of(s), NO_INDICES if indices is None else indices)
-    q = run(*where, n, J, e, E, NOBODY if no_E is None else no_E, at, of, y, R, threshold, z)
+    indices, no_E = NO_INDICES if indices is None else indices, integers(no_E or ())
+    q = FAR
+    while q == FAR:
+        r, s, _ = map.spots(*ranges[:2])
+        if not isinstance(r, RANGE) or not isinstance(s, RANGE):
+            return None
+        map.keep_one_triangle()
+        rest = n, J, e, E, no_E, at, of, y, R, threshold, z
+        q = run(*map.storage, start_of(r), start_of(s), indices, *map.bookkeeping, *rest)
+        if q == FAR:
+            map.spots(*ranges, at if len(no_E) == 0 else no_E)
     if q < 0:
         return None  # numpy says what is wrong
-    map.relieve()
+    map.relieve(followed=True)
     return z, found if q == len(found) else at[:q].tolist()
 
 
-NOBODY = np.zeros(0, np.int64)
+FAR = -2
 
 
 def _write_correction(sensor):
+    """A program that says how many pass the gate, -1 where `gated` does, `FAR` if a landmark is not active."""
     tape, m = Tape(), len(sensor.R)
     z = sensor.residual(tape.inputs("y[i, {}]", m)[None], tape.inputs("e[k, {}]", m)[None])
     _, loop = straight_code(tape, [("z[q, {}]", z[0])], each="[")
     lines = [
+        "indices = every",
+        "if len(spot_of) > 0:",
+        "    indices = np.empty(every.shape, np.int64)",
+        "    if not near(spot_of, last_use, now, every, no_E if len(no_E) > 0 else found, indices):",
+        f"        return {FAR}",
         "if len(no_E) > 0:",
         "    E[:] = np.nan",
         "    if isfinite(threshold) or len(no_E) > len(found):",  # if not, E comes with the correction
@@ -271,13 +290,18 @@ def _write_correction(sensor):
         "for q in range(len(found)):",
         "    k, i = found[q], of[q]",
         *(f"    {line}" for line in loop),
-        "return gated(x, P, n, lower, r, s, indices, n_f, J, E, found, z, R, threshold)",
+        "q = gated(x, P, n, lower, r, s, indices, n_f, J, E, found, z, R, threshold)",
+        "if q >= 0 and len(spot_of) > 0:",
+        "    follow(means, x[:n], state_at)",
+        "return q",
     ]
     signature = (
-        "i8(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8, f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], "
+        "i8(f8[::1], f8[::1, :], i8, b1, i8, i8, i8[:, ::1], i8[::1], i8[::1], i8, f8[::1], i8[::1], "
+        "i8, f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], "
         "i8[::1], i8[::1], i8[::1], f8[:, ::1], f8[:, :, ::1], f8, f8[:, ::1])"
     )
-    return build(signature, "x, P, n, lower, r, s, indices, n_f, J, e, E, no_E, found, of, y, R, threshold, z", lines)
+    arguments = "x, P, n, lower, r, s, every, spot_of, last_use, now, means, state_at"
+    return build(signature, f"{arguments}, n_f, J, e, E, no_E, found, of, y, R, threshold, z", lines)
 
 
 # --- new landmarks ---------------------------------------------------------------------------------------------------
@@ -286,23 +310,27 @@ def _write_correction(sensor):
 def born(map, rob, sen, x, kind, y, n, R, N):
     """`retro_project` and `augment`: the range of a new landmark in the map, False if what was measured is out of view.
 
-    x has the states of both; y, n, R, N are arrays of float. None if that could not be, for one if the map is full.
+    x has the states of both, None for one that is in the map. y, n, R, N are arrays of float. None if it could not be
+    started, for one if the map is full.
     """
     found = program(_write_born, rob.motion.frame, sen.model, kind)
     if found is None or sen.frame_type is not rob.motion.frame:
         return None
     run, size, shapes = found
     size_f = rob.motion.frame.size
-    if (y.shape, n.shape, R.shape, N.shape) != shapes or len(x[0]) < size_f or len(x[1]) < size_f:
+    if (y.shape, n.shape, R.shape, N.shape) != shapes:
         return None
     r, s, _ = map.spots(rob.r, sen.r)
     if not isinstance(r, RANGE) or not isinstance(s, RANGE):
+        return None
+    x_r, x_s = x
+    x_r, x_s = map.means[rob.r] if x_r is None else floats(x_r), map.means[sen.r] if x_s is None else floats(x_s)
+    if len(x_r) < size_f or len(x_s) < size_f:
         return None
     try:
         at, l = map.free(size), np.empty(size)
     except MapFull:
         return None
-    x_r, x_s = floats(x[0]), floats(x[1])
     _, P, n_states, lower = map.storage
     done = run(x_r, x_s, floats(y), n, floats(R), N, P, n_states, lower, start_of(r), start_of(s), at.start, l)
     if done == BORN:
