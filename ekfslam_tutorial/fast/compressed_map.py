@@ -189,7 +189,7 @@ class CompressedMap:
         r = self._whole.add(x, P_xx, P_xm)
         self.notes.changes += 1
         self._std_known = False
-        self._make_room()
+        self._make_room(self.n)
         self._start_of[r], self._refers[r] = r.start, x
         return r
 
@@ -406,32 +406,35 @@ class CompressedMap:
 
     def insert(self, x, P_xx, P_xm):
         """Put in a new state, an active one; P_xm is its covariance with all that is active. Returns its range."""
-        self._room = self._whole.free(len(x))  # or the map is full
-        return self._own(self._small.insert(np.zeros(len(x)), P_xx, P_xm), x)
+        r = self._whole.free(len(x))  # or the map is full
+        spot = self._small.insert(np.zeros(len(x)), P_xx, P_xm)
+        self._make_room(r.stop, spot.stop)
+        self._now += 1
+        self._start_of[r], self._refers[r] = r.start, x
+        self._note_active(np.arange(r.start, r.stop), spot)
+        self._spots[r.start, r.stop] = spot
+        return self._whole.occupy(r, x)
 
     def free(self, k):
         """Return where a new state of k entries can be put in `storage`: see `FastMap.free`."""
         self._room = self._whole.free(k)  # or the map is full
-        return self._small.free(k)
+        spot = self._small.free(k)
+        self._make_room(self._room.stop, spot.stop)
+        return spot
 
-    def occupy(self, spot, x):
-        """Put in a new state, an active one, where it is `free` in `storage`. Returns its range in the map."""
-        return self._own(self._small.occupy(spot, 0.0), x)
+    def ledger(self, spot):
+        """Return what `FastMap.ledger` does."""
+        each = self._start_of, self._refers, self._spot_of, self._last_use, self._std, self._state_at
+        return self._room.start, self._now + 1, *self._whole.entries, self._small.entries[1], *each
 
-    def _own(self, spot, x):
-        """A new state of the map, which stands at this spot of the small one. Returns its range."""
-        r = self._whole.occupy(self._room, x)
-        self._make_room()
+    def take(self, spot):
+        """A new state, an active one, where it is `free` in `storage`: see `FastMap.take`. Returns its range."""
+        r = self._room
+        self._small.take(spot)
         self._now += 1
-        if self.compiled:
-            each = self._start_of, self._refers, self._spot_of, self._last_use, self._std, self._state_at
-            compiled().own(*each, r.start, spot.start, self._now, x)
-        else:
-            self._start_of[r], self._refers[r] = r.start, x
-            self._note_active(range(r.start, r.stop), spot)
         self._spots[r.start, r.stop] = spot
         self.layout += 1
-        return r
+        return self._whole.take(r)
 
     def vacate(self, r):
         """Free the entries of range r, a state or a part of one: see `FastMap.vacate`."""
@@ -456,17 +459,17 @@ class CompressedMap:
         self.layout += 1
 
     def _note_active(self, i, spot):
-        """Note that these states stand at these spots now."""
-        for state, at in zip(i, range(spot.start, spot.stop), strict=True):
-            self._state_at[at], self._spot_of[state], self._last_use[state] = state, at, self._now
-            self._std[state] = 0.0
+        """Note that these states, given by their indices, stand at these spots now."""
+        self._state_at[spot], self._spot_of[i], self._last_use[i] = i, np.arange(spot.start, spot.stop), self._now
+        self._std[i] = 0.0
+        self.layout += 1
 
-    def _make_room(self):
-        """Let the arrays reach over both maps."""
-        if self._small.n > len(self._state_at):
-            self._state_at = np.concatenate([self._state_at, np.full(self._small.n, -1)])
-        if self.n > len(self._spot_of):
-            more = int(GROWTH * self.n) - len(self._spot_of)
+    def _make_room(self, n, n_small=0):
+        """Let the arrays reach over both maps, as large as they are, or will be."""
+        if n_small > len(self._state_at):
+            self._state_at = np.concatenate([self._state_at, np.full(n_small, -1)])
+        if n > len(self._spot_of):
+            more = int(GROWTH * n) - len(self._spot_of)
             self._spot_of = np.concatenate([self._spot_of, np.full(more, -1)])
             self._last_use = np.concatenate([self._last_use, np.zeros(more, int)])
             self._start_of = np.concatenate([self._start_of, np.zeros(more, int)])
@@ -485,9 +488,8 @@ class CompressedMap:
         r = compiled().joined(self._small, self._v, G_i, P_ii) if self.compiled else self._joined(G_i, P_ii)
         k = len(i)
         self._v = np.concatenate([self._v, np.arange(r.start + k, r.stop)])
-        self._make_room()
-        self._note_active(i.tolist(), slice(r.start, r.start + k))
-        self.layout += 1
+        self._make_room(self.n, self._small.n)
+        self._note_active(i, slice(r.start, r.start + k))
 
     def _joined(self, G_i, P_ii):
         """Put states that depend on the virtual ones by G_i, and those of these that are new, into the small map."""

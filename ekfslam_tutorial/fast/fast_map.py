@@ -22,6 +22,7 @@ GROWTH = (
 SPARING = 2**0.5  # the same above so many states, LARGE: there P takes hundreds of megabytes
 LARGE = 5000
 NOTHING, NO_NUMBERS = np.zeros(0), np.zeros(0, np.int64)
+NO_LEDGER = np.zeros(0, bool), NO_NUMBERS, NOTHING, NO_NUMBERS, NO_NUMBERS, NOTHING, NO_NUMBERS
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
 ONE_TRIANGLE_COMPILED = 40  # the same where rows of half a matrix are read by compiled code
 FEW = 4  # times as many states as are carried: then rows and columns of these are less work than the whole map
@@ -398,10 +399,23 @@ class FastMap:
 
     def occupy(self, r, x):
         """A new state in a range that is `free`; its covariance is there, or will be written. Returns its range."""
+        self._x[r], self._used[r] = x, True
+        return self.take(r)
+
+    @property
+    def entries(self):
+        """Storage of the means, and which of them are in use."""
+        return self._x, self._used
+
+    def ledger(self, r):
+        """Return for compiled code where it has to note a new state in range r, which is `free`: see `kernels.own`."""
+        return r.start, 0, *self.entries, *NO_LEDGER
+
+    def take(self, r):
+        """A new state in a range that is `free`, and noted in the `ledger`. Returns its range."""
         if r.stop > self.n:
             self.n = r.stop
             self._look()
-        self._x[r], self._used[r] = x, True
         self._starts.add(r.start)
         self.n_used += r.stop - r.start
         return r
@@ -413,9 +427,9 @@ class FastMap:
         self.n_used -= r.stop - r.start
 
     def clear(self):
-        """Take all states out of the map; its storage stays."""
+        """Take all states out of the map; its storage stays, and what is in it of P: new states write all of theirs."""
         n, self.n, self.n_used, self._lower = self.n, 0, 0, False
-        self._x[:n], self._P[:n, :n], self._used[:n] = 0, 0, False
+        self._x[:n], self._used[:n] = 0, False
         self._starts.clear()
         self._look()
 

@@ -18,8 +18,8 @@ NAMES = {name: name.replace("a", "arc", 1) for name in ("acos", "asin", "atan", 
 NAMES |= {name: name for name in ("cos", "sin", "tan", "sqrt", "exp", "log", "sinh", "cosh", "tanh", "hypot")}
 MATH = SimpleNamespace(**{name: getattr(np, numpys) for name, numpys in NAMES.items()})
 SPACE = {"math": MATH, "np": np, "isfinite": np.isfinite}
-USED = "columns_of", "covariance_of", "covariances", "follow", "gated", "heading", "join", "near", "propagate", "put"
-SPACE |= {name: getattr(kernels, name) for name in (*USED, "sandwich")}
+USED = "columns_of", "covariance_of", "covariances", "follow", "gated", "heading", "join", "near", "own"
+SPACE |= {name: getattr(kernels, name) for name in (*USED, "propagate", "put", "sandwich")}
 
 
 def look(given, wanted):

@@ -204,6 +204,20 @@ def follow(x, moved, state_at):
 
 
 @compiled
+def own(l, spot, state, now, x, used, spot_used, start_of, refers, spot_of, last_use, std, state_at):
+    """Note a new state with the mean l, at `state` in the map; in a compressed one at `spot` in the small one, too.
+
+    What it is noted in is the `ledger` of the map, of which a `FastMap` has x and used only.
+    """
+    for c in range(len(l)):
+        x[state + c], used[state + c] = l[c], True
+        if len(spot_of) > 0:
+            spot_used[spot + c], state_at[spot + c], spot_of[state + c] = True, state + c, spot + c
+            start_of[state + c], refers[state + c] = state, l[c]
+            last_use[state + c], std[state + c] = now, 0.0
+
+
+@compiled
 def columns_of(r, s, n_r, n_s, n_l, known):
     """Find the columns of a Jacobian [E_r E_s E_l] of states in the map, and those of robot and sensor among them."""
     cols, at, q = np.empty(n_r + n_s + n_l, np.int64), np.empty(n_r + n_s + n_l, np.int64), 0

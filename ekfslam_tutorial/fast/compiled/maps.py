@@ -111,7 +111,6 @@ def subtract(map, Wt):
 
 SPOTS = "b1(i8[::1], i8[::1], i8, i8[:, ::1], i8[::1], i8[:, ::1])"
 FOLLOW = "void(f8[::1], f8[::1], i8[::1])"
-OWN = "void(i8[::1], f8[::1], i8[::1], i8[::1], f8[::1], i8[::1], i8, i8, i8, f8[::1])"
 SETTLED = "void(f8[::1, :], i8, b1, f8[::1, :], b1, f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], i8, f8[:, ::1])"
 SETTLE = "void(f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1])"
 
@@ -125,22 +124,6 @@ def spots(spot_of, last_use, now, indices, some):
 def follow(x, moved, state_at):
     """`kernels.follow`: the means of the active states."""
     machine_code(kernels.follow, FOLLOW)(x, moved, state_at)
-
-
-def own(start_of, refers, spot_of, last_use, std, state_at, state, spot, now, x):
-    """Note a new state of a compressed map, x (k,), an active one, that begins at `state`, in the small map at `spot`.
-
-    The arrays are those of `CompressedMap`, of each state of the map; `state_at` is of the small one.
-    """
-    machine_code(_own, OWN)(start_of, refers, spot_of, last_use, std, state_at, state, spot, now, x)
-
-
-@compiled
-def _own(start_of, refers, spot_of, last_use, std, state_at, state, spot, now, x):
-    for c in range(len(x)):
-        start_of[state + c], refers[state + c] = state, x[c]
-        spot_of[state + c], state_at[spot + c] = spot + c, state + c
-        last_use[state + c], std[state + c] = now, 0.0
 
 
 def settle(x, moved, virtual, v, state_at):

@@ -30,6 +30,7 @@ from ekfslam_tutorial.fast.compiled.kernels import (
     heading,
     join,
     near,
+    own,
     propagate,
     put,
     sandwich,

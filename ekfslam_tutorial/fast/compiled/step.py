@@ -328,13 +328,14 @@ def born(map, rob, sen, x, kind, y, n, R, N):
     if len(x_r) < size_f or len(x_s) < size_f:
         return None
     try:
-        at, l = map.free(size), np.empty(size)
+        at = map.free(size)
     except MapFull:
         return None
     _, P, n_states, lower = map.storage
-    done = run(x_r, x_s, floats(y), n, floats(R), N, P, n_states, lower, start_of(r), start_of(s), at.start, l)
+    where = P, n_states, lower, start_of(r), start_of(s), at.start
+    done = run(x_r, x_s, floats(y), n, floats(R), N, *where, *map.ledger(at))
     if done == BORN:
-        return map.occupy(at, l)
+        return map.take(at)
     return False if done == OUT_OF_VIEW else None  # numpy says what is wrong
 
 
@@ -344,10 +345,11 @@ OUT_OF_VIEW, BORN = 1, 2
 def _write_born(frame, sensor, kind):
     tape, found = trace_birth(frame, sensor, kind, look=True)
     n_f, n_l, m, n_n = frame.size, kind.size, found["L_y"].shape[1], found["L_n"].shape[1]
+    ledger = "state, now, x, used, spot_used, start_of, refers, spot_of, last_use, std, state_at"
     places = {"l": "l[{}]", "L": "L[{}, {}]", "L_y": "L_y[{}, {}]", "L_n": "L_n[{}, {}]"}
     outputs = [("seen", found["seen"]), *((place, found[name]) for name, place in places.items())]
     lines = [
-        f"L, Q_n = np.empty(({n_l}, {2 * n_f})), np.empty(({n_l}, {n_l}))",
+        f"l, L, Q_n = np.empty({n_l}), np.empty(({n_l}, {2 * n_f})), np.empty(({n_l}, {n_l}))",
         f"L_y, L_n = np.empty(({n_l}, {m})), np.empty(({n_l}, {n_n}))",
         f"P_lm, P_ll = np.empty(({n_l}, n_states)), np.empty(({n_l}, {n_l}))",
         *straight_code(tape, outputs)[0],
@@ -359,10 +361,12 @@ def _write_born(frame, sensor, kind):
         f"if not join(P, n_states, lower, r, s, {n_f}, {n_f}, L, P_lm, P_ll) or not isfinite(np.sum(l)):",
         "    return 0",
         "put(P, n_states, lower, at, P_lm, P_ll)",
+        f"own(l, at, {ledger})",
         f"return {BORN}",
     ]
     signature = (
-        "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1, :], i8, b1, i8, i8, i8, f8[::1])"
+        "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1, :], i8, b1, i8, i8, i8, "
+        "i8, i8, f8[::1], b1[::1], b1[::1], i8[::1], f8[::1], i8[::1], i8[::1], f8[::1], i8[::1])"
     )
-    arguments = "rf, sf, y, n, R, N, P, n_states, lower, r, s, at, l"
+    arguments = f"rf, sf, y, n, R, N, P, n_states, lower, r, s, at, {ledger}"
     return build(signature, arguments, lines), n_l, ((m,), (n_n,), (m, m), (n_n, n_n))
