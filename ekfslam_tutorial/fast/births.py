@@ -66,8 +66,8 @@ def _started(map, rob, sen, lmks, id, y, R, opt):
         raise MapFull(f"the map is full: it has {len(lmks)} landmarks, the most that max_lmks allows")
 
     if map.compiled and rob.first is None and not opt.first_estimates:
-        x = tuple(state_of(map, obj) if obj.r is None else None for obj in (rob, sen))
-        r = compiled().born(map, rob, sen, x, kind, y, n, R, N)  # which looks whether y is inside
+        x_r, x_s = None if rob.r is not None else state_of(map, rob), None if sen.r is not None else state_of(map, sen)
+        r = compiled().born(map, rob, sen, (x_r, x_s), kind, y, n, R, N)  # which looks whether y is inside
         if r is not None:
             return _in_a_slot(map, lmks, Lmk(id, kind, r=r, n=n, N=N)) if r else None
     if not looked and not _well_inside(sen.model, y, 0.0):

@@ -158,9 +158,11 @@ class CompressedMap:
 
     def flush(self):
         """Settle all that is active; what was used last stays active."""
-        if not self.n_active:
-            return
-        keep = self._used_last()
+        if self.n_active:
+            self._flush(self._used_last())
+
+    def _flush(self, keep):
+        """Settle all that is active; these states stay active."""
         active, rows = self._settle()
         self._start_anew()
         self._activate(keep, rows[np.searchsorted(active, keep)])
@@ -266,8 +268,7 @@ class CompressedMap:
         if not isinstance(r, slice):
             spot = self._spot_of[r]
             return self._spots_of(r.ravel())[r] if spot.min() < 0 else spot
-        spot = self._spots.get((r.start, r.stop))
-        if spot is None:
+        if (spot := self._spots.get((r.start, r.stop))) is None:
             spot = self._spots_of(np.arange(r.start, r.stop))[r]
             if len(spot) and (np.diff(spot) == 1).all():
                 spot = slice(int(spot[0]), int(spot[-1]) + 1)
@@ -401,8 +402,9 @@ class CompressedMap:
             self._far_behind = True
         else:
             self._follow()
-        if self.n_active > self.active and self.n_active > 2 * len(self._used_last()):
-            self.flush()  # it would be of no use if all were needed again
+        n_active = self._small.n_used - len(self._v)
+        if n_active > self.active and n_active > 2 * len(keep := self._used_last()):
+            self._flush(keep)  # it would be of no use if all were needed again
 
     def insert(self, x, P_xx, P_xm):
         """Put in a new state, an active one; P_xm is its covariance with all that is active. Returns its range."""

@@ -16,11 +16,8 @@ from .notes import Notes
 from .storage import nothing, roomy, square, symmetric
 from .triangle import below, mirror, whole_range, whole_rows
 
-GROWTH = (
-    2  # of the number of states: a map of n states is copied O(log n) times, and of P only what is used takes memory
-)
-SPARING = 2**0.5  # the same above so many states, LARGE: there P takes hundreds of megabytes
-LARGE = 5000
+GROWTH = 2  # of the number of states, when the storage is full: so a map of n states is copied O(log n) times
+SPARING, LARGE = 2**0.5, 1400  # the same, and from which number on: the storage of P doubles there
 NOTHING, NO_NUMBERS = np.zeros(0), np.zeros(0, np.int64)
 NO_LEDGER = np.zeros(0, bool), NO_NUMBERS, NOTHING, NO_NUMBERS, NO_NUMBERS, NOTHING, NO_NUMBERS
 ONE_TRIANGLE = 400  # states: from here on half the work is worth more than a covariance that is complete at once
@@ -90,14 +87,22 @@ class FastMap:
     _Pn = lazy(lambda self: self._P[: self.n, : self.n])
 
     def __getstate__(self):
-        """Return what copies keep: addresses, views and notes stay here."""
-        return {k: v for k, v in vars(self).items() if k not in ("_xn", "_Pn", "_downdate", "notes")}
+        """Return what copies keep: of the storage, what counts. Addresses, views and notes stay here."""
+        kept = {k: v for k, v in vars(self).items() if k not in ("_xn", "_Pn", "_downdate", "notes")}
+        n, P = self.n, self._Pn
+        if self.compiled and self._lower:
+            P = np.zeros((n, n), order="F")
+            compiled().copy_lower(self, P)
+        return kept | {"_x": self._xn, "_P": P, "_used": self.used, "_size": len(self._x)}
 
     def __setstate__(self, state):
+        state = dict(state)
+        size = state.pop("_size", len(state["_x"]))  # rows as far apart as they were: the same numbers to the last bit
         self.__dict__.update(state)
-        P = square(len(self._x))
-        P[:] = self._P
-        self._store(self._x, P, self._used)
+        x, used = np.zeros(size), np.zeros(size, bool)
+        P, n = square(size, zeros=not (self.compiled and self._lower)), len(self._x)
+        x[:n], P[:n, :n], used[:n] = self._x, self._P, self._used
+        self._store(x, P, used)
         self.notes = Notes()
 
     @property
@@ -444,9 +449,10 @@ class FastMap:
         size, m = roomy(n), self.n
         x, used = np.zeros(size), np.zeros(size, bool)
         x[:m], used[:m] = self._xn, self.used
-        if self.compiled and self._lower:
-            P = compiled().lower_of(self, size)  # half of it need be neither copied nor made zero
+        half = self.compiled and self._lower
+        P = square(size, zeros=not half)  # new states write all of theirs
+        if half:
+            compiled().copy_lower(self, P)
         else:
-            P = square(size)
             P[:m, :m] = self._Pn
         self._store(x, P, used)

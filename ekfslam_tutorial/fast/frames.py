@@ -60,7 +60,8 @@ def normalize(map, obj, kind):
 
 def frame_range(obj, F):
     """Return the range of the frame in the map; a robot's state may have velocities behind it."""
-    return None if obj.r is None else slice(obj.r.start, obj.r.start + F.size)
+    r = obj.r
+    return r if r is None or r.stop - r.start == F.size else slice(r.start, r.start + F.size)
 
 
 def camera_position(Rf, Sf):

@@ -34,9 +34,9 @@ def by_lines(numbers, m, n):
     return numbers[first : first + m * n].reshape(m, n)
 
 
-def square(n):
-    """Return zeros of shape (n, n), column-major, as `aligned`."""
-    return aligned(n, n).T
+def square(n, zeros=True):
+    """Return zeros of shape (n, n), or anything, column-major, as `aligned`."""
+    return by_lines((np.zeros if zeros else np.empty)(n * n + LINE), n, n).T
 
 
 def symmetric(P):

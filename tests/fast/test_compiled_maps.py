@@ -18,6 +18,7 @@ from ekfslam_tutorial.fast import virtual as by_numpy
 from ekfslam_tutorial.fast.compiled import expected, expected_in_view, explained, follow, settle, spots
 from ekfslam_tutorial.fast.compiled import maps as pieces
 from ekfslam_tutorial.fast.expectation import may_be_seen
+from ekfslam_tutorial.fast.storage import square
 from ekfslam_tutorial.fast.virtual import VirtualStates
 from ekfslam_tutorial.geometry import Frame2
 from ekfslam_tutorial.models.landmarks import EucPnt
@@ -202,16 +203,16 @@ def test_states_become_active(rng, monkeypatch, active, lower):
 @pytest.mark.parametrize("active", [12, 60])
 def test_storage_that_grows_need_not_be_zero(rng, monkeypatch, active):
     """Whatever is in the memory that a larger map gets: here it is NaN, which would spread."""
-    grown, lower_of = [], pieces.lower_of
+    grown = []
 
-    def poisoned(map, size):
-        P, n = lower_of(map, size), map.n
-        above = np.triu(np.ones((n, n), bool), 1)
-        P[:n, :n][above], P[n:], P[:, n:] = np.nan, np.nan, np.nan
-        grown.append(size)
+    def poisoned(n, zeros=True):
+        P = square(n)
+        if not zeros:
+            P[:] = np.nan
+            grown.append(n)
         return P
 
-    monkeypatch.setattr("ekfslam_tutorial.fast.compiled.lower_of", poisoned)
+    monkeypatch.setattr(fast_map, "square", poisoned)
     pair = CompressedMap(active=active, compiled=True), FastMap()
     robot, lmks = slice(0, 3), []
     for map in pair:
@@ -237,6 +238,30 @@ def test_storage_that_grows_need_not_be_zero(rng, monkeypatch, active):
             assert close(pair[0].block(lmks[0]), pair[1].block(lmks[0]))
     assert len(grown) >= 2
     assert close(np.array(pair[0].x), pair[1].x) and close(pair[0].P, pair[1].P)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_file_holds_the_states_and_nothing_of_the_spare_storage(rng, compiled):
+    """Nor what stands above the diagonal where only half counts. Files that held all of the storage can be read."""
+    map, P = FastMap(compiled=compiled), positive(rng, 90)
+    for i in range(0, 90, 3):
+        map.add(rng.normal(size=3), P[i : i + 3, i : i + 3], P[i : i + 3, :i])
+    map.subtract(np.zeros((1, 90)))
+    half, size = map.storage[3], len(map.storage[0])
+    assert half == compiled and size > 90
+    if half:
+        map.storage[1][:90, :90][np.triu_indices(90, 1)] = np.nan
+    map.storage[1][90:], map.storage[1][:, 90:] = np.nan, np.nan
+    state = map.__getstate__()
+    arrays = [a for a in state.values() if isinstance(a, np.ndarray)]
+    assert sorted(a.shape for a in arrays) == [(90,), (90,), (90, 90)] and not any(np.isnan(a).any() for a in arrays)
+    before = state | {"_x": map.storage[0], "_P": map.storage[1], "_used": np.arange(size) < 90}
+    del before["_size"]
+    for kept in state, before:
+        other = FastMap()
+        other.__setstate__(kept)
+        assert len(other.storage[0]) == size and other.compiled == compiled
+        assert np.array_equal(other.x, map.x) and np.array_equal(other.P, P) and np.array_equal(other.used, map.used)
 
 
 def test_what_may_be_seen_is_told_from_means_that_are_behind(rng):

@@ -16,10 +16,10 @@ Nothing imports this before a map asks for it.
 from .filter import carry, correct_some, predict, update
 from .maps import (
     between,
+    copy_lower,
     explained,
     follow,
     joined,
-    lower_of,
     mirror,
     overwrite,
     rows,
@@ -34,6 +34,7 @@ __all__ = [
     "between",
     "born",
     "carry",
+    "copy_lower",
     "correct_found",
     "correct_some",
     "expected",
@@ -42,7 +43,6 @@ __all__ = [
     "follow",
     "joined",
     "left_out",
-    "lower_of",
     "mirror",
     "move",
     "normalized",

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from ..smallness import EXPLAINED, FLOOR, STILL, TINY, TRIALS
-from ..storage import LINE, WIDTH, by_lines
+from ..storage import LINE, WIDTH
 from ..triangle import BLOCK
 from . import kernels
 from .filter import MANY_ROWS, integers, machine_code
@@ -82,16 +82,14 @@ def _overwrite(P, lower, indices, P_im, n):
                 P[i, j] = P_im[a, j]
 
 
-def lower_of(map, size):
-    """Larger storage for a covariance, shape (size, size): its lower triangle. All else may be anything."""
+def copy_lower(map, out):
+    """Copy the lower triangle of the covariance; nothing else of `out` is written."""
     _, P, n, _ = map.storage
-    out = by_lines(np.empty(size * size + LINE), size, size).T
-    _lower_of(P, n, out)
-    return out
+    _copy_lower(P, n, out)
 
 
 @compiled
-def _lower_of(P, n, out):
+def _copy_lower(P, n, out):
     for j in range(n):
         copy(P[j:n, j], out[j:n, j])
 

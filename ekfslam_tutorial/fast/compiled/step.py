@@ -145,6 +145,7 @@ def _expectations(frame, sensor, kind, wanted):
 
 
 ROOM = 32  # landmarks in view, at first
+NO_E = np.zeros((0, 0, 0))
 
 
 def expected_in_view(map, Rf, Sf, sensor, kind, indices, r, s):
@@ -175,7 +176,8 @@ def expected_in_view(map, Rf, Sf, sensor, kind, indices, r, s):
     r, s = (start_of(r), start_of(s)) if whole else (-1, -1)
     while True:
         e, v, visible = np.empty((room, m)), np.empty((room, d)), np.empty(room, bool)
-        J, E, at = np.empty((room, m, size)), np.empty((room * whole, m, m)), np.empty((room, kind.size), np.int64)
+        E = np.empty((room, m, m)) if whole else NO_E
+        J, at = np.empty((room, m, size)), np.empty((room, kind.size), np.int64)
         K = run(Rf.x, Sf.x, *map.roughly(settled), indices, P, lower, r, s, some, at, e, v, visible, J, E)
         if 0 <= K <= room:
             return some[:K], at[:K], e[:K], v[:K], visible[:K], J[:K], E[:K] if whole else None
@@ -252,7 +254,7 @@ def correct_found(map, sensor, ranges, n, J, e, E, no_E, found, index, y, R, thr
     z, R, at, of = np.empty((len(found), m)), noises(R), integers(found), integers(index)
     if R.shape not in ((1, m, m), (len(z), m, m)):
         return None
-    indices, no_E = NO_INDICES if indices is None else indices, integers(no_E or ())
+    indices, no_E = NO_INDICES if indices is None else indices, at if no_E == found else integers(no_E or ())
     q = FAR
     while q == FAR:
         r, s, _ = map.spots(*ranges[:2])
