@@ -159,11 +159,11 @@ class CompressedMap:
     def flush(self):
         """Settle all that is active; what was used last stays active."""
         if self.n_active:
-            self._flush(self._used_last())
+            self._flush(*self._used_last())
 
-    def _flush(self, keep):
-        """Settle all that is active; these states stay active."""
-        active, rows = self._settle()
+    def _flush(self, keep, active):
+        """Settle all that is active; some of it stays active."""
+        rows = self._settle(active)[1]
         self._start_anew()
         self._activate(keep, rows[np.searchsorted(active, keep)])
 
@@ -178,11 +178,11 @@ class CompressedMap:
         return self._small.n_used - len(self._v)
 
     def _used_last(self):
-        """The active states that were used last: a fifth of `active`, and what was used together with it."""
+        """The active states that were used last: a fifth of `active`, and what was used together with it; and all."""
         active = self._active_states
         last = self._last_use[active]
         n = min(len(last), 1 + self.active // 5)
-        return active[last >= np.partition(last, -n)[-n]]
+        return active[last >= np.partition(last, -n)[-n]], active
 
     def add(self, x, P_xx, P_xm=None):
         """Put a state into the map: see `FastMap.add`."""
@@ -403,8 +403,10 @@ class CompressedMap:
         else:
             self._follow()
         n_active = self._small.n_used - len(self._v)
-        if n_active > self.active and n_active > 2 * len(keep := self._used_last()):
-            self._flush(keep)  # it would be of no use if all were needed again
+        if n_active > self.active:
+            keep, active = self._used_last()
+            if n_active > 2 * len(keep):  # it would be of no use if all were needed again
+                self._flush(keep, active)
 
     def insert(self, x, P_xx, P_xm):
         """Put in a new state, an active one; P_xm is its covariance with all that is active. Returns its range."""
@@ -536,22 +538,25 @@ class CompressedMap:
         self._whole.shift(dx)
         moved[:] = 0.0
 
-    def _settle(self):
+    def _settle(self, active=None):
         """Bring the large covariance up to date. Returns which states were active, and their rows of it."""
         self._settle_means()
-        active, v, P = self._active_states, self._v, self._small.between
-        spot, far = self._spot_of[active], 1 + np.flatnonzero(self._spot_of[: self.n] < 0).max(initial=-1)
-        rows = (
-            compiled().settled(self._whole, self._small, self._virtual, active, spot, v, far) if self.compiled else None
-        )
-        if rows is None:
-            both = self._virtual.through(np.concatenate([P(spot, v), cholesky(-P(v, v))[0].T]), self.n)
-            rows, Wt = both[: len(active)], both[len(active) :]
-            rows[:, active] = P(spot, spot)
-            if len(v):
-                self._whole.subtract(Wt[:, :far])  # the others get their rows
-            self._whole.overwrite(active, rows)
-        self._std[active] = _roots(self._small.variances(spot))  # those of the far states have only become smaller
+        active = self._active_states if active is None else active
+        if self.compiled:
+            rows = compiled().settled(
+                self._whole, self._small, self._virtual, active, self._spot_of, self._v, self._std
+            )
+            if rows is not None:
+                return active, rows
+        P, v, spot = self._small.between, self._v, self._spot_of[active]
+        both = self._virtual.through(np.concatenate([P(spot, v), cholesky(-P(v, v))[0].T]), self.n)
+        rows, Wt = both[: len(active)], both[len(active) :]
+        rows[:, active] = P_aa = P(spot, spot)
+        self._std[active] = _roots(P_aa.diagonal())  # those of the far states have only become smaller
+        if len(v):
+            far = np.flatnonzero(self._spot_of[: self.n] < 0)  # the others get their rows
+            self._whole.subtract(Wt[:, : 1 + far.max(initial=-1)])
+        self._whole.overwrite(active, rows)
         return active, rows
 
 

@@ -47,7 +47,8 @@ def correct_jointly(map, rob, sen, lmks, obs, raw, opt, Rf, Sf, threshold):
         table.keep(map, near)
     if refused:
         table.refuse(out, raw, sen.model)
-    events = _recorded(table, wanted, rob, sen) + delete_bad(map, rob, sen, lmks, seen, opt)
+    events = _recorded(table, wanted, rob, sen)
+    events += delete_bad(map, rob, sen, lmks, seen, opt)
     return events, new
 
 
@@ -89,7 +90,8 @@ def _correct(map, rob, sen, lmks, table, found, no_E, raw, opt, camera, threshol
         if referred is not None:
             follow(map, rob, all_parts(map, lmks) if map.all_active else visible_parts(table), referred)
         normalize(map, rob, rob.motion.frame)
-        normalize(map, sen, sen.frame_type)
+        if sen.r is not None:
+            normalize(map, sen, sen.frame_type)
         updated = table.updated
         for k in found:
             updated[k] = True

@@ -77,9 +77,11 @@ def correct_known_lmks(map, rob, sen, lmks, obs, raw, opt):
     Rf, Sf = normal_frame(map, rob, rob.motion.frame), normal_frame(map, sen, sen.frame_type)
     if opt.first_estimates:
         note_first_estimates(map, rob, lmks)
-    others = {key: o for key, o in obs.items() if key[0] != sen.id}
+    id = sen.id
+    others = {key: o for key, o in obs.items() if key[0] != id}
     obs.clear()
-    obs.update(others)
+    if others:
+        obs.update(others)
     if not opt.joint:
         return correct_one_by_one(map, rob, sen, lmks, obs, raw, opt, Rf, Sf)
     gate = opt.md2_threshold if near else min(opt.md2_threshold, LARGEST)

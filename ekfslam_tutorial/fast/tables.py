@@ -98,9 +98,10 @@ def _computed(rob, sen, lmks, kind, l, Rf, Sf, ranges):
 
 def _as_noted(part, lmks):
     """Return True if the visible landmarks are those of the dict, with the types and the ranges that are noted."""
-    group, some = part.group, part.some
+    group, some, seen, find = part.group, part.some, part.lmks, lmks.get
+    keys, ranges, kinds = group.keys, group.ranges, group.kinds
     for k in part.in_view:
-        i, lmk = k if some is None else some[k], part.lmks[k]
-        if lmks.get(group.keys[i]) is not lmk or lmk.r is not group.ranges[i] or lmk.type is not group.kinds[i]:
+        i, lmk = k if some is None else some[k], seen[k]
+        if find(keys[i]) is not lmk or lmk.r is not ranges[i] or lmk.type is not kinds[i]:
             return False
     return True

@@ -20,7 +20,7 @@ from scipy.linalg.lapack import dpotrf, dpstrf, dtrtrs  # pyright: ignore[report
 
 from .extra import compiled
 from .smallness import EXPLAINED, FLOOR, STILL, TINY, TRIALS
-from .storage import LINE, aligned, whole
+from .storage import LINE, aligned, by_lines, whole
 
 
 class VirtualStates:
@@ -42,8 +42,8 @@ class VirtualStates:
     def __init__(self, n, compiled=False):
         self.compiled = compiled
         self._P = self._scratch = aligned(0, 0)  # nothing was ever written right of the extent of P
-        self.extend(n)
         self.clear()
+        self.extend(n)
 
     def clear(self):
         """None of them; the arrays stay."""
@@ -53,7 +53,7 @@ class VirtualStates:
         """Let there be room for a map of this extent."""
         rows, old = self._P.shape
         P = aligned(rows, whole(n))
-        P[:, :old] = self._P
+        P[: self.size, :old] = self._P[: self.size]
         self._P = P
 
     def add(self, i, P_i, P_ii):
@@ -102,7 +102,7 @@ class VirtualStates:
         """Room for k rows as long as those of P_0[A, :] and a line: whatever was in it last."""
         n = self._P.shape[1] + LINE
         if self._scratch.shape[1] != n or len(self._scratch) < k:
-            self._scratch = aligned(2 * k, n)
+            self._scratch = by_lines(np.empty(2 * k * n + LINE), 2 * k, n)
         return self._scratch
 
     @property

@@ -109,7 +109,9 @@ def subtract(map, Wt):
 
 SPOTS = "b1(i8[::1], i8[::1], i8, i8[:, ::1], i8[::1], i8[:, ::1])"
 FOLLOW = "void(f8[::1], f8[::1], i8[::1])"
-SETTLED = "void(f8[::1, :], i8, b1, f8[::1, :], b1, f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], i8, f8[:, ::1])"
+SETTLED = (
+    "void(f8[::1, :], i8, b1, f8[::1, :], b1, f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], f8[::1], f8[:, ::1])"
+)
 SETTLE = "void(f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1])"
 
 
@@ -157,23 +159,23 @@ def _settle(x, moved, Lt, P, v, state_at):
     moved[:] = 0.0
 
 
-def settled(whole, small, virtual, active, spot, v, far):
-    """`CompressedMap._settle` of the covariance: rows of the active states, of shape (k, ·), columns of the map first.
+def settled(whole, small, virtual, active, spot_of, v, std):
+    """`CompressedMap._settle` of the covariance, and of the standard deviations `std`: rows of the active states.
 
     Parameters
     ----------
     whole, small : FastMap
     virtual : VirtualStates
-    active, spot : ndarray of int, shape (k,)
-        The states that are active, and where they stand in the small map.
+    active : ndarray of int, shape (k,)
+        The states that are active.
+    spot_of, std : ndarray
+        Where each state stands in the small map, -1 if it is far; what its standard deviation is, at most.
     v : ndarray of int, shape (size,)
         Where the virtual states stand in the small map.
-    far : int
-        One past the last state that is far.
 
     Returns
     -------
-    ndarray
+    ndarray, shape (k, n)
         A part of the virtual states' scratch. None if they are too many: BLAS is faster then.
     """
     if len(v) > MANY_ROWS:
@@ -182,14 +184,16 @@ def settled(whole, small, virtual, active, spot, v, far):
     _, P, n, _ = whole.storage
     out, k = virtual.scratch(len(active) + len(v) + COLUMNS), len(active)
     run = machine_code(_settled, SETTLED)
-    run(P, n, lower, P_small, small_lower, *virtual.factors, active, spot, v, far, out)
+    run(P, n, lower, P_small, small_lower, *virtual.factors, active, spot_of, v, std, out)
     return out[:k, :n]
 
 
 @compiled
-def _settled(P, n, lower, P_small, small_lower, Lt, P_0, active, spot, v, far, out):
+def _settled(P, n, lower, P_small, small_lower, Lt, P_0, active, spot_of, v, std, out):
     """With `both`, rows of P_aa' and of C: both L^-1 P_0[A, :] are the rows of the active states, and W'."""
-    k, size = len(active), len(v)
+    k, size, far, spot = len(active), len(v), n, spot_of[active]
+    while far > 0 and spot_of[far - 1] >= 0:
+        far -= 1
     P_vv, Ct, order = np.empty((size, size)), np.empty((size, size)), np.empty(size, np.int64)
     _between(P_small, small_lower, v, v, P_vv)
     rank = _cholesky(-P_vv, Ct, order)
@@ -201,16 +205,18 @@ def _settled(P, n, lower, P_small, small_lower, Lt, P_0, active, spot, v, far, o
         for q in range(rank):
             both[c, k + q] = Ct[q, c]
     for c in range(size - 1, -1, -1):
-        copy(both[c] / Lt[c, c], both[c])
+        solved = both[c] / Lt[c, c]
+        copy(solved, both[c])
         for e in range(c):
             row, factor = both[e], Lt[e, c]
-            for a in range(both.shape[1]):
-                row[a] -= factor * both[c, a]
+            for a in range(len(solved)):
+                row[a] -= factor * solved[a]
     product(both, P_0[:size], n, out)
     for a in range(k):
-        for b in range(k):
+        for b in range(a + 1):
             i, j = max(spot[a], spot[b]), min(spot[a], spot[b])
-            out[a, active[b]] = P_small[i, j] if small_lower else P_small[spot[a], spot[b]]
+            out[a, active[b]] = out[b, active[a]] = P_small[i, j]
+        std[active[a]] = sqrt(max(out[a, active[a]], 0.0))
     downdate(P, out[k : k + rank], far, lower)  # the others get their rows
     _overwrite(P, lower, active, out[:k], n)
 
