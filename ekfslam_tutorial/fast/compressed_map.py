@@ -278,17 +278,18 @@ class CompressedMap:
     @property
     def storage(self):
         """`FastMap.storage` of what is active; x is how far it has moved, until `relieve` has seen to it."""
-        return self._small.storage
+        small = self._small
+        return small._x, small._P, small.n, small._lower
 
     @property
     def means(self):
         """Means of all states, of which those of the active ones are up to date: a view."""
-        return self._whole.x
+        return self._whole._xn
 
     @property
     def bookkeeping(self):
         """For compiled code: where each state stands in `storage`, when it was used last, now; the means, and whose."""
-        return self._spot_of, self._last_use, self._now, self._whole.x, self._state_at
+        return self._spot_of, self._last_use, self._now, self._whole._xn, self._state_at
 
     def spots(self, r, s=None, indices=None, some=None):
         """Return where these states stand in `storage`; they become active. Of the indices, (K, k), only some."""
@@ -371,7 +372,7 @@ class CompressedMap:
         if not self._std_known:
             n, self._std_known = self.n, True
             self._std[:n] = _roots(np.where(self._spot_of[:n] < 0, self._whole.variances(slice(0, n)), 0.0))
-        return self._whole.x, self._std, self._small.x
+        return self._whole._xn, self._std, self._small._xn
 
     def referred(self):
         """Return the estimate that each state's covariance refers to; not a copy: `carry` keeps it up to date."""

@@ -82,7 +82,7 @@ class FastMap:
     def _look(self):
         """Views of the part of the storage that is in use: made once, not at every access; that of P at the first."""
         self._xn = self._x[: self.n]
-        vars(self).pop("_Pn", None)
+        self.__dict__.pop("_Pn", None)
 
     _Pn = lazy(lambda self: self._P[: self.n, : self.n])
 

@@ -37,7 +37,9 @@ class Obs:
     __slots__ = ("k", "lmk", "table")
 
     def __init__(self, table, k):
-        self.table, self.k, self.lmk = table, k, table.lmks[k].id
+        self.table = table
+        self.k = k
+        self.lmk = table.lmks[k].id
 
     e = _column("e", "Expectation, shape (m,).")
     E = _column("E", "Covariance of the expectation, shape (m, m).")

@@ -43,8 +43,10 @@ class Sightings:
     """
 
     def __init__(self, sen, lmks, e, v, visible, ranges, E_r=None, E_s=None, E_l=None, *, J=None, n=None):
-        self.sen, self.lmks, self.e, self.v, self.visible, self.ranges = sen, lmks, e, v, visible, ranges
-        self.J, self.n, self.has_E, self.untidy = J, n, False, False
+        self.sen, self.lmks, self.e = sen, lmks, e
+        self.v, self.visible, self.ranges = v, visible, ranges
+        self.J, self.n = J, n
+        self.has_E = self.untidy = False
         self.group: Any = None  # these two by who makes a table of what is noted
         self.some: list[int] | None = None
         if J is None:

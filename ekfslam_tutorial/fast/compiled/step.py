@@ -252,7 +252,7 @@ def correct_found(map, sensor, ranges, n, J, e, E, no_E, found, index, y, R, thr
     if run is None or len(found) * m > MANY_ROWS:
         return None
     z, R, at, of = np.empty((len(found), m)), noises(R), integers(found), integers(index)
-    if R.shape not in ((1, m, m), (len(z), m, m)):
+    if R.shape[1:] != (m, m) or len(R) not in (1, len(z)):
         return None
     indices, no_E = NO_INDICES if indices is None else indices, at if no_E == found else integers(no_E or ())
     q = FAR
