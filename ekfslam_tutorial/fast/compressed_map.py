@@ -28,6 +28,7 @@ from .notes import Notes
 from .storage import nothing, symmetric
 from .virtual import VirtualStates, cholesky
 
+AT_ONCE = 256  # states for which the small map has storage at once: half a megabyte
 TOGETHER = 8  # entries of the map that become active at once: four landmarks take little longer than one
 
 
@@ -63,7 +64,7 @@ class CompressedMap:
         self._std = np.zeros(0)  # of far states at least their standard deviation, of active ones 0: `roughly`
         self._refers = np.zeros(0)  # the estimate that each state's covariance refers to, for the invariant error
         self._small, self._virtual = FastMap(compiled=compiled), VirtualStates(0, compiled)
-        self._small.reserve(2 * active)  # as many virtual states
+        self._small.reserve(min(2 * active, AT_ONCE))  # as many virtual states
         self._now, self.layout, self._std_known = 0, 0, False
         self._room = slice(0)  # in the whole map: `free` there
         self.notes = Notes()
