@@ -39,7 +39,7 @@ def init_new_lmks(map, rob, sen, lmks, raw, new, opt, n_max=None):
         if ids is None:
             id = opt.association.birth_id(raw, i, lmks)
         else:
-            id = None if ids[i] in lmks else ids[i]
+            id = None if ids[i] in lmks else int(ids[i])  # as `KnownIds` says it
         if id is None:
             continue
         try:

@@ -404,10 +404,9 @@ class CompressedMap:
             self._far_behind = True
         else:
             self._follow()
-        n_active = self._small.n_used - len(self._v)
-        if n_active > self.active:
+        if self.n_active > self.active:
             keep, active = self._used_last()
-            if n_active > 2 * len(keep):  # it would be of no use if all were needed again
+            if len(active) > 2 * len(keep):  # it would be of no use if all were needed again
                 self._flush(keep, active)
 
     def insert(self, x, P_xx, P_xm):

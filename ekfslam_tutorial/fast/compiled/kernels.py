@@ -207,7 +207,19 @@ def follow(x, moved, state_at):
 def own(l, spot, state, now, x, used, spot_used, start_of, refers, spot_of, last_use, std, state_at):
     """Note a new state with the mean l, at `state` in the map; in a compressed one at `spot` in the small one, too.
 
-    What it is noted in is the `ledger` of the map, of which a `FastMap` has x and used only.
+    What it is noted in is the `ledger` of the map, of which a `FastMap` has x and used only; the others are empty then.
+
+    Parameters
+    ----------
+    l : ndarray, shape (k,)
+    spot, state : int
+        Where it begins.
+    now : int
+        When it is used.
+    x, used, start_of, refers, spot_of, last_use, std : ndarray
+        Of each state of the map, as `FastMap` and `CompressedMap` have them.
+    spot_used, state_at : ndarray
+        Of each state of the small map.
     """
     for c in range(len(l)):
         x[state + c], used[state + c] = l[c], True
@@ -339,7 +351,18 @@ def downdate(P, Wt, n, lower):
 
 @compiled
 def product(Xt, P, n, out):
-    """Make X P of the first n columns of P in tiles, row by row in `out`, which has room for whole tiles of X."""
+    """Make X P of the first n columns of P in tiles, row by row in `out`.
+
+    Parameters
+    ----------
+    Xt : ndarray, shape (size, k)
+        X', k a multiple of COLUMNS.
+    P : ndarray, shape (size, ·)
+        Rows of whole lines, n numbers and more.
+    n : int
+    out : ndarray
+        k rows or more, of whole lines, too.
+    """
     for i in range(0, n, LINE):
         for j in range(0, Xt.shape[1], COLUMNS):
             product_tile(out.T, i, j, P, Xt)
