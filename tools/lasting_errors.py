@@ -1,13 +1,15 @@
-"""Errors that last, of known kinds: does the factor of `ekfslam tune` make a filter honest, and along which axes?
+"""Errors that last, of known kinds: does the factor of `ekfslam tune` make a filter honest, and which of its parts?
 
-    python tools/lasting_errors.py              # 16 walks, each with eight kinds of errors: six minutes
+    python tools/lasting_errors.py              # 16 walks, each with eight kinds of errors: half an hour
     python tools/lasting_errors.py --walks 2
     python tools/lasting_errors.py --in-full    # the filter is told all of the error, as if it were white
 
 A robot walks 600 s in eights among landmarks of which it always sees some. To its simulated log, whose noise is white
 and as the filter is told, an error is added that lasts. The filter runs on it; its corrections are summed along the
-axes of the map and of the robot (`analysis.corrections`), and its NEES is divided by the factor that each of them
-gives: what a run with R and U times that factor has. One is right.
+axes of the map and of the robot (`analysis.corrections`), its residuals are followed to its poses
+(`analysis.influence`), and its NEES is divided by the factor that each of them gives: what a run with R and U times
+that factor has. One is right. "Both" is the factor of `ekfslam tune`: the geometric mean of the larger sums and of the
+residuals.
 """
 
 import argparse
@@ -18,6 +20,9 @@ import numpy as np
 
 from ekfslam_tutorial.analysis import History
 from ekfslam_tutorial.analysis.corrections import SecondSums, correction_ratio
+from ekfslam_tutorial.analysis.factors import GraphMaker
+from ekfslam_tutorial.analysis.influence import influence
+from ekfslam_tutorial.analysis.tuning import factor_of_both
 from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
 
 SCENARIO = Path(__file__).parents[1] / "data" / "scenarios" / "range_bearing_2d.toml"
@@ -94,21 +99,29 @@ def lasting(log, rng):
     )
 
 
+FACTORS = "as it is", "map", "robot", "the larger", "residuals", "both"
+
+
 def judged(data, log):
-    """NEES per degree of freedom of a run; the factors by the sums along the axes of the map and of the robot."""
-    history = History(gauge="free")
+    """NEES per degree of freedom of a run, divided by the factor that each rule gives, by the order of `FACTORS`."""
+    history, maker = History(gauge="free"), GraphMaker(data, log)
     sums = [SecondSums(data.frame, along_robot=along) for along in (False, True)]
     for s in universal_slam(data, log):
         history.add(s)
+        maker.add(s)
         for _, _, *poses in s.corrected:
             for each in sums:
                 each.add(s.t, *poses)
     ratios = [correction_ratio([each.arrays]) for each in sums]
-    return history.summary()["nees_per_dof"], *(ratio.factor if ratio.sure else 1.0 for ratio in ratios)
+    by_map, by_robot = (ratio.factor if ratio.sure else 1.0 for ratio in ratios)
+    its, larger = influence(maker.finish()), max(ratios, key=lambda ratio: ratio.value)
+    both = factor_of_both(larger, its)
+    factors = [1.0, by_map, by_robot, max(by_map, by_robot), its.factor if both > 1 else 1.0, both]
+    return history.summary()["nees_per_dof"] / np.array(factors)
 
 
 def study(seeds, in_full=False):
-    """NEES and factors of each kind, shape (walks, 3), by name."""
+    """NEES of each kind, shape (walks, factors), by name."""
     found = {}
     for seed in seeds:
         data, log = walk(seed)
@@ -118,17 +131,18 @@ def study(seeds, in_full=False):
 
 
 def main():
-    """Print a table: for each kind the NEES as it is, and with the factor by the map, by the robot, by the larger."""
+    """Print a table: for each kind the NEES as it is, and with the factor of each rule."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--walks", type=int, default=16)
     parser.add_argument("--in-full", action="store_true", help="tell the filter all of the error, as white noise")
     options = parser.parse_args()
-    print(f"{'an error that lasts':40s} {'as it is':>14s} {'map':>14s} {'robot':>14s} {'the larger':>14s}")
+    print(f"{'an error that lasts':40s} " + " ".join(f"{name:>14s}" for name in FACTORS))
+    off = []
     for name, rows in study(range(1, options.walks + 1), options.in_full).items():
-        nees, by_map, by_robot = rows.T
-        cells = [nees / c for c in (1.0, by_map, by_robot, np.maximum(by_map, by_robot))]
-        shown = [f"{cell.mean():.2f} ({np.mean((cell > BAND[0]) & (cell < BAND[1])):.0%})" for cell in cells]
-        print(f"{name:40s} " + " ".join(f"{cell:>14s}" for cell in shown))
+        shown = [f"{nees.mean():.2f} ({np.mean((nees > BAND[0]) & (nees < BAND[1])):.0%})" for nees in rows.T]
+        print(f"{name:40s} " + " ".join(f"{cell:>14s}" for cell in shown), flush=True)
+        off.append(np.abs(np.log(rows)).mean(0))
+    print(f"{'mean of abs(log NEES) over all':40s} " + " ".join(f"{one:>14.2f}" for one in np.mean(off, axis=0)))
     print(
         f"mean NEES per degree of freedom, 1 is right; in brackets the share of walks between {BAND[0]} and {BAND[1]}"
     )

@@ -198,7 +198,7 @@ PLAIN = Frame2, Frame3
 
 
 def innovations(graph, looks):
-    """Innovations z (k, m), their noise R (k, m, m), and the Jacobians of each by key; groups of looks.
+    """Innovations z (k, m), their noise R (k, m, m), the Jacobians of each by key, and whose they are: (look, number).
 
     What a sensor measured of landmarks of one type is one call of the models, whatever the frame.
     """
@@ -215,7 +215,8 @@ def innovations(graph, looks):
         z = one.sensor.residual(np.concatenate([look.y for look in some]), e)
         R = np.concatenate([look.R for look in some])
         blocks = zip(rows, E_r, E_s, E_l, strict=True)
-        yield z, R, [graph.padded((pose, R_r), (one.mount, R_s), (l, R_l)) for (pose, l), R_r, R_s, R_l in blocks]
+        each = [graph.padded((pose, R_r), (one.mount, R_s), (l, R_l)) for (pose, l), R_r, R_s, R_l in blocks]
+        yield z, R, each, [(look, i) for look in some for i in range(len(look.lmks))]
 
 
 @dataclass

@@ -136,7 +136,7 @@ def smooth(graph, iterations=50, after_step=lambda: None):
     while len(steps) < iterations and (not steps or steps[-1] > SMALL):
         steps.append(_step(graph, graph.stiff, graph.looks))
         after_step()
-    system = _System(graph, list(graph.values), graph.stiff, graph.looks)
+    system = System(graph, list(graph.values), graph.stiff, graph.looks)
     P = system.marginals()
     after_step()
     return Smoothed(graph, steps, P, system)
@@ -187,7 +187,7 @@ def smooth_lagged(graph, lag, iterations=3):
         for _ in range(iterations):
             moved = _step(graph, inside, seen)
         steps.append(moved)
-        system = _System(graph, list(graph.values), inside, seen)
+        system = System(graph, list(graph.values), inside, seen)
         while k - oldest >= lag:
             gone = [key for key in system.at if key[0] == "robot" and key[2] == oldest]
             P |= system.marginals(gone)
@@ -224,20 +224,20 @@ def _marginalised(graph, gone, priors, factors, looks, k):
     keys = {key: None for prior in priors for key in prior.keys}
     keys |= dict.fromkeys(gone) | {f.after: None for f in steps}
     keys |= {key: None for f in [*looks[k], *factors[k]] for key in _lmks(f)}
-    system, stays = _System(graph, list(keys), inside, looks[k]), [key for key in keys if key not in gone]
+    system, stays = System(graph, list(keys), inside, looks[k]), [key for key in keys if key not in gone]
     d, at = system.step(), np.concatenate([system.at[key] for key in stays])
     return Prior(stays, np.concatenate([graph.values[key] for key in stays]) + d[at], system.joint(stays))
 
 
 def _step(graph, stiff, looks):
     """One step of Gauss and Newton; return the largest change of a number."""
-    system = _System(graph, list(graph.values), stiff, looks)
+    system = System(graph, list(graph.values), stiff, looks)
     d = system.step()
     graph.move({key: d[at] for key, at in system.at.items()})
     return float(np.abs(d).max())
 
 
-class _System:
+class System:
     """The system at the present values, factorised.
 
     Parameters
@@ -252,6 +252,13 @@ class _System:
     ----------
     at : dict of tuple to ndarray
         Which numbers of the step are those of a variable.
+    A, Q, J : sparse matrices
+    r, z : ndarray
+        Residuals of the stiff factors, and innovations, whitened.
+    noise : list of (factor, C G', slice)
+        Rows of A of a stiff factor.
+    seen : list of (look, int, ndarray, slice)
+        Rows of J of one measurement of a look, and what whitens it.
     """
 
     def __init__(self, graph, keys, stiff, looks):
@@ -268,16 +275,18 @@ class _System:
             when += [max(map(_frame, blocks))] * len(e)
             self.noise.append((factor, C @ G.T, slice(row, row + len(e))))
             row += len(e)
-        J, z, rows = _Blocks(), [np.zeros(0)], 0
-        for innovation, R, each in innovations(graph, looks):
+        J, z, rows, self.seen = _Blocks(), [np.zeros(0)], 0, []
+        for innovation, R, each, whose in innovations(graph, looks):
             whiten = np.linalg.cholesky(np.linalg.inv(R)).swapaxes(1, 2)
-            for one, W, blocks in zip(innovation, whiten, each, strict=True):
+            for one, W, blocks, (look, i) in zip(innovation, whiten, each, whose, strict=True):
                 for key, block in blocks.items():
                     J.add(rows, start[key], W @ block)
                 z.append(W @ one)
+                self.seen.append((look, i, W, slice(rows, rows + len(one))))
                 rows += len(one)
-        A, Q, J = A.matrix(row, n), Q.matrix(row, row), J.matrix(rows, n)
-        self.b, self.n = np.concatenate([*r, J.T @ np.concatenate(z)]), n
+        self.A, self.Q, self.J = A, Q, J = A.matrix(row, n), Q.matrix(row, row), J.matrix(rows, n)
+        self.r, self.z, self.n = -np.concatenate(r), np.concatenate(z), n
+        self.b = np.concatenate([-self.r, J.T @ self.z])
         when = np.array(when + [_frame(key) for key in keys for _ in self.at[key]])
         try:
             self.factorised = _factorised(block_array([[-Q, A], [A.T, J.T @ J]], format="csc"), when, stiff)

@@ -6,10 +6,11 @@ In this order, because each makes the next one easier:
 2. how late the controls are, by likelihood: a parabola through three runs or more;
 3. the yaw of each sensor, as a state of the filter (`frame_in_map`);
 4. by how much ranges are too long, by likelihood;
-5. one factor on R and U: by the likelihood where the innovations are white, else by the sums of corrections
-   (`analysis.corrections`), along the axes of the map or of the robot, whichever are too large by more. Of several
-   robots in one map those that each robot's own looks make of its pose: what one robot sees moves all that are
-   correlated with it, and so each look counts once.
+5. one factor on R and U: by the likelihood where the innovations are white. Else by two numbers that do not err in the
+   same way, of which it is the geometric mean: the sums of corrections (`analysis.corrections`), along the axes of the
+   map or of the robot, whichever are too large by more; and what the residuals do to the pose (`analysis.influence`).
+   Of several robots in one map the sums are those that each robot's own looks make of its pose: what one robot sees
+   moves all that are correlated with it, and so each look counts once.
 
 What was found is kept only if it is three standard deviations from nothing; these are widened by the root of the
 correction ratio, for errors that last make a log look longer than it is.
@@ -24,6 +25,8 @@ from ..ekf import chi_square
 from ..toolbox.adjusted import RATES, STEPS, places, sightings_from_one_place
 from ..toolbox.universal_slam import universal_slam
 from .corrections import FEWEST, SecondSums, correction_ratio
+from .factors import GraphMaker
+from .influence import influence
 from .innovations import Innovations
 
 YAW_STD_DEG = 2.0
@@ -249,6 +252,8 @@ class _Search:
     def yaw(self):
         """The yaw of all sensors in the plane as states; kept if one of them is surely not as it was said.
 
+        That of a single sensor is written down as it was found, and how well: a run then begins with it, and does not
+        turn its map when it learns of it. Of several the scenario has one entry, so their states begin at the old yaw.
         Ranges alone are the same, however their sensor is turned.
         """
         if all(getattr(s.model, "units", ()) == ("m",) for s in self.data.sensors):
@@ -266,6 +271,13 @@ class _Search:
         if kept:
             self.found.sensor |= state
             self.now = trial
+            if len(off) == 1:
+                ((id, (value, std)),) = off.items()
+                self.found.sensor |= {
+                    "orientation_deg": round(start[id] + value, 3),
+                    "orientation_std_deg": round(float(std), 3),
+                }
+                self.now = self.run("with the yaw that was found")
             self.settle_factor()
 
     # --- what is found by likelihood ---
@@ -376,12 +388,39 @@ class _Search:
             self.now = as_it_is
             self.settle_factor()
         if np.isfinite(self.found.factor) and self.now is as_it_is:
-            ratio = self.now.ratio
-            self.found.by += f" over {ratio.seconds} s along the axes of the {self.now.axes}"
-            self.found.by += f" ({ratio.value:.2f} may be chance)" * (ratio.value > 1 and not ratio.sure)
+            self.by_lasting_errors()
             self.found.by += f"; innovations correlate by {r:.2f}"
             self.now = self.with_factor(self.found.factor)
         self.found.after = self.now.ratio
+
+    def by_lasting_errors(self):
+        """The sums of corrections tell that errors last; the residuals, what they do to the pose."""
+        ratio, its = self.now.ratio, self.what_residuals_do() if self.now.ratio.value > 1 else None
+        sums = f" over {ratio.seconds} s along the axes of the {self.now.axes}"
+        if its is None:
+            self.found.by += sums + f" ({ratio.value:.2f} may be chance)" * (ratio.value > 1 and not ratio.sure)
+            return
+        if np.isfinite(its.scale):
+            scale, std = 100 * its.scale, 100 * its.scale_std
+            why_not = "the log does not say which of the two is wrong" if its.disagree else "not sure enough"
+            self.found.findings.append(Finding("controls longer than ranges say by", "%", scale, std, False, why_not))
+        factor = factor_of_both(ratio, its)
+        self.set_factor(factor, "sums of corrections", ratio.by_length[ratio.seconds][1])
+        self.found.by += f"{sums} ({ratio.value:.2f}) and what residuals do to the pose ({its.factor:.2f})"
+        self.found.by += "; it may be chance" * (factor == 1)
+
+    def what_residuals_do(self):
+        """The influence of the residuals of the run so far; None if it cannot be smoothed."""
+        try:
+            data = changed(self.data, self.found.sensor, self.found.robot)
+            maker, run = GraphMaker(data, self.recording), universal_slam(data, self.recording)
+            after_frame = self.progress("once more, for its residuals", len(run))
+            for s in run:
+                maker.add(s)
+                after_frame()
+            return influence(maker.finish(), lambda: self.progress("what residuals do to the pose", 1)())
+        except ValueError:
+            return None
 
     def by_size(self, r):
         """White innovations: the mean of z' Z^-1 z over what it should be is the factor of greatest likelihood."""
@@ -401,6 +440,22 @@ class _Search:
     def with_factor(self, factor):
         sensor, robot = ({"noise_factor": factor * e[0].noise_factor} for e in (self.data.sensors, self.data.robots))
         return self.run(f"R and U times {factor:.3g}", sensor, robot)
+
+
+def factor_of_both(ratio, its):
+    """One factor by the sums of corrections and by what the residuals do to the pose: their geometric mean.
+
+    The sums see all errors that last, and shout at those of the controls, which the pose forgets at the next landmark.
+    The residuals tell what reaches the pose, and do not see what all measurements have in common. It is 1 if neither
+    surely tells that something lasts.
+
+    Parameters
+    ----------
+    ratio : CorrectionRatio
+    its : Influence
+    """
+    lasts = ratio.value > 1 and (ratio.sure or its.disagree)
+    return float(np.sqrt(ratio.factor * its.factor)) if lasts else 1.0
 
 
 def parabola(values):

@@ -244,7 +244,7 @@ DELAY = {"sensor.1.params_in_map": ["delay", "bias"], "sensor.1.delay_std": 0.05
 def test_the_derivatives_of_what_such_sensors_say(data):
     graph = graph_of(data)
     for look in graph.looks:
-        ((z, _, each),) = innovations(graph, [look])
+        ((z, _, each, _),) = innovations(graph, [look])
         for key in {key for blocks in each for key in blocks}:
             x = graph.values[key].copy()
 

@@ -1,5 +1,6 @@
 """What is put into a simulated log is found in it, without its truth; what is not in it is not found."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -61,8 +62,10 @@ def test_errors_that_last_have_their_factor_by_the_corrections(log):
     error = rng.standard_normal((1 + raw.ids.max(), 1 + len(log) // 20))[raw.ids, frame // 20]
     lasting = replace(log, raw={1: RawLog(1, raw.offsets, raw.ids, raw.y + 0.3 * error[:, None] * [1, 0.2])})
     found = tune(scenario(sensor__noise_factor=4.0, options__md2_threshold=1e9), lasting)
-    assert found.by.startswith("sums of corrections over ") and found.factor >= 1
-    assert found.factor == (pytest.approx(found.before.value, rel=0.2) if found.before.sure else 1)
+    assert found.by.startswith("sums of corrections over ")
+    sums, residuals = map(float, re.search(r"\((\d+\.\d\d)\) and .* pose \((\d+\.\d\d)\)", found.by).groups())
+    assert found.before.sure and sums == pytest.approx(found.before.value, rel=0.2) and residuals >= 1
+    assert found.factor == pytest.approx(np.sqrt(sums * residuals), rel=0.01)
 
 
 def test_a_bias_that_r_covers_is_said_so(log):
@@ -86,10 +89,35 @@ def test_ranges_alone_do_not_tell_how_their_sensor_is_turned(log):
 
 
 def test_a_turned_sensor(log):
+    """What was found is where the next run begins."""
     raw = log.raw[1]
     turned = replace(log, raw={1: RawLog(1, raw.offsets, raw.ids, raw.y - [0.0, np.deg2rad(4)])})
-    yaw = finding(tune(scenario(), turned), "yaw of sensor 1")
+    found = tune(scenario(), turned)
+    yaw = finding(found, "yaw of sensor 1")
     assert yaw.kept and abs(yaw.value - 4) < 4 * yaw.std < 4
+    assert found.sensor["frame_in_map"] and found.sensor["orientation_deg"] == pytest.approx(yaw.value, abs=1e-3)
+    assert found.sensor["orientation_std_deg"] == pytest.approx(yaw.std, abs=1e-3)
+
+
+def test_controls_that_are_too_long(log):
+    """Said, and not kept: nothing tells whether the ranges are too short instead."""
+    long = replace(log, robots={1: replace(log.robots[1], u=log.robots[1].u * [1.1, 1.0])})
+    found = tune(scenario(sensor__noise_factor=4.0, options__md2_threshold=1e9), long)
+    scale = finding(found, "controls longer than ranges say")
+    assert not scale.kept and str(scale).endswith("(not kept: the log does not say which of the two is wrong)")
+    assert 3 * scale.std < scale.value < 12
+    assert found.factor > 1 and "what residuals do to the pose" in found.by
+
+
+def test_a_log_that_cannot_be_smoothed_has_its_factor_by_the_sums_alone(log, monkeypatch):
+    def refused(*_):
+        raise ValueError("the smoother knows points only")
+
+    monkeypatch.setattr("ekfslam_tutorial.analysis.tuning.GraphMaker", refused)
+    long = replace(log, robots={1: replace(log.robots[1], u=log.robots[1].u * [1.1, 1.0])})
+    found = tune(scenario(sensor__noise_factor=4.0, options__md2_threshold=1e9), long)
+    assert found.by.startswith("sums of corrections over ") and "residuals" not in found.by
+    assert found.factor == pytest.approx(found.before.value, rel=0.2)
 
 
 def test_a_range_that_is_too_long(log):
