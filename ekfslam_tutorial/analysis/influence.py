@@ -246,7 +246,7 @@ class _Run:
         for first in range(0, self.n_sources, at_once):
             parts = [gain.of(self.source, i) for i in range(first, min(first + at_once, self.n_sources))]
             right = np.array([np.concatenate([s.Q @ K.stiff, s.J.T @ K.seen]) for K in parts])
-            found = s.factorised.solve(np.concatenate(right, axis=1)) if len(right) else right
+            found = s.factorised.solve(np.concatenate(right, axis=1))
             for K, b, x in zip(parts, right, np.split(found, len(right), axis=1), strict=True):
                 D += K.stiff.T @ b[: -s.n] + b.T @ x
         return D
@@ -304,15 +304,17 @@ def _gains(graph, k, known, place, shape):
 
 def _until(graph, k):
     """Variables and factors of a run until instant k."""
-    stiff = [f for f in graph.stiff if getattr(f, "k", f.after[2] if isinstance(f, Motion) else 0) <= k]
     looks = [look for look in graph.looks if look.k <= k]
-    keys = {key for f in stiff for key in _of(f)} | {
-        key for look in looks for key in look.lmks if isinstance(key, tuple)
-    }
-    keys = [key for key in graph.values if key in keys or (key[0] == "robot" and key[2] <= k) or key[0] == "sensor"]
-    return keys, stiff, looks
-
-
-def _of(factor):
-    """Variables of a stiff factor that are no poses."""
-    return factor.keys if isinstance(factor, Prior) else [] if isinstance(factor, Motion) else [factor.lmk]
+    stiff, told = [], {key for look in looks for key in look.lmks if isinstance(key, tuple)}
+    for factor in graph.stiff:
+        if isinstance(factor, Motion):
+            begins, keys = factor.after[2], []
+        elif isinstance(factor, Prior):
+            begins, keys = 0, factor.keys
+        else:
+            begins, keys = factor.k, [factor.lmk]
+        if begins <= k:
+            stiff.append(factor)
+            told.update(keys)
+    there = lambda key: key in told or key[0] == "sensor" or (key[0] == "robot" and key[2] <= k)
+    return [key for key in graph.values if there(key)], stiff, looks

@@ -54,7 +54,7 @@ BLIND = (
     "errors common to all measurements, but for a turned sensor and a range that is too long",
     "the filter's own over-confidence where its models are far from linear",
     "noise that is told too large, where errors last: the sums of corrections tell no factor below 1",
-    "the ratio of R to U, and wrong controls' scales",
+    "the ratio of R to U, and which of controls and ranges is wrong where they disagree",
 )
 """What nothing of this can see."""
 

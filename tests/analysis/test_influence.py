@@ -1,30 +1,16 @@
 """What residuals do to the pose: gains by differences, the mean of c by drawn noise, and errors that were put in."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ekfslam_tutorial.analysis.consistency import chi2_band
 from ekfslam_tutorial.analysis.factors import Motion, graph_of
 from ekfslam_tutorial.analysis.influence import _gains, _Noise, _Run, influence
 from ekfslam_tutorial.analysis.smoother import smooth
-from ekfslam_tutorial.toolbox import RawLog, Recorder, UserData, universal_slam
+from ekfslam_tutorial.toolbox import RawLog
 
-SCENARIOS = Path(__file__).parents[2] / "data" / "scenarios"
-
-
-def scenario(name="range_bearing_2d", **overrides):
-    return UserData.from_toml(SCENARIOS / f"{name}.toml", {k.replace("__", "."): v for k, v in overrides.items()})
-
-
-def log_of(data, seed):
-    recorder = Recorder()
-    for s in universal_slam(data, seed=seed):
-        recorder.add(s)
-    log = recorder.recording(f"walk {seed}")
-    return replace(log, robots={1: replace(log.robots[1], U=None)}, truth={}, landmarks=None)
+from .test_tuning import log_of, scenario
 
 
 def run_of(graph):
@@ -94,6 +80,17 @@ def test_of_noise_as_it_is_told_c_is_one_on_average():
     assert 0.2 < np.std(c) < 1  # few sources tell: one run is a rough guess
 
 
+HONEST = """cloister_ahm cloister_hmg cloister_idp constant_velocity depth_camera descriptors doppler focal_length
+gps_compass ground_flow lever_arm lidar_in_space localisation_2d range_bearing_2d steered_car two_robots_four_cameras"""
+
+
+@pytest.mark.parametrize("name", HONEST.split())
+def test_honest_runs_of_all_kinds_need_no_factor(name):
+    """0.87 to 1.22 with the scenarios' own seeds; a wrong gain, gauge or source is off by far more than this band."""
+    found = influence(graph_of(scenario(name, time__last=15)))
+    assert 0.6 < found.by_controls < 1.7 and found.by_controls == found.by_ranges and not found.disagree
+
+
 def test_errors_that_were_put_in():
     """Speeds 7 % too large hurt the pose little if the controls are wrong, and much if the ranges were.
 
@@ -126,4 +123,4 @@ def test_two_robots_are_told_each():
     graph = graph_of(scenario("two_robots_four_cameras", time__last=12))
     run = run_of(graph)
     assert len(gains(run, len(graph.t) - 1)) == len(graph.robots) == 2
-    assert chi2_band(6, 0.9999)[0] / 6 < np.median(run.at(len(graph.t) - 1)) < 10
+    assert 0.3 < np.median(run.at(len(graph.t) - 1)) < 3  # an honest run; a single one is a rough guess
