@@ -114,9 +114,12 @@ def judged(data, log):
                 each.add(s.t, *poses)
     ratios = [correction_ratio([each.arrays]) for each in sums]
     by_map, by_robot = (ratio.factor if ratio.sure else 1.0 for ratio in ratios)
-    its, larger = influence(maker.finish()), max(ratios, key=lambda ratio: ratio.value)
-    both = factor_of_both(larger, its)
-    factors = [1.0, by_map, by_robot, max(by_map, by_robot), its.factor if both > 1 else 1.0, both]
+    try:
+        its = influence(maker.finish())
+    except ValueError:  # the smoother does not converge
+        its = None
+    both = factor_of_both(max(ratios, key=lambda ratio: ratio.value), its)
+    factors = [1.0, by_map, by_robot, max(by_map, by_robot), its.factor if its and both > 1 else 1.0, both]
     return history.summary()["nees_per_dof"] / np.array(factors)
 
 

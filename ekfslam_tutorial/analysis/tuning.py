@@ -452,8 +452,11 @@ def factor_of_both(ratio, its):
     Parameters
     ----------
     ratio : CorrectionRatio
-    its : Influence
+    its : Influence or None
+        None where the run cannot be smoothed: the sums decide alone.
     """
+    if its is None:
+        return ratio.factor if ratio.sure else 1.0
     lasts = ratio.value > 1 and (ratio.sure or its.disagree)
     return float(np.sqrt(ratio.factor * its.factor)) if lasts else 1.0
 
