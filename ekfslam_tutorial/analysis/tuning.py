@@ -368,8 +368,9 @@ class _Search:
     def settle_factor(self):
         """The factor by the sums of corrections, of the run so far; 1 if it may be so large by chance."""
         ratio = self.now.ratio
-        factor = ratio.factor if ratio.sure else 1.0
-        self.set_factor(factor, "sums of corrections", ratio.by_length.get(ratio.seconds, (0, 0))[1])
+        self.set_factor(
+            factor_of_both(ratio, None), "sums of corrections", ratio.by_length.get(ratio.seconds, (0, 0))[1]
+        )
         if not np.isfinite(ratio.value):
             self.found.factor, self.found.by = float("nan"), "nothing: the log is too short"
 
@@ -395,10 +396,17 @@ class _Search:
 
     def by_lasting_errors(self):
         """The sums of corrections tell that errors last; the residuals, what they do to the pose."""
-        ratio, its = self.now.ratio, self.what_residuals_do() if self.now.ratio.value > 1 else None
+        ratio, its, why_not = self.now.ratio, None, ""
+        if ratio.value > 1:
+            try:
+                its = self.what_residuals_do()
+            except ValueError as error:  # lines, an IMU, or a run too far from its smooth path
+                why_not = f"; by these alone, for {error}"
         sums = f" over {ratio.seconds} s along the axes of the {self.now.axes}"
         if its is None:
-            self.found.by += sums + f" ({ratio.value:.2f} may be chance)" * (ratio.value > 1 and not ratio.sure)
+            self.found.by += (
+                sums + f" ({ratio.value:.2f} may be chance)" * (ratio.value > 1 and not ratio.sure) + why_not
+            )
             return
         if np.isfinite(its.scale):
             scale, std = 100 * its.scale, 100 * its.scale_std
@@ -410,17 +418,14 @@ class _Search:
         self.found.by += "; it may be chance" * (factor == 1)
 
     def what_residuals_do(self):
-        """The influence of the residuals of the run so far; None if it cannot be smoothed."""
-        try:
-            data = changed(self.data, self.found.sensor, self.found.robot)
-            maker, run = GraphMaker(data, self.recording), universal_slam(data, self.recording)
-            after_frame = self.progress("once more, for its residuals", len(run))
-            for s in run:
-                maker.add(s)
-                after_frame()
-            return influence(maker.finish(), lambda: self.progress("what residuals do to the pose", 1)())
-        except ValueError:
-            return None
+        """The influence of the residuals of the run so far."""
+        data = changed(self.data, self.found.sensor, self.found.robot)
+        maker, run = GraphMaker(data, self.recording), universal_slam(data, self.recording)
+        after_frame = self.progress("once more, for its residuals", len(run))
+        for s in run:
+            maker.add(s)
+            after_frame()
+        return influence(maker.finish(), lambda: self.progress("what residuals do to the pose", 1)())
 
     def by_size(self, r):
         """White innovations: the mean of z' Z^-1 z over what it should be is the factor of greatest likelihood."""

@@ -117,6 +117,7 @@ def test_a_log_that_cannot_be_smoothed_has_its_factor_by_the_sums_alone(log, mon
     long = replace(log, robots={1: replace(log.robots[1], u=log.robots[1].u * [1.1, 1.0])})
     found = tune(scenario(sensor__noise_factor=4.0, options__md2_threshold=1e9), long)
     assert found.by.startswith("sums of corrections over ") and "residuals" not in found.by
+    assert "; by these alone, for the smoother knows points only; innovations correlate" in found.by
     assert found.factor == pytest.approx(found.before.value, rel=0.2)
 
 
