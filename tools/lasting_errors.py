@@ -13,6 +13,7 @@ residuals.
 """
 
 import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -124,31 +125,48 @@ def judged(data, log):
 
 
 def study(seeds, in_full=False):
-    """NEES of each kind, shape (walks, factors), by name."""
-    found = {}
+    """Walk after walk, each with every kind of error: seed, name of the kind, and its NEES by `FACTORS`."""
     for seed in seeds:
         data, log = walk(seed)
         for name, wrong, noise in lasting(log, np.random.default_rng(seed)):
-            found.setdefault(name, []).append(judged(scenario(told=noise) if in_full else data, wrong))
-    return {name: np.array(rows) for name, rows in found.items()}
+            yield seed, name, judged(scenario(told=noise) if in_full else data, wrong)
+
+
+def table(found):
+    """For each kind the NEES as it is, and with the factor of each rule: lines of text.
+
+    Parameters
+    ----------
+    found : dict of str to list of ndarray
+        NEES of the walks, by name.
+    """
+    yield f"{'an error that lasts':40s} " + " ".join(f"{name:>14s}" for name in FACTORS) + "   walks"
+    for name, rows in found.items():
+        nees = np.array(rows)
+        inside = np.mean((nees > BAND[0]) & (nees < BAND[1]), axis=0)
+        cells = [f"{mean:.2f} ({share:.0%})" for mean, share in zip(nees.mean(0), inside, strict=True)]
+        yield f"{name:40s} " + " ".join(f"{cell:>14s}" for cell in cells) + f" {len(rows):7d}"
+    off = np.mean([np.abs(np.log(rows)).mean(0) for rows in found.values()], axis=0)
+    yield f"{'mean of abs(log NEES) over all':40s} " + " ".join(f"{one:>14.2f}" for one in off)
+    yield f"mean NEES per degree of freedom, 1 is right; in brackets the share of walks between {BAND[0]} and {BAND[1]}"
 
 
 def main():
-    """Print a table: for each kind the NEES as it is, and with the factor of each rule."""
+    """Print what each walk has, and at the end, or when it is interrupted, the table of all so far."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--walks", type=int, default=16)
     parser.add_argument("--in-full", action="store_true", help="tell the filter all of the error, as white noise")
     options = parser.parse_args()
-    print(f"{'an error that lasts':40s} " + " ".join(f"{name:>14s}" for name in FACTORS))
-    off = []
-    for name, rows in study(range(1, options.walks + 1), options.in_full).items():
-        shown = [f"{nees.mean():.2f} ({np.mean((nees > BAND[0]) & (nees < BAND[1])):.0%})" for nees in rows.T]
-        print(f"{name:40s} " + " ".join(f"{cell:>14s}" for cell in shown), flush=True)
-        off.append(np.abs(np.log(rows)).mean(0))
-    print(f"{'mean of abs(log NEES) over all':40s} " + " ".join(f"{one:>14.2f}" for one in np.mean(off, axis=0)))
-    print(
-        f"mean NEES per degree of freedom, 1 is right; in brackets the share of walks between {BAND[0]} and {BAND[1]}"
-    )
+    found = {}
+    try:
+        for seed, name, nees in study(range(1, options.walks + 1), options.in_full):
+            found.setdefault(name, []).append(nees)
+            numbers = " ".join(f"{one:.2f}" for one in nees)
+            print(f"walk {seed} of {options.walks}, {name}: {numbers}", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+    if found:
+        print("\n".join(table(found)))
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ CHANCE = 1e-4
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
 """A quarter turn: a small turn theta of the world moves a point p by theta QUARTER p."""
 SURE = 0.975
-"""A factor is one if 1 is below its band of 95 %: the probability up to the band's other end."""
+"""A ratio is sure if an honest filter has none so large with this probability, whatever the length of the blocks."""
 GROSS = 1.5
 """A ratio up to here is nothing to warn of: an honest filter that is not linear has it, too."""
 
@@ -71,9 +71,13 @@ class CorrectionRatio:
 
     @property
     def sure(self):
-        """True if chance alone would seldom make it so large: 1 is below the 95 % band of `value`."""
+        """True if chance alone would seldom make it so large: the largest of several lengths, which share the chance.
+
+        Of honest filters 1 to 2 % are sure. With the whole chance for each length it would be 4 to 8 %, and of the
+        larger of two axes up to 10 %.
+        """
         _, dof = self.by_length.get(self.seconds, (0.0, 0))
-        return bool(dof and self.value * dof > chi_square.quantile(SURE, dof))
+        return bool(dof and self.value * dof > chi_square.quantile(1 - (1 - SURE) / len(self.by_length), dof))
 
     @property
     def factor(self):

@@ -428,7 +428,10 @@ class _Search:
         return influence(maker.finish(), lambda: self.progress("what residuals do to the pose", 1)())
 
     def by_size(self, r):
-        """White innovations: the mean of z' Z^-1 z over what it should be is the factor of greatest likelihood."""
+        """White innovations: the mean of z' Z^-1 z over what it should be is the factor of greatest likelihood.
+
+        It is 1 where chance explains the difference, as it is by the sums of corrections.
+        """
         factor = 1.0
         for _ in range(ROUNDS):
             innovations = self.now.innovations
@@ -441,6 +444,10 @@ class _Search:
             self.now = self.with_factor(factor)
             if abs(step - 1) < CLOSE:
                 break
+        low, high = self.found.band
+        if low <= 1 <= high:
+            self.found.factor, self.found.by = 1.0, f"{by}; {factor:.2f} may be chance"
+            self.now = self.with_factor(1.0)
 
     def with_factor(self, factor):
         sensor, robot = ({"noise_factor": factor * e[0].noise_factor} for e in (self.data.sensors, self.data.robots))

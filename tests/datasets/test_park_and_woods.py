@@ -1,5 +1,6 @@
 """Loaders of Victoria Park and Lost in the Woods, on files made here; damaged files are named."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,9 @@ import pytest
 from scipy.io import savemat
 
 from ekfslam_tutorial.datasets import lost_in_the_woods, victoria_park
+from ekfslam_tutorial.datasets.sources import find_file
 from ekfslam_tutorial.datasets.victoria_park import ParkCalibration
+from ekfslam_tutorial.geometry import wrap
 from ekfslam_tutorial.models.motion import Vehicle
 
 
@@ -35,6 +38,39 @@ def test_the_woods(woods):
     np.testing.assert_array_equal(frame.y, np.column_stack([a["r"][9, seen], a["b"][9, seen]]))
     np.testing.assert_allclose(rec.raw[1].R[0], np.diag([0.04, 0.08]))
     assert np.isnan(rec.truth[1][7]).all() and np.isfinite(rec.truth[1][8]).all()
+
+
+@pytest.mark.parametrize("degrees", [-4.6, 0.0, 30.0])
+def test_truth_of_the_woods_is_turned_to_where_it_drives(degrees):
+    """Halts, curves, gaps and driving backwards do not count. The paths are made of short steps: 1e-3 rad for these."""
+    rng, n, angle = np.random.default_rng(2), 3000, np.deg2rad(degrees)
+    t, v = 0.1 * np.arange(n), np.repeat(rng.choice([0.0, 0.1, 0.2, -0.15], 60, p=[0.2, 0.3, 0.3, 0.2]), 50)
+    way = np.cumsum(np.repeat(rng.normal(0, 0.1, 60), 50) * 0.1)
+    xy = np.cumsum(0.1 * v[:, None] * np.column_stack([np.cos(way), np.sin(way)]), 0)
+    truth = np.column_stack([xy, (way - angle + np.pi) % (2 * np.pi) - np.pi])
+    truth[rng.random(n) < 0.05] = np.nan
+    assert abs(lost_in_the_woods.drives_beside(t, truth) - angle) < 1e-3
+    assert lost_in_the_woods.drives_beside(t[:50], truth[:50]) == 0, "too short to tell"
+    assert lost_in_the_woods.drives_beside(t, np.full_like(truth, np.nan)) == 0
+
+
+def test_real_truth_of_the_woods_drives_as_its_heading_says(data_dir):
+    """Of the file itself the bearings are asked, which the loader does not use: they fit the heading of the file."""
+    if find_file(lost_in_the_woods.FILE) is None:
+        pytest.skip("Lost in the Woods is not below EKFSLAM_DATA")
+    rec = lost_in_the_woods.load()
+    assert abs(lost_in_the_woods.drives_beside(rec.t, rec.truth[1])) < 1e-9
+    (turned,) = [float(re.search(r"(-?[\d.]+) deg", note)[1]) for note in rec.notes if "heading of the truth" in note]
+    assert turned == pytest.approx(-4.6, abs=0.1)
+    tubes = dict(zip(rec.landmarks.ids, rec.landmarks.points, strict=True))
+    off = []
+    for k in range(0, len(rec), 5):
+        x, y, heading = rec.truth[1][k]
+        laser = heading - np.deg2rad(turned)  # as the file has it
+        for tube, (_, bearing) in zip(rec.raw[1][k].ids, rec.raw[1][k].y, strict=True):
+            dx, dy = tubes[tube] - [x + 0.219 * np.cos(laser), y + 0.219 * np.sin(laser)]
+            off.append(np.rad2deg(wrap(bearing - np.arctan2(dy, dx) + laser)))
+    assert abs(np.nanmedian(off)) < 0.5, "the laser looks where the file's heading points, not where the robot drives"
 
 
 def test_damaged_woods(woods):

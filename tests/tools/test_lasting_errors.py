@@ -4,6 +4,7 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 
 def test_a_factor_for_errors_that_last_and_none_for_white_noise(monkeypatch):
@@ -20,3 +21,25 @@ def test_a_factor_for_errors_that_last_and_none_for_white_noise(monkeypatch):
         assert nees > white[0] and max(by_map, by_robot, residuals) < nees
         assert larger == min(by_map, by_robot)
         assert abs(np.log(both)) < abs(np.log(nees))
+
+
+def test_what_was_found_so_far_is_a_table(monkeypatch, capsys):
+    """Interrupted in the second walk: the kinds of one walk and of two."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "tools"))
+    import lasting_errors
+
+    def study(seeds, in_full):
+        for seed in seeds:
+            for name in ("white", "lasts"):
+                if (seed, name) == (2, "lasts"):
+                    raise KeyboardInterrupt
+                yield seed, name, seed * np.arange(1.0, 7.0)
+
+    monkeypatch.setattr(lasting_errors, "study", study)
+    monkeypatch.setattr("sys.argv", ["lasting_errors.py", "--walks", "3"])
+    lasting_errors.main()
+    out, err = capsys.readouterr()
+    assert "walk 2 of 3, white" in err and "interrupted" in err
+    _, white, lasts, off, _ = out.splitlines()
+    assert white.split()[1:3] == ["1.50", "(50%)"] and white.endswith(" 2") and lasts.endswith(" 1")
+    assert float(off.split()[-6]) == pytest.approx(np.log(2) / 4, abs=0.005)
