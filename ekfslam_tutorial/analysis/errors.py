@@ -22,6 +22,11 @@ from .tracks import Track, rmse
 SURPRISING = 60.0
 """Squared Mahalanobis distance between the first pose and its truth from which on the two are in different frames."""
 
+TURNED = 0.5
+"""A map that does not tell an angle of the robot to this standard deviation, rad, is no gauge: errors are not linear.
+
+Landmarks that are as near to each other as they are uncertain have a direction by chance, to 1 rad or so."""
+
 NIS_OF = "innovations that passed the gate"
 
 
@@ -272,8 +277,8 @@ class History:
         Returns
         -------
         e : ndarray, shape (K, 3) or (K, 6)
-            As `Track.errors` has them. NaN where there is no gauge: too few landmarks so far, or the true start not
-            known.
+            As `Track.errors` has them. NaN where there is no gauge: too few landmarks so far, or known too badly to
+            tell how the robot is turned (`TURNED`), or the true start not known.
         P : ndarray, shape (K, 3, 3) or (K, 6, 6)
             With the covariance of the true poses, where they are estimates themselves.
 
@@ -313,6 +318,8 @@ class History:
         e[fixed], E_x, E_g = laid_error(frame(F), frame(x), frame(truth))
         both = E_x @ P_xg @ turned(E_g)
         P[fixed] = E_x @ P_x @ turned(E_x) + both + turned(both) + E_g @ P_g @ turned(E_g)
+        vague = (np.diagonal(P, axis1=1, axis2=2)[:, frame.dim :] > TURNED**2).any(1)
+        e[vague], P[vague] = np.nan, np.nan
         return e, P
 
     def error_of(self, id):

@@ -249,6 +249,20 @@ def test_history_has_the_errors_of_the_gauge_of_the_map():
     assert history.honesty().nees == pytest.approx(np.nanmean(md2(e, P)))
 
 
+@pytest.mark.parametrize(("radius", "is_one"), [(5e-4, False), (1.0, True)])
+def test_a_map_that_does_not_tell_how_a_robot_is_turned_is_no_gauge(radius, is_one):
+    """Two landmarks that are measured to some millimetres: a millimetre apart they have a direction by chance only."""
+    history, two = History("free"), worlds.ring(n=2, radius=radius, centre=(3.0, 0.0))
+    for _ in history.watch(
+        universal_slam(replace(scenario(5), world=World(build=lambda rng: two, type="ring")), seed=3)
+    ):
+        pass
+    e, P = history.errors(1)
+    known = np.isfinite(e).all(1)
+    assert (known == np.isfinite(P).all((1, 2))).all()
+    assert (known.mean() > 0.5) == is_one  # by chance they may seem further apart in a frame
+
+
 def test_without_surveyed_landmarks_it_is_the_gauge_of_the_start():
     history = History("free")
     for s in history.watch(universal_slam(scenario(12), seed=3)):
