@@ -38,8 +38,10 @@ from .factors import Motion, Prior
 from .gauge import MapGauge
 from .smoother import System, smooth
 
-INSTANTS = 12
-"""So many instants of a run are looked at."""
+POSES = 12
+"""So many poses of a run are looked at: of one robot at twelve instants, of three at four."""
+FEWEST_INSTANTS = 4
+"""At least at so many, however many robots there are."""
 FEWEST = 3
 """So many landmarks must be in the map of an instant."""
 SURE = 3.0
@@ -108,12 +110,13 @@ def influence(graph, after_step=lambda: None):
     --------
     correction_ratio : Whether errors last at all.
     """
-    smoothed = smooth(graph, after_step=after_step)
+    smoothed = smooth(graph, after_step=after_step, enough=MOVED)
     if smoothed.steps[-1] > MOVED:
         raise ValueError(f"the smoother has not converged: its last step moves by {smoothed.steps[-1]:.1e}")
     run = _Run(graph, smoothed.system)
-    last, found = len(graph.t) - 1, []
-    for k in sorted({-(-last * i // INSTANTS) for i in range(1, INSTANTS + 1)}):
+    last, found, robots = len(graph.t) - 1, [], {key[1] for key in graph.values if key[0] == "robot"}
+    instants = max(FEWEST_INSTANTS, POSES // max(1, len(robots)))
+    for k in sorted({-(-last * i // instants) for i in range(1, instants + 1)}):
         found += run.at(k)
         after_step()
     by_controls, by_ranges = np.median(found, axis=0) if found else (np.nan, np.nan)

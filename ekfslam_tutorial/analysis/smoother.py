@@ -98,7 +98,7 @@ class Smoothed:
         return found
 
 
-def smooth(graph, iterations=50, after_step=lambda: None):
+def smooth(graph, iterations=50, after_step=lambda: None, enough=SMALL):
     """Find the most probable values of all variables, and their covariances.
 
     Factors of covariance Q = G C G' that may be singular stand in the system with a multiplier v each, and the others,
@@ -118,6 +118,8 @@ def smooth(graph, iterations=50, after_step=lambda: None):
         At most so many steps.
     after_step : callable
         Called after each step, and once more when the covariances are known.
+    enough : float
+        A step that changes no number by more is the last one.
 
     Returns
     -------
@@ -133,7 +135,7 @@ def smooth(graph, iterations=50, after_step=lambda: None):
     smooth_lagged : Only the last states are moved.
     """
     steps = []
-    while len(steps) < iterations and (not steps or steps[-1] > SMALL):
+    while len(steps) < iterations and (not steps or steps[-1] > enough):
         steps.append(_step(graph, graph.stiff, graph.looks))
         after_step()
     system = System(graph, list(graph.values), graph.stiff, graph.looks)
